@@ -1,0 +1,65 @@
+/* What the files of the command share: subcommands, exit codes, words to the user. */
+#ifndef KT_COMMAND_H
+#define KT_COMMAND_H
+
+#include "base/names.h"
+#include "kinetree/scene.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* What the shell is told. */
+enum {
+    KT_EXIT_DONE = 0,
+    KT_EXIT_USAGE = 1,       /* the command line is wrong */
+    KT_EXIT_SCENE = 2,       /* the scene is wrong, or cannot be read */
+    KT_EXIT_ASSEMBLY = 3,    /* it could not be assembled, or its constraints contradict */
+    KT_EXIT_INTEGRATION = 4, /* the integration failed, or its results could not be written */
+};
+
+/* argv[0] is the subcommand's name. Returns an exit code. */
+typedef int kt_command_main(int argc, char **argv);
+
+kt_command_main kt_command_run;
+kt_command_main kt_command_evaluate;
+kt_command_main kt_command_info;
+kt_command_main kt_command_check;
+kt_command_main kt_command_demo;
+kt_command_main kt_command_make;
+kt_command_main kt_command_integrators;
+
+/* Words to the user, on standard error: "kinetree: ..." and a newline. */
+void kt_say(const char *format, ...) KT_PRINTF(1, 2);
+void kt_say_error(const kt_error *error);
+
+/* The exit code that tells a status. */
+int kt_exit_code(kt_status status);
+
+/* "; did you mean 'NAME'?" with `before` before the name, or an empty text. */
+typedef struct kt_question {
+    char text[96];
+} kt_question;
+
+kt_question kt_ask(const kt_nearest *nearest, const char *before);
+
+/* Writes out what standard output still holds. Returns code, or says that it could not be written and returns
+ * KT_EXIT_INTEGRATION. The last call of a subcommand that has printed. */
+int kt_finish_output(int code);
+
+/* Whether what is drawn on this file descriptor may use box-drawing characters: a terminal, in a UTF-8 locale. */
+bool kt_speaks_utf8(int descriptor);
+
+/* ---- reading a scene --------------------------------------------------------------------------------------------- */
+
+/* Reads a scene ("-": standard input) and says every fault of it. Returns KT_EXIT_DONE, and then *scene is released
+ * with kt_scene_free, or an exit code. */
+int kt_read_scene(const char *path, kt_scene *scene);
+
+/* Reads and compiles; both are released by the caller, and neither exists where the exit code is not KT_EXIT_DONE. */
+int kt_load_model(const char *path, kt_scene *scene, kt_model **model);
+
+/* The file's name without folders and without its ending: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
+ * The caller frees it. NULL where there is no memory. */
+char *kt_base_name(const char *path);
+
+#endif

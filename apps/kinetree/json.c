@@ -1,0 +1,67 @@
+/* JSON of the library's values, through jansson. */
+#include "json.h"
+
+#include "command.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+json_t *kt_json_number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+
+json_t *kt_json_numbers(const double *x, int count) {
+    json_t *list = json_array();
+    for (int i = 0; i < count; i++)
+        json_array_append_new(list, kt_json_number(x[i]));
+    return list;
+}
+
+json_t *kt_json_vector(kt_vec3 u) {
+    double x[3] = {u.x, u.y, u.z};
+    return kt_json_numbers(x, 3);
+}
+
+json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity) {
+    json_t *object = json_object();
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        kt_coordinates at = kt_body_coordinates(model, body);
+        int first = of_velocity ? at.v : at.q, count = of_velocity ? at.nv : at.nq;
+        if (count == 0)
+            continue;
+        json_t *value = x == NULL    ? json_null()
+                        : count == 1 ? kt_json_number(x[first])
+                                     : kt_json_numbers(x + first, count);
+        json_object_set_new(object, kt_body_name(model, body), value);
+    }
+    return object;
+}
+
+static int write_text(const char *text, FILE *file) {
+    int failed = fputs(text, file) < 0 || fputc('\n', file) == EOF;
+    return fflush(file) != 0 || failed || ferror(file);
+}
+
+int kt_json_write(json_t *object, const char *path) {
+    char *text = object != NULL ? json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(object);
+    if (text == NULL) {
+        kt_say("there is not enough memory for the JSON text");
+        return KT_EXIT_INTEGRATION;
+    }
+    bool to_stdout = strcmp(path, "-") == 0;
+    errno = 0;
+    FILE *file = to_stdout ? stdout : fopen(path, "w");
+    int failed = file == NULL || write_text(text, file);
+    int reason = errno;
+    if (file != NULL && !to_stdout && fclose(file) != 0 && !failed) {
+        failed = 1;
+        reason = errno;
+    }
+    free(text);
+    if (!failed)
+        return KT_EXIT_DONE;
+    kt_say("%s cannot be written: %s", to_stdout ? "standard output" : path, strerror(reason));
+    return KT_EXIT_INTEGRATION;
+}

@@ -1,0 +1,47 @@
+/* A progress bar for runs that take more than a second. */
+#include "run.h"
+
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { BAR_WIDTH = 40 };
+
+static double now(void) {
+    struct timespec time;
+    if (clock_gettime(CLOCK_MONOTONIC, &time) != 0)
+        return 0.0;
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+kt_progress kt_progress_start(bool quiet) {
+    kt_progress progress = {0};
+    progress.is_shown = !quiet && isatty(STDERR_FILENO);
+    progress.has_utf8 = kt_speaks_utf8(STDERR_FILENO);
+    progress.start = progress.last = now();
+    return progress;
+}
+
+void kt_progress_update(kt_progress *progress, double done, double whole) {
+    if (!progress->is_shown || !(whole > 0.0))
+        return;
+    double time = now();
+    if (time - progress->start < 1.0 || time - progress->last < 0.1)
+        return;
+    progress->last = time;
+    progress->is_drawn = true;
+    double part = done / whole;
+    int filled = (int)(part * BAR_WIDTH);
+    double left = part > 0.0 ? (time - progress->start) * (1.0 - part) / part : 0.0;
+    fputs("\r  ", stderr);
+    for (int i = 0; i < BAR_WIDTH; i++)
+        fputs(i < filled ? (progress->has_utf8 ? "\u2588" : "#") : (progress->has_utf8 ? "\u2591" : "."), stderr);
+    fprintf(stderr, " %3.0f %%  t = %.4g s, %.0f s left\033[K", 100.0 * part, done, left);
+    fflush(stderr);
+}
+
+void kt_progress_end(kt_progress *progress) {
+    if (progress->is_drawn)
+        fputs("\r\033[K", stderr);
+    progress->is_drawn = false;
+}

@@ -1,0 +1,89 @@
+/* The parts of `kinetree run`. */
+#ifndef KT_COMMAND_RUN_H
+#define KT_COMMAND_RUN_H
+
+#include "command.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+/* What was given; NaN, NULL or -1 where it was not. */
+typedef struct kt_run_arguments {
+    double duration, step, interval;
+    const char *integrator, *tolerance, *record, *markers;
+    int formulation, reduction, metric;
+    const char *out, *summary, *plot;
+    bool quiet;
+} kt_run_arguments;
+
+/* Returns -1 to go on, or an exit code. */
+int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments);
+
+/* Puts the command line's words over the scene's. *run_markers is released by the caller with free (NULL: none).
+ * Returns -1 to go on, or an exit code. */
+int kt_run_override(const kt_run_arguments *arguments, const kt_model *model, kt_run *run,
+                    kt_marker_pair **run_markers);
+
+/* ---- records as lines -------------------------------------------------------------------------------------------- */
+
+/* Numbers as CSV, each line whole in one write, so that a process that is killed leaves whole lines. */
+typedef struct kt_csv {
+    const kt_model *model;
+    const kt_run *run;
+    unsigned record;
+    int file; /* descriptor; -1: closed */
+    const char *path;
+    bool is_regular;  /* cut back to whole lines where a write fails */
+    long long whole;  /* bytes of whole lines */
+    char *line;       /* under way */
+    size_t used, room;
+    bool full;        /* no memory for the line */
+} kt_csv;
+
+/* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
+int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
+/* Returns 0, or -1 where the line could not be written, which has been said. */
+int kt_csv_write(kt_csv *csv, const kt_record *record);
+/* Returns 0, or -1 where the file could not be closed, which has been said. */
+int kt_csv_close(kt_csv *csv);
+
+/* ---- what came out ----------------------------------------------------------------------------------------------- */
+
+typedef struct kt_outcome {
+    const kt_scene *scene;
+    const kt_model *model;
+    const kt_run *run; /* as run: the command line's words put in */
+    kt_simulation *simulation;
+    const char *name;    /* the scene's, or else the file's */
+    int64_t records;     /* handed over */
+    bool has_energy;     /* the next three are known */
+    double energy_start; /* total, J */
+    double drift;        /* largest |total - total at the start|, J */
+    double energy_scale; /* largest |kinetic| + |potential|, J: what drift is small against */
+    double constraint_position, constraint_velocity; /* largest residuals */
+    double cpu_seconds;
+} kt_outcome;
+
+/* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after saying why. */
+int kt_summary_write(const kt_outcome *outcome, const char *path);
+
+/* A few lines for people, on standard error. */
+void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot);
+
+/* ---- progress ---------------------------------------------------------------------------------------------------- */
+
+/* A bar on standard error where that is a terminal, from the first second on. */
+typedef struct kt_progress {
+    bool is_shown; /* may be */
+    bool is_drawn; /* there is one to be cleared */
+    bool has_utf8;
+    double start, last; /* s, of a clock that only goes forward */
+} kt_progress;
+
+kt_progress kt_progress_start(bool quiet);
+void kt_progress_update(kt_progress *progress, double done, double whole);
+void kt_progress_end(kt_progress *progress);
+
+#endif

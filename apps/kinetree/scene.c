@@ -1,0 +1,94 @@
+/* Scenes for the subcommands: read, told of, compiled. */
+#include "command.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- standard input ---------------------------------------------------------------------------------------------- */
+
+/* All of standard input; NULL where it cannot be read or held. The caller frees it. */
+static char *read_input(size_t *size) {
+    size_t room = 65536;
+    char *text = malloc(room);
+    *size = 0;
+    while (text != NULL) {
+        *size += fread(text + *size, 1, room - *size, stdin);
+        if (*size < room)
+            break;
+        char *more = realloc(text, 2 * room);
+        if (more == NULL) {
+            free(text);
+            return NULL;
+        }
+        text = more;
+        room *= 2;
+    }
+    if (text != NULL && ferror(stdin)) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+/* ---- reading ----------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_told {
+    int faults;
+} kt_told;
+
+static void tell(void *user, const kt_error *error) {
+    kt_told *told = user;
+    told->faults++;
+    /* As compilers do, without the command's name: editors jump to FILE:LINE:COLUMN at the start of a line. */
+    if (error->where[0] != '\0')
+        fprintf(stderr, "%s: %s\n", error->where, error->message);
+    else
+        fprintf(stderr, "%s\n", error->message);
+}
+
+int kt_read_scene(const char *path, kt_scene *scene) {
+    kt_told told = {0};
+    kt_error error = {0};
+    kt_status status;
+    if (strcmp(path, "-") == 0) {
+        size_t size;
+        errno = 0;
+        char *text = read_input(&size);
+        if (text == NULL) {
+            kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
+            return KT_EXIT_SCENE;
+        }
+        status = kt_scene_parse("(standard input)", text, size, scene, tell, &told, &error);
+        free(text);
+    } else {
+        status = kt_scene_read(path, scene, tell, &told, &error);
+    }
+    if (status != KT_OK && told.faults == 0)
+        kt_say_error(&error);
+    return kt_exit_code(status);
+}
+
+int kt_load_model(const char *path, kt_scene *scene, kt_model **model) {
+    kt_error error = {0};
+    int code = kt_read_scene(path, scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    kt_status status = kt_model_compile(&scene->description, NULL, model, &error);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    kt_say_error(&error);
+    kt_scene_free(scene);
+    return kt_exit_code(status);
+}
+
+char *kt_base_name(const char *path) {
+    if (strcmp(path, "-") == 0)
+        return strdup("scene");
+    const char *slash = strrchr(path, '/');
+    const char *name = slash != NULL ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
+    return strndup(name, length);
+}

@@ -1,0 +1,99 @@
+/* The summary of a run: the end of it, and what it cost. */
+#include "json.h"
+#include "run.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* "BODY.MARKER": [x, y, z], world. */
+static json_t *list_markers(const kt_model *model, const kt_data *data) {
+    json_t *object = json_object();
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        for (int marker = 0; marker < kt_marker_count(model, body); marker++) {
+            char name[512];
+            snprintf(name, sizeof name, "%s.%s", kt_body_name(model, body), kt_marker_name(model, body, marker));
+            kt_vec3 at = kt_point_position(model, data, body, kt_marker_at(model, body, marker));
+            json_object_set_new(object, name, kt_json_vector(at));
+        }
+    return object;
+}
+
+static json_t *describe_method(const kt_run *run) {
+    json_t *method = json_object();
+    json_object_set_new(method, "integrator", json_string(run->integrator));
+    if (run->step > 0.0) {
+        json_object_set_new(method, "step", json_real(run->step));
+    } else {
+        json_object_set_new(method, "step", json_null());
+        json_object_set_new(method, "tolerance",
+                            json_pack("{s:f, s:f}", "relative", run->relative, "absolute", run->absolute));
+    }
+    json_object_set_new(method, "formulation", json_string(kt_formulation_name(run->formulation)));
+    json_object_set_new(method, "reduction", json_string(kt_reduction_name(run->reduction)));
+    json_object_set_new(method, "plan", json_string("spatial"));
+    return method;
+}
+
+static json_t *count_cost(const kt_outcome *outcome) {
+    kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    return json_pack("{s:I, s:I, s:I, s:I, s:f}", "steps", (json_int_t)counts.steps, "rejected",
+                     (json_int_t)counts.rejected, "evaluations", (json_int_t)counts.evaluations, "factorizations",
+                     (json_int_t)counts.factorizations, "cpu_seconds", outcome->cpu_seconds);
+}
+
+static json_t *measure_energy(const kt_outcome *outcome, const kt_data *data) {
+    double kinetic = kt_kinetic_energy(outcome->model, data), potential = kt_potential_energy(outcome->model, data);
+    json_t *energy = json_object();
+    json_object_set_new(energy, "kinetic", kt_json_number(kinetic));
+    json_object_set_new(energy, "potential", kt_json_number(potential));
+    json_object_set_new(energy, "total", kt_json_number(kinetic + potential));
+    json_object_set_new(energy, "drift", kt_json_number(outcome->drift));
+    return energy;
+}
+
+static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
+    const kt_model *model = outcome->model;
+    const double *q = kt_simulation_positions(outcome->simulation);
+    const double *v = kt_simulation_velocities(outcome->simulation);
+    int nv = kt_model_nv(model);
+    /* Where the run failed there may be no acceleration; the rest is there all the same. */
+    bool has_acceleration = kt_simulation_acceleration(outcome->simulation, a, error) == KT_OK;
+    if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
+        return NULL;
+    json_t *root = json_object();
+    json_object_set_new(root, "scene", json_string(outcome->name));
+    json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
+    json_object_set_new(root, "freedom",
+                        json_pack("{s:i, s:i, s:i, s:i}", "tree", nv, "equations", 0, "rank", 0, "minimal", nv));
+    json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
+    json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
+    json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
+    json_object_set_new(root, "marker", list_markers(model, data));
+    json_object_set_new(root, "energy", measure_energy(outcome, data));
+    json_object_set_new(root, "constraint",
+                        json_pack("{s:f, s:f}", "position", outcome->constraint_position, "velocity",
+                                  outcome->constraint_velocity));
+    json_object_set_new(root, "method", describe_method(outcome->run));
+    json_object_set_new(root, "cost", count_cost(outcome));
+    return root;
+}
+
+int kt_summary_write(const kt_outcome *outcome, const char *path) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    json_t *root = NULL;
+    double *a = malloc(sizeof(double) * ((size_t)kt_model_nv(outcome->model) + 1));
+    if (a == NULL || kt_data_create(outcome->model, &data, &error) != KT_OK) {
+        kt_say("there is not enough memory for the summary");
+        free(a);
+        return KT_EXIT_INTEGRATION;
+    }
+    root = describe(outcome, data, a, &error);
+    kt_data_free(data);
+    free(a);
+    if (root == NULL) {
+        kt_say_error(&error);
+        return KT_EXIT_INTEGRATION;
+    }
+    return kt_json_write(root, path);
+}

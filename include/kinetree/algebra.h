@@ -1,0 +1,471 @@
+/* Vectors, rotations, poses, twists, wrenches: small plain values. SI units and radians throughout.
+ *
+ * A rotation matrix is stored by columns: R.x, R.y and R.z are the axes of the turned frame, so that R u takes the
+ * components of a vector from the turned frame to the reference frame. Quaternions are scalar first.
+ */
+#ifndef KINETREE_ALGEBRA_H
+#define KINETREE_ALGEBRA_H
+
+#include "kinetree/status.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct kt_vec3 {
+    double x, y, z;
+} kt_vec3;
+
+/* w + x i + y j + z k; of unit norm where it is a rotation. */
+typedef struct kt_quat {
+    double w, x, y, z;
+} kt_quat;
+
+/* Columns. */
+typedef struct kt_mat3 {
+    kt_vec3 x, y, z;
+} kt_mat3;
+
+/* A frame against a reference frame: point = position + rotation * local. */
+typedef struct kt_pose {
+    kt_mat3 rotation;
+    kt_vec3 position;
+} kt_pose;
+
+/* Angular velocity (or acceleration), and that of a point; the docstring of each call says which frame and point. */
+typedef struct kt_twist {
+    kt_vec3 angular, linear;
+} kt_twist;
+
+typedef struct kt_wrench {
+    kt_vec3 moment, force;
+} kt_wrench;
+
+/* ---- vectors and matrices ---------------------------------------------------------------------------------------- */
+
+static inline kt_vec3 kt_vec3_make(double x, double y, double z) {
+    kt_vec3 u;
+    u.x = x;
+    u.y = y;
+    u.z = z;
+    return u;
+}
+
+static inline kt_vec3 kt_vec3_add(kt_vec3 a, kt_vec3 b) { return kt_vec3_make(a.x + b.x, a.y + b.y, a.z + b.z); }
+static inline kt_vec3 kt_vec3_sub(kt_vec3 a, kt_vec3 b) { return kt_vec3_make(a.x - b.x, a.y - b.y, a.z - b.z); }
+static inline kt_vec3 kt_vec3_scale(double s, kt_vec3 a) { return kt_vec3_make(s * a.x, s * a.y, s * a.z); }
+static inline double kt_vec3_dot(kt_vec3 a, kt_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline double kt_vec3_norm(kt_vec3 a) { return sqrt(kt_vec3_dot(a, a)); }
+
+static inline kt_vec3 kt_vec3_cross(kt_vec3 a, kt_vec3 b) {
+    return kt_vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline kt_mat3 kt_mat3_identity(void) {
+    kt_mat3 m;
+    m.x = kt_vec3_make(1.0, 0.0, 0.0);
+    m.y = kt_vec3_make(0.0, 1.0, 0.0);
+    m.z = kt_vec3_make(0.0, 0.0, 1.0);
+    return m;
+}
+
+/* A u */
+static inline kt_vec3 kt_mat3_apply(kt_mat3 a, kt_vec3 u) {
+    return kt_vec3_make(a.x.x * u.x + a.y.x * u.y + a.z.x * u.z, a.x.y * u.x + a.y.y * u.y + a.z.y * u.z,
+                        a.x.z * u.x + a.y.z * u.y + a.z.z * u.z);
+}
+
+/* A' u */
+static inline kt_vec3 kt_mat3_apply_transposed(kt_mat3 a, kt_vec3 u) {
+    return kt_vec3_make(kt_vec3_dot(a.x, u), kt_vec3_dot(a.y, u), kt_vec3_dot(a.z, u));
+}
+
+/* A B */
+static inline kt_mat3 kt_mat3_multiply(kt_mat3 a, kt_mat3 b) {
+    kt_mat3 c;
+    c.x = kt_mat3_apply(a, b.x);
+    c.y = kt_mat3_apply(a, b.y);
+    c.z = kt_mat3_apply(a, b.z);
+    return c;
+}
+
+static inline kt_mat3 kt_mat3_transpose(kt_mat3 a) {
+    kt_mat3 t;
+    t.x = kt_vec3_make(a.x.x, a.y.x, a.z.x);
+    t.y = kt_vec3_make(a.x.y, a.y.y, a.z.y);
+    t.z = kt_vec3_make(a.x.z, a.y.z, a.z.z);
+    return t;
+}
+
+static inline kt_mat3 kt_mat3_add(kt_mat3 a, kt_mat3 b) {
+    kt_mat3 c;
+    c.x = kt_vec3_add(a.x, b.x);
+    c.y = kt_vec3_add(a.y, b.y);
+    c.z = kt_vec3_add(a.z, b.z);
+    return c;
+}
+
+static inline kt_mat3 kt_mat3_scale(double s, kt_mat3 a) {
+    kt_mat3 c;
+    c.x = kt_vec3_scale(s, a.x);
+    c.y = kt_vec3_scale(s, a.y);
+    c.z = kt_vec3_scale(s, a.z);
+    return c;
+}
+
+static inline double kt_mat3_determinant(kt_mat3 a) { return kt_vec3_dot(a.x, kt_vec3_cross(a.y, a.z)); }
+
+/* u x, the matrix of the cross product: (u x) v = u cross v. */
+static inline kt_mat3 kt_mat3_skew(kt_vec3 u) {
+    kt_mat3 m;
+    m.x = kt_vec3_make(0.0, u.z, -u.y);
+    m.y = kt_vec3_make(-u.z, 0.0, u.x);
+    m.z = kt_vec3_make(u.y, -u.x, 0.0);
+    return m;
+}
+
+/* |a| over the whole range of double: nothing overflows or underflows on the way. Slower than kt_vec3_norm. */
+static inline double kt_vec3_norm_wide(kt_vec3 a) { return hypot(hypot(a.x, a.y), a.z); }
+
+/* a / |a| for any finite a but zero, however large or small; zero gives NaN. */
+static inline kt_vec3 kt_vec3_normalize(kt_vec3 a) {
+    double n2 = kt_vec3_dot(a, a);
+    if (!(n2 > 1e-280 && n2 < 1e280)) { /* bring the largest component near one, exactly */
+        int exponent;
+        (void)frexp(fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))), &exponent);
+        a = kt_vec3_make(ldexp(a.x, -exponent), ldexp(a.y, -exponent), ldexp(a.z, -exponent));
+        n2 = kt_vec3_dot(a, a);
+    }
+    return kt_vec3_scale(1.0 / sqrt(n2), a);
+}
+
+/* ---- quaternions (Euler-Rodrigues parameters): R = I + 2 w v x + 2 v x v x, v = (x, y, z) [MSD A.24] --------------
+ */
+
+static inline kt_quat kt_quat_make(double w, double x, double y, double z) {
+    kt_quat q;
+    q.w = w;
+    q.x = x;
+    q.y = y;
+    q.z = z;
+    return q;
+}
+
+static inline kt_quat kt_quat_identity(void) { return kt_quat_make(1.0, 0.0, 0.0, 0.0); }
+static inline kt_quat kt_quat_conjugate(kt_quat q) { return kt_quat_make(q.w, -q.x, -q.y, -q.z); }
+
+/* p q: the rotation q followed by p about the axes of the reference frame, R(p q) = R(p) R(q). */
+static inline kt_quat kt_quat_multiply(kt_quat p, kt_quat q) {
+    return kt_quat_make(p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z, p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y,
+                        p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x, p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w);
+}
+
+static inline double kt_quat_norm_squared(kt_quat q) { return q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z; }
+
+/* q times the power of two that brings its largest component to between 1/2 and 1. */
+static inline kt_quat kt_quat_rescale(kt_quat q) {
+    int exponent;
+    (void)frexp(fmax(fmax(fabs(q.w), fabs(q.x)), fmax(fabs(q.y), fabs(q.z))), &exponent);
+    return kt_quat_make(ldexp(q.w, -exponent), ldexp(q.x, -exponent), ldexp(q.y, -exponent), ldexp(q.z, -exponent));
+}
+
+/* q / |q| for any finite q but zero, however large or small; zero gives NaN. */
+static inline kt_quat kt_quat_normalize(kt_quat q) {
+    double n2 = kt_quat_norm_squared(q);
+    if (!(n2 > 1e-280 && n2 < 1e280)) {
+        q = kt_quat_rescale(q);
+        n2 = kt_quat_norm_squared(q);
+    }
+    const double s = 1.0 / sqrt(n2);
+    return kt_quat_make(s * q.w, s * q.x, s * q.y, s * q.z);
+}
+
+/* R(q / |q|) for any finite q but zero, normalised or not; zero gives NaN [MSD A.24]. */
+static inline kt_mat3 kt_matrix_from_quat(kt_quat q) {
+    double n2 = kt_quat_norm_squared(q);
+    if (!(n2 > 1e-280 && n2 < 1e280)) {
+        q = kt_quat_rescale(q);
+        n2 = kt_quat_norm_squared(q);
+    }
+    const double s = 2.0 / n2;
+    const double wx = s * q.w * q.x, wy = s * q.w * q.y, wz = s * q.w * q.z;
+    const double xx = s * q.x * q.x, xy = s * q.x * q.y, xz = s * q.x * q.z;
+    const double yy = s * q.y * q.y, yz = s * q.y * q.z, zz = s * q.z * q.z;
+    kt_mat3 r;
+    r.x = kt_vec3_make(1.0 - (yy + zz), xy + wz, xz - wy);
+    r.y = kt_vec3_make(xy - wz, 1.0 - (xx + zz), yz + wx);
+    r.z = kt_vec3_make(xz + wy, yz - wx, 1.0 - (xx + yy));
+    return r;
+}
+
+/* The unit quaternion, w >= 0, of a rotation matrix; where w = 0 its largest component is positive. Accurate at every
+ * angle (Shepperd 1978: the largest of the four components is found first). */
+KT_API kt_quat kt_quat_from_matrix(kt_mat3 rotation);
+
+/* The quaternion exponential: rotation by |theta| rad about theta. Exact for every |theta|, zero included. */
+KT_API kt_quat kt_quat_from_euler_vector(kt_vec3 theta);
+
+/* The quaternion logarithm, |theta| <= pi rad; q and -q give the same. q need not be normalised; zero gives NaN. */
+KT_API kt_vec3 kt_euler_vector_from_quat(kt_quat q);
+
+/* omega = 2 E qdot, in the reference frame [MSD A.32, A.33]; for a q that is not normalised, the angular velocity of
+ * R(q / |q|), omega = 2 E qdot / |q|^2. Undefined where q = 0 (NaN). */
+static inline kt_vec3 kt_quat_angular_world(kt_quat q, kt_quat rate) {
+    const kt_quat p = kt_quat_multiply(rate, kt_quat_conjugate(q));
+    return kt_vec3_scale(2.0 / kt_quat_norm_squared(q), kt_vec3_make(p.x, p.y, p.z));
+}
+
+/* R' omega = 2 G qdot, in the turned (body) frame [MSD A.35, A.36]; else as kt_quat_angular_world. */
+static inline kt_vec3 kt_quat_angular_body(kt_quat q, kt_quat rate) {
+    const kt_quat p = kt_quat_multiply(kt_quat_conjugate(q), rate);
+    return kt_vec3_scale(2.0 / kt_quat_norm_squared(q), kt_vec3_make(p.x, p.y, p.z));
+}
+
+/* qdot = E' omega / 2, omega in the reference frame. Never singular; keeps |q|. */
+static inline kt_quat kt_quat_rate_world(kt_quat q, kt_vec3 omega) {
+    return kt_quat_multiply(kt_quat_make(0.0, 0.5 * omega.x, 0.5 * omega.y, 0.5 * omega.z), q);
+}
+
+/* qdot = G' omega / 2, omega in the turned (body) frame. Never singular; keeps |q|. */
+static inline kt_quat kt_quat_rate_body(kt_quat q, kt_vec3 omega) {
+    return kt_quat_multiply(q, kt_quat_make(0.0, 0.5 * omega.x, 0.5 * omega.y, 0.5 * omega.z));
+}
+
+/* ---- rotation matrices ------------------------------------------------------------------------------------------- */
+
+/* R1, R2 or R3: rotation by `angle` rad about coordinate axis 0, 1 or 2 [MSD A.1]; zeros and ones are exact. */
+KT_API kt_mat3 kt_matrix_about(int axis, double angle);
+
+/* omega = ax(Rdot R'), in the reference frame. */
+static inline kt_vec3 kt_matrix_angular_world(kt_mat3 rotation, kt_mat3 rate) {
+    const kt_vec3 xy = kt_vec3_add(kt_vec3_cross(rotation.x, rate.x), kt_vec3_cross(rotation.y, rate.y));
+    return kt_vec3_scale(0.5, kt_vec3_add(xy, kt_vec3_cross(rotation.z, rate.z)));
+}
+
+/* Rdot = omega x R, omega in the reference frame. */
+static inline kt_mat3 kt_matrix_rate_world(kt_mat3 rotation, kt_vec3 omega) {
+    kt_mat3 rate;
+    rate.x = kt_vec3_cross(omega, rotation.x);
+    rate.y = kt_vec3_cross(omega, rotation.y);
+    rate.z = kt_vec3_cross(omega, rotation.z);
+    return rate;
+}
+
+/* The rotation nearest to a matrix that is almost one (its polar factor), orthonormal to rounding. A matrix of zeros
+ * and ones is returned unchanged. Converges where |R'R - I| < 1/2, and is not checked beyond. Cost: three products of 3
+ * x 3 matrices for an error of 1e-6 (Higham, Functions of Matrices, 8.3: R <- R (3 I - R'R) / 2). */
+KT_API kt_mat3 kt_matrix_orthonormalize(kt_mat3 almost);
+
+/* ---- Euler angles: R = Ri(a) Rj(b) Rk(c) for sequence ijk, composed left to right about carried axes --------------
+ *
+ * `sequence` is one of 121 123 131 132 212 213 231 232 312 313 321 323; the angles, rad, are in the order of the
+ * sequence. Middle angles at which the first and third axes fall together are singular: b = 0 or pi where i = k, else
+ * b = +-pi/2; "singular" below means within rounding, |sin b| or |cos b| <= 16 DBL_EPSILON. Any other sequence is
+ * KT_ERROR_ARGUMENT. [MSD A.3-A.5, A.25-A.27] */
+
+KT_API KT_CHECKED kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error);
+
+/* Angles with a and c in [-pi, pi] and b in [0, pi] where i = k, else in [-pi/2, pi/2]. At a singular middle angle only
+ * a + c or a - c is determined: the call succeeds, returns c = 0, and sets *singular (which may be NULL) to true.
+ * Whatever the middle angle, the angles reproduce the rotation to rounding. */
+KT_API KT_CHECKED kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular,
+                                                 kt_error *error);
+
+/* G: omega = G (adot, bdot, cdot), omega in the reference frame. */
+KT_API KT_CHECKED kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *map, kt_error *error);
+
+/* The inverse of G; KT_ERROR_SINGULAR at a singular middle angle. */
+KT_API KT_CHECKED kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, kt_error *error);
+
+/* Roll, pitch, yaw, in this order: R = R3(yaw) R2(pitch) R1(roll), which is sequence 321 with its angles listed
+ * backwards. Singular at pitch = +-pi/2, as above; there kt_rpy_from_matrix returns roll = 0 and sets *singular (may be
+ * NULL). */
+KT_API kt_mat3 kt_matrix_from_rpy(kt_vec3 rpy);
+KT_API kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular);
+KT_API kt_mat3 kt_rpy_map(kt_vec3 rpy);
+KT_API KT_CHECKED kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt_error *error);
+
+/* ---- Euler vector: theta = angle times axis, R = exp(theta x) [MSD A.6, A.28] --------------------------------------
+ */
+
+KT_API kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta);
+
+/* |theta| <= pi rad; accurate for every rotation, zero and half turns included (at a half turn theta and -theta are the
+ * same rotation; the one with a positive largest component is returned where the matrix does not tell). */
+KT_API kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation);
+
+/* G: omega = G thetadot, omega in the reference frame. (G' gives omega in the turned frame.) */
+KT_API kt_mat3 kt_euler_vector_map(kt_vec3 theta);
+
+/* The inverse of G; KT_ERROR_SINGULAR at full turns, |theta| = 2 pi k with k > 0, within rounding. */
+KT_API KT_CHECKED kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error *error);
+
+/* ---- axis and angle: the axis is any vector but zero; it is normalised ------------------------------------------- */
+
+/* KT_ERROR_ARGUMENT for a zero axis, KT_ERROR_NOT_FINITE. */
+KT_API KT_CHECKED kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error);
+
+/* Unit axis and angle in [0, pi] rad; the identity has the axis z. */
+KT_API void kt_axis_angle_from_matrix(kt_mat3 rotation, kt_vec3 *axis, double *angle);
+
+/* omega = n anglerate + sin(angle) nrate + (1 - cos(angle)) n cross nrate, in the reference frame, for a unit axis n
+ * and its rate nrate (normal to n). */
+KT_API kt_vec3 kt_axis_angle_angular_world(kt_vec3 axis, double angle, kt_vec3 axis_rate, double angle_rate);
+
+/* The rates of a unit axis and of the angle that give omega; KT_ERROR_SINGULAR where the angle is 2 pi k, k = 0
+ * included, within rounding (|sin(angle / 2)| <= 16 DBL_EPSILON max(1, |angle|)). */
+KT_API KT_CHECKED kt_status kt_axis_angle_rate_world(kt_vec3 axis, double angle, kt_vec3 omega, kt_vec3 *axis_rate,
+                                                     double *angle_rate, kt_error *error);
+
+/* ---- Cayley-Gibbs-Rodrigues parameters: g = 2 tan(angle / 2) axis [MSD A.17, A.18, A.30] ----------------------------
+ */
+
+KT_API kt_mat3 kt_matrix_from_cgr(kt_vec3 cgr);
+
+/* KT_ERROR_SINGULAR at half turns, within rounding: these have no such parameters. */
+KT_API KT_CHECKED kt_status kt_cgr_from_matrix(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error);
+
+/* G: omega = G gdot, omega in the reference frame, and its inverse I - g x / 2 + g g' / 4. Never singular. */
+KT_API kt_mat3 kt_cgr_map(kt_vec3 cgr);
+KT_API kt_mat3 kt_cgr_map_inverse(kt_vec3 cgr);
+
+/* ---- a rotation as scene files and callers describe it ----------------------------------------------------------- */
+
+typedef enum kt_rotation_type {
+    KT_ROTATION_NONE = 0,       /* identity: a struct of zeros is a valid description */
+    KT_ROTATION_QUATERNION = 1, /* value = w, x, y, z: norm within 1e-3 of one */
+    KT_ROTATION_RPY = 2,        /* value = roll, pitch, yaw, rad */
+    KT_ROTATION_EULER = 3,      /* sequence such as 313; value = its three angles, rad */
+    KT_ROTATION_VECTOR = 4,     /* value = Euler vector, rad */
+    KT_ROTATION_CGR = 5,        /* value = Cayley-Gibbs-Rodrigues parameters */
+    KT_ROTATION_AXIS_ANGLE = 6, /* value = axis (not zero), angle in rad */
+    KT_ROTATION_MATRIX = 7      /* value = rows R11 R12 R13 R21 ...: orthonormal within 1e-6, determinant +1 */
+} kt_rotation_type;
+
+typedef struct kt_rotation {
+    kt_rotation_type type;
+    int sequence; /* of KT_ROTATION_EULER; else not read */
+    double value[9];
+} kt_rotation;
+
+KT_API kt_rotation kt_rotation_quaternion(double w, double x, double y, double z);
+KT_API kt_rotation kt_rotation_rpy(double roll, double pitch, double yaw);
+KT_API kt_rotation kt_rotation_euler(int sequence, double a, double b, double c);
+KT_API kt_rotation kt_rotation_vector(kt_vec3 theta);
+KT_API kt_rotation kt_rotation_cgr(kt_vec3 cgr);
+KT_API kt_rotation kt_rotation_axis_angle(kt_vec3 axis, double angle);
+KT_API kt_rotation kt_rotation_matrix(kt_mat3 rotation);
+
+/* The matrix of a description, orthonormal to rounding. Checks it: KT_ERROR_NOT_FINITE, and KT_ERROR_ARGUMENT for a
+ * quaternion or matrix that is no rotation, a zero axis, an unknown sequence or type, each with the way to mend it. */
+KT_API KT_CHECKED kt_status kt_rotation_evaluate(const kt_rotation *description, kt_mat3 *rotation, kt_error *error);
+
+/* The right-handed triad, as a rotation matrix, whose column `which` (0, 1, 2) is the unit vector `axis` and whose next
+ * columns, cyclically, complete it: those of the cyclic triad of the coordinate axis nearest to `axis`, turned by the
+ * least rotation that brings that coordinate axis onto `axis`. So for which = 2: z gives columns x, y, z (the
+ * identity); x gives y, z, x; y gives z, x, y; -z, -x, -y give (x, -y, -z), (y, -z, -x), (z, -x, -y); for +-x, +-y, +-z
+ * entries are exactly 0 or +-1. Where several are nearest, coordinate axis `which` is taken, else the one cyclically
+ * next to it. Orthonormal to rounding; smooth but for the jumps between nearest axes. (The least rotation: Duff et al.
+ * 2017, J. Computer Graphics Techniques 6(1).) */
+KT_API kt_mat3 kt_triad_from_axis(kt_vec3 axis, int which);
+
+/* ---- poses ------------------------------------------------------------------------------------------------------- */
+
+static inline kt_pose kt_pose_identity(void) {
+    kt_pose p;
+    p.rotation = kt_mat3_identity();
+    p.position = kt_vec3_make(0.0, 0.0, 0.0);
+    return p;
+}
+
+/* The point of the reference frame that has coordinates `local` in the posed frame. */
+static inline kt_vec3 kt_pose_apply(kt_pose a, kt_vec3 local) {
+    return kt_vec3_add(a.position, kt_mat3_apply(a.rotation, local));
+}
+
+/* a b: with a the pose of B in A and b the pose of C in B, the pose of C in A. */
+static inline kt_pose kt_pose_compose(kt_pose a, kt_pose b) {
+    kt_pose c;
+    c.rotation = kt_mat3_multiply(a.rotation, b.rotation);
+    c.position = kt_pose_apply(a, b.position);
+    return c;
+}
+
+/* The reference frame against the posed one. */
+static inline kt_pose kt_pose_invert(kt_pose a) {
+    kt_pose b;
+    b.rotation = kt_mat3_transpose(a.rotation);
+    b.position = kt_vec3_scale(-1.0, kt_mat3_apply_transposed(a.rotation, a.position));
+    return b;
+}
+
+/* ---- symmetric matrices and inertias ----------------------------------------------------------------------------- */
+
+/* The entries of the matrix (xy is the entry itself: minus the product of inertia, in an inertia). */
+typedef struct kt_sym3 {
+    double xx, yy, zz, xy, xz, yz;
+} kt_sym3;
+
+static inline kt_sym3 kt_sym3_make(double xx, double yy, double zz, double xy, double xz, double yz) {
+    kt_sym3 s;
+    s.xx = xx;
+    s.yy = yy;
+    s.zz = zz;
+    s.xy = xy;
+    s.xz = xz;
+    s.yz = yz;
+    return s;
+}
+
+static inline kt_sym3 kt_sym3_add(kt_sym3 a, kt_sym3 b) {
+    return kt_sym3_make(a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz);
+}
+
+/* S u */
+static inline kt_vec3 kt_sym3_apply(kt_sym3 s, kt_vec3 u) {
+    return kt_vec3_make(s.xx * u.x + s.xy * u.y + s.xz * u.z, s.xy * u.x + s.yy * u.y + s.yz * u.z,
+                        s.xz * u.x + s.yz * u.y + s.zz * u.z);
+}
+
+/* R S R': S in the turned frame to the reference frame. */
+static inline kt_sym3 kt_sym3_rotate(kt_mat3 r, kt_sym3 s) {
+    kt_mat3 m, p; /* M = columns of S; P' = R S, whose columns are those of S turned */
+    m.x = kt_vec3_make(s.xx, s.xy, s.xz);
+    m.y = kt_vec3_make(s.xy, s.yy, s.yz);
+    m.z = kt_vec3_make(s.xz, s.yz, s.zz);
+    p = kt_mat3_transpose(kt_mat3_multiply(r, m));
+    const kt_vec3 x = kt_mat3_apply(r, p.x), y = kt_mat3_apply(r, p.y), z = kt_mat3_apply(r, p.z);
+    return kt_sym3_make(x.x, y.y, z.z, x.y, x.z, y.z);
+}
+
+/* Parallel axes: the inertia about a point, kg m^2, from that about the centre of mass; `com` is the centre of mass
+ * seen from the point, m, in the same axes. I + m (c'c 1 - c c'). */
+static inline kt_sym3 kt_sym3_shift(kt_sym3 about_com, double mass, kt_vec3 com) {
+    const double x = com.x, y = com.y, z = com.z;
+    return kt_sym3_add(about_com, kt_sym3_make(mass * (y * y + z * z), mass * (x * x + z * z), mass * (x * x + y * y),
+                                               -mass * x * y, -mass * x * z, -mass * y * z));
+}
+
+/* Eigenvalues in ascending order (x <= y <= z), of any finite symmetric matrix, by Jacobi rotations: errors of a few
+ * DBL_EPSILON times the largest, at any scale. NaN where an entry is not finite. */
+KT_API kt_vec3 kt_sym3_eigenvalues(kt_sym3 s);
+
+typedef enum kt_inertia_fault {
+    KT_INERTIA_VALID = 0,
+    KT_INERTIA_NOT_FINITE = 1,
+    KT_INERTIA_NEGATIVE = 2, /* the smallest principal moment is negative: not positive semi-definite */
+    KT_INERTIA_TRIANGLE = 3  /* the largest principal moment exceeds the sum of the two others: no body can have it */
+} kt_inertia_fault;
+
+/* Whether a body can have this inertia about its centre of mass (or any of its points). Violations up to 1e-10 times
+ * the largest principal moment pass as rounding (of a rod or a thin plate, where equality holds). *moments (may be
+ * NULL) receives the principal moments in ascending order unless not finite. */
+KT_API kt_inertia_fault kt_inertia_check(kt_sym3 inertia, kt_vec3 *moments);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,14 @@
+/* All of kinetree. */
+#ifndef KINETREE_KINETREE_H
+#define KINETREE_KINETREE_H
+
+#include "kinetree/algebra.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/integrator.h"
+#include "kinetree/joint.h"
+#include "kinetree/model.h"
+#include "kinetree/scene.h"
+#include "kinetree/simulation.h"
+#include "kinetree/status.h"
+
+#endif

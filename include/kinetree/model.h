@@ -1,0 +1,369 @@
+/* A mechanism: its description in plain structs, and the immutable model compiled from it.
+ *
+ * The caller fills a kt_description (start every struct from its _default() call), kt_model_compile checks it, orders it
+ * and lays it out. The description and its strings may be released afterwards. A model may be shared between threads;
+ * each thread has its own kt_data.
+ *
+ * SI units and radians. Body 0 is the world. A body bears one joint, the one that carries it on its parent, and the
+ * joint bears the body's name. The body frame is the child side of its joint.
+ */
+#ifndef KINETREE_MODEL_H
+#define KINETREE_MODEL_H
+
+#include "kinetree/algebra.h"
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- functions of time ------------------------------------------------------------------------------------------- */
+
+typedef enum kt_function_type {
+    KT_FUNCTION_NONE = 0, /* not given: the default of the place where it stands */
+    KT_FUNCTION_CONSTANT,
+    KT_FUNCTION_SINE,
+    KT_FUNCTION_RAMP,
+    KT_FUNCTION_POLYNOMIAL,
+    KT_FUNCTION_TABLE,
+} kt_function_type;
+
+typedef enum kt_interpolation { KT_INTERPOLATION_LINEAR = 0, KT_INTERPOLATION_CUBIC } kt_interpolation;
+
+/* A scalar function of time; only the members of its type are read. */
+typedef struct kt_function {
+    kt_function_type type;
+    double value;                               /* constant */
+    double amplitude, frequency, phase, offset; /* offset + amplitude sin(2 pi frequency t + phase); Hz, rad */
+    double from, to, start, end;                /* C1 ramp: `from` up to t = start, `to` from t = end on */
+    const double *numbers;                      /* polynomial: c0, c1, ... of t; table: t0, y0, t1, y1, ... */
+    int number_count;                           /* length of numbers */
+    kt_interpolation interpolation;             /* of a table */
+} kt_function;
+
+/* Functions of each type. Lists of numbers stay the caller's; kt_model_compile copies them.
+ *   constant: value, always;
+ *   sine: offset + amplitude sin(2 pi frequency t + phase), frequency in Hz, phase in rad;
+ *   ramp: `from` until t = start, `to` from t = end on, between them from + (to - from) s^2 (3 - 2 s) with
+ *     s = (t - start) / (end - start): value and slope are continuous, the second derivative jumps at both ends;
+ *   polynomial: coefficients[0] + coefficients[1] t + ...;
+ *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
+ *     or the natural cubic spline, which is twice continuously differentiable and has no curvature at its ends. Outside
+ *     its rows a table keeps its first or last value, with no slope. */
+KT_API kt_function kt_function_constant(double value);
+KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
+KT_API kt_function kt_function_ramp(double from, double to, double start, double end);
+KT_API kt_function kt_function_polynomial(const double *coefficients, int count);
+KT_API kt_function kt_function_table(const double *rows, int number_count, kt_interpolation interpolation);
+
+/* ---- joints and bodies ------------------------------------------------------------------------------------------- */
+
+/* type, name in scene files, positions, velocities */
+#define KT_JOINT_LIST(X)                                                                                               \
+    X(KT_JOINT_FIXED, fixed, 0, 0)                                                                                     \
+    X(KT_JOINT_REVOLUTE, revolute, 1, 1)                                                                               \
+    X(KT_JOINT_PRISMATIC, prismatic, 1, 1)                                                                             \
+    X(KT_JOINT_SCREW, screw, 1, 1)                                                                                     \
+    X(KT_JOINT_CYLINDRICAL, cylindrical, 2, 2)                                                                         \
+    X(KT_JOINT_PLANAR, planar, 3, 3)                                                                                   \
+    X(KT_JOINT_UNIVERSAL, universal, 2, 2)                                                                             \
+    X(KT_JOINT_SPHERICAL, spherical, 4, 3)                                                                             \
+    X(KT_JOINT_FREE, free, 7, 6)
+
+typedef enum kt_joint_type {
+#define KT_JOINT_ENUM(id, name, nq, nv) id,
+    KT_JOINT_LIST(KT_JOINT_ENUM)
+#undef KT_JOINT_ENUM
+        KT_JOINT_TYPE_COUNT
+} kt_joint_type;
+
+enum { KT_JOINT_NQ_MAX = 7, KT_JOINT_NV_MAX = 6 };
+
+/* How a body moves on its parent. Coordinates, in this order:
+ *   revolute, screw: angle; prismatic: length; cylindrical: angle, length; universal: angle about axis, about axis2;
+ *   planar: x, y, angle (x, y along the in-plane axes of kt_triad_from_axis(axis, 2), in the joint frame);
+ *   spherical: quaternion; angular velocity in the body frame;
+ *   free: x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular velocity in the body frame.
+ * A quaternion of four zeros stands for no rotation. */
+typedef struct kt_joint {
+    kt_joint_type type;
+    kt_vec3 axis;         /* in the joint frame; any non-zero length */
+    kt_vec3 axis2;        /* universal: second axis, carried along; zero: the axis after `axis` (z, x, y, z ...) */
+    double pitch;         /* screw: m per radian */
+    kt_vec3 at;           /* origin of the joint frame in the parent's body frame, m */
+    kt_rotation rotation; /* joint frame against the parent's body frame */
+    double position[7];   /* initial coordinates */
+    double velocity[6];
+} kt_joint;
+
+typedef struct kt_marker {
+    const char *name;
+    kt_vec3 at; /* body frame, m */
+} kt_marker;
+
+/* type, name in scene files */
+#define KT_SHAPE_LIST(X)                                                                                               \
+    X(KT_SHAPE_NONE, none)                                                                                             \
+    X(KT_SHAPE_POINT, point)                                                                                           \
+    X(KT_SHAPE_ROD, rod)                                                                                               \
+    X(KT_SHAPE_BOX, box)                                                                                               \
+    X(KT_SHAPE_SPHERE, sphere)                                                                                         \
+    X(KT_SHAPE_CYLINDER, cylinder)
+
+typedef enum kt_shape_type {
+#define KT_SHAPE_ENUM(id, name) id,
+    KT_SHAPE_LIST(KT_SHAPE_ENUM)
+#undef KT_SHAPE_ENUM
+        KT_SHAPE_TYPE_COUNT
+} kt_shape_type;
+
+/* What a picture shows, and the uniform solid whose com and inertia a body may take. */
+typedef struct kt_shape {
+    kt_shape_type type;
+    kt_vec3 from, to;     /* rod: its ends, body frame, m */
+    kt_vec3 at;           /* others: centre, body frame, m */
+    kt_rotation rotation; /* box, cylinder: solid's axes against the body's */
+    kt_vec3 size;         /* box: edge lengths, m */
+    double radius;        /* rod (0: slender), sphere, cylinder, m */
+    double length;        /* cylinder, m */
+    kt_vec3 axis;         /* cylinder: its axis, in the solid's axes */
+} kt_shape;
+
+typedef struct kt_body {
+    const char *name;   /* [A-Za-z_][A-Za-z0-9_-]* */
+    const char *parent; /* name of a body; NULL or "world": the world */
+    kt_joint joint;
+    double mass;            /* kg */
+    kt_vec3 com;            /* centre of mass, body frame, m */
+    kt_sym3 inertia;        /* about the com, body axes, kg m^2 */
+    bool com_of_shape;      /* take the com from the shape and `mass`, and ignore `com` */
+    bool inertia_of_shape;  /* take the inertia from the shape and `mass`, and ignore `inertia` */
+    kt_shape shape;
+    const kt_marker *markers;
+    int marker_count;
+} kt_body;
+
+/* ---- loops and effects ------------------------------------------------------------------------------------------- */
+
+/* A frame on a body: at a marker, or at `at` in the body frame, turned by `rotation` against the body frame. */
+typedef struct kt_end {
+    const char *body;   /* NULL or "world": the world */
+    const char *marker; /* NULL: `at` counts */
+    kt_vec3 at;
+    kt_rotation rotation;
+} kt_end;
+
+/* type, name in scene files */
+#define KT_LOOP_LIST(X)                                                                                                \
+    X(KT_LOOP_SPHERICAL, spherical)                                                                                    \
+    X(KT_LOOP_INLINE, inline)                                                                                          \
+    X(KT_LOOP_INPLANE, inplane)                                                                                        \
+    X(KT_LOOP_DISTANCE, distance)                                                                                      \
+    X(KT_LOOP_PARALLEL, parallel)                                                                                      \
+    X(KT_LOOP_COAXIAL, coaxial)                                                                                        \
+    X(KT_LOOP_ORTHOGONAL, orthogonal)                                                                                  \
+    X(KT_LOOP_REVOLUTE, revolute)                                                                                      \
+    X(KT_LOOP_PRISMATIC, prismatic)                                                                                    \
+    X(KT_LOOP_SCREW, screw)                                                                                            \
+    X(KT_LOOP_CYLINDRICAL, cylindrical)                                                                                \
+    X(KT_LOOP_PLANAR, planar)                                                                                          \
+    X(KT_LOOP_WELD, weld)                                                                                              \
+    X(KT_LOOP_UNIVERSAL, universal)                                                                                    \
+    X(KT_LOOP_COUPLING, coupling)                                                                                      \
+    X(KT_LOOP_MOTION, motion)                                                                                          \
+    X(KT_LOOP_ROLLING, rolling)
+
+typedef enum kt_loop_type {
+#define KT_LOOP_ENUM(id, name) id,
+    KT_LOOP_LIST(KT_LOOP_ENUM)
+#undef KT_LOOP_ENUM
+        KT_LOOP_TYPE_COUNT
+} kt_loop_type;
+
+/* One term of a coupling: coefficient * position of a scalar joint. */
+typedef struct kt_term {
+    const char *joint;
+    double coefficient;
+} kt_term;
+
+/* A constraint that the tree cannot carry; only the members of its type are read. */
+typedef struct kt_loop {
+    const char *name;
+    kt_loop_type type;
+    kt_end between[2];    /* rolling: the wheel's centre, and the surface it rolls on */
+    kt_vec3 axis;         /* in both ends' frames; rolling: the wheel's axle, in the wheel's frame */
+    kt_vec3 axis2;        /* orthogonal, universal: in the second end's frame; rolling: the surface's normal */
+    double pitch;         /* screw, m per radian */
+    double radius;        /* rolling, m */
+    bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation */
+    kt_function function; /* distance: the length (not given: the initial one); motion: the joint's position */
+    const char *joint;    /* motion */
+    const kt_term *terms; /* coupling: sum of terms = offset */
+    int term_count;
+    double offset;
+} kt_loop;
+
+/* type, name in scene files */
+#define KT_EFFECT_LIST(X)                                                                                              \
+    X(KT_EFFECT_SPRING, spring)                                                                                        \
+    X(KT_EFFECT_JOINT_DAMPER, joint_damper)                                                                            \
+    X(KT_EFFECT_MOTOR, motor)
+
+typedef enum kt_effect_type {
+#define KT_EFFECT_ENUM(id, name) id,
+    KT_EFFECT_LIST(KT_EFFECT_ENUM)
+#undef KT_EFFECT_ENUM
+        KT_EFFECT_TYPE_COUNT
+} kt_effect_type;
+
+/* Something that pushes; only the members of its type are read. */
+typedef struct kt_effect {
+    const char *name; /* may be NULL */
+    kt_effect_type type;
+    kt_end between[2];   /* spring */
+    const char *joint;   /* joint_damper, motor */
+    double stiffness;    /* spring, N/m */
+    double length;       /* spring: rest length, m */
+    bool initial_length; /* spring: the rest length is the distance at the start, and `length` is ignored */
+    double damping;      /* spring N s/m; joint_damper N m s/rad or N s/m */
+    kt_function torque;  /* motor: N m, or N on a sliding joint */
+} kt_effect;
+
+/* ---- the description --------------------------------------------------------------------------------------------- */
+
+typedef struct kt_description {
+    const char *name; /* free text; may be NULL */
+    kt_vec3 gravity;  /* m/s^2, world frame */
+    const kt_body *bodies;
+    int body_count;
+    const kt_loop *loops;
+    int loop_count;
+    const kt_effect *effects;
+    int effect_count;
+    const char *const *hold; /* joints whose given position and velocity the assembly keeps */
+    int hold_count;
+} kt_description;
+
+/* Structs to start from: no motion (fixed joint), axes z, no mass, no shape. */
+KT_API kt_joint kt_joint_default(void);
+KT_API kt_shape kt_shape_default(void);
+KT_API kt_body kt_body_default(void);
+KT_API kt_end kt_end_default(void);
+KT_API kt_loop kt_loop_default(void);
+KT_API kt_effect kt_effect_default(void);
+KT_API kt_description kt_description_default(void);
+
+/* The name of a type in scene files ("revolute", "rod"); NULL for a value that is none. */
+KT_API const char *kt_joint_type_name(kt_joint_type type);
+KT_API const char *kt_shape_type_name(kt_shape_type type);
+KT_API const char *kt_loop_type_name(kt_loop_type type);
+KT_API const char *kt_effect_type_name(kt_effect_type type);
+
+/* Where in a description a fault lies. */
+typedef enum kt_item { KT_ITEM_SCENE = 0, KT_ITEM_BODY, KT_ITEM_LOOP, KT_ITEM_EFFECT, KT_ITEM_HOLD } kt_item;
+
+typedef struct kt_place {
+    kt_item item;
+    int index;         /* in the description's array of that item */
+    int sub;           /* in a list within the item (marker, term, end); -1: none */
+    const char *field; /* the key in a scene file ("parent", "joint.axis", "markers"); static storage */
+} kt_place;
+
+/* Called once for each fault that kt_description_check finds. */
+typedef void kt_report(void *user, const kt_place *place, const kt_error *error);
+
+/* Checks a description: names, parents, numbers, masses, inertias, axes, references. Calls report (may be NULL) for
+ * every fault. Returns KT_OK, or the code of the first fault with that fault in *error. May allocate. O(size). */
+KT_API KT_CHECKED kt_status kt_description_check(const kt_description *description, kt_report *report, void *user,
+                                                 kt_error *error);
+
+/* The mass properties that a body has in the end, its shape's put in where they are asked for.
+ * Returns KT_ERROR_MODEL where the shape cannot have a mass (none, or of negative size). */
+KT_API KT_CHECKED kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error);
+
+/* ---- the model --------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_model kt_model;
+typedef struct kt_data kt_data;
+
+/* Instruction sets that the recursions are built for. The same numbers come out of each, to the last bit. */
+typedef enum kt_level { KT_LEVEL_AUTO = 0, KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_V4 } kt_level;
+
+typedef struct kt_model_options {
+    kt_level level; /* auto: the best that this processor has */
+} kt_model_options;
+
+KT_API kt_model_options kt_model_options_default(void);
+
+/* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
+ * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MODEL with what, where and how to mend it
+ * (the first fault; kt_description_check reports them all), KT_ERROR_MEMORY. O(size of the description). */
+KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
+                                             kt_model **model, kt_error *error);
+KT_API void kt_model_free(kt_model *model);
+
+/* Bytes that the model takes. */
+KT_API size_t kt_model_size(const kt_model *model);
+
+/* Number of bodies, the world included; of positions; of velocities. */
+KT_API int kt_model_body_count(const kt_model *model);
+KT_API int kt_model_nq(const kt_model *model);
+KT_API int kt_model_nv(const kt_model *model);
+
+/* Bodies come in the description's order, except that a parent precedes its children; 0 is the world. */
+KT_API const char *kt_model_name(const kt_model *model);
+KT_API const char *kt_body_name(const kt_model *model, int body);
+KT_API int kt_body_parent(const kt_model *model, int body);
+KT_API double kt_body_mass(const kt_model *model, int body);
+/* The index of a body; -1 where there is none of that name. O(1). */
+KT_API int kt_body_find(const kt_model *model, const char *name);
+
+/* Where a body stood in the description's array; -1 for the world. */
+KT_API int kt_body_source(const kt_model *model, int body);
+
+/* The joint that carries a body: its type, and where its coordinates lie in q and v. */
+typedef struct kt_coordinates {
+    kt_joint_type type;
+    int q, nq; /* first position, count */
+    int v, nv; /* first velocity, count */
+} kt_coordinates;
+
+KT_API kt_coordinates kt_body_coordinates(const kt_model *model, int body);
+
+/* Markers of a body. */
+KT_API int kt_marker_count(const kt_model *model, int body);
+KT_API const char *kt_marker_name(const kt_model *model, int body, int marker);
+KT_API kt_vec3 kt_marker_at(const kt_model *model, int body, int marker);
+KT_API int kt_marker_find(const kt_model *model, int body, const char *name);
+
+/* The initial state of the description: q (nq), v (nv). */
+KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
+
+/* The instruction set that the recursions use. */
+KT_API kt_level kt_model_level(const kt_model *model);
+
+/* Gravity, world frame, m/s^2. */
+KT_API kt_vec3 kt_model_gravity(const kt_model *model);
+
+/* ---- the workspace ----------------------------------------------------------------------------------------------- */
+
+enum { KT_ALIGNMENT = 64 };
+
+/* Bytes that the data of a model take; KT_ALIGNMENT is the alignment that they need. */
+KT_API size_t kt_data_size(const kt_model *model);
+
+/* Lays the data out in the caller's memory, which must stay there while the data are used. Refuses memory that is too
+ * small or misaligned with KT_ERROR_MEMORY. The data are scratch: what a call leaves there is read only by the calls
+ * whose docstrings say so. */
+KT_API KT_CHECKED kt_status kt_data_place(const kt_model *model, void *memory, size_t size, kt_data **data,
+                                          kt_error *error);
+
+/* The same in memory of its own, released with kt_data_free. */
+KT_API KT_CHECKED kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error);
+KT_API void kt_data_free(kt_data *data);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,224 @@
+/* The clock: how a mechanism is run, steps, records, checkpoints.
+ *
+ *     kt_simulation *simulation = NULL;
+ *     kt_run run = kt_run_default();
+ *     run.duration = 10.0;
+ *     status = kt_simulation_create(model, &run, NULL, &simulation, &error);
+ *     status = kt_simulation_run(simulation, print_record, stdout, &error);
+ *     kt_simulation_free(simulation);
+ *
+ * In control code: kt_simulation_place in memory of one's own, then, with no allocation from there on,
+ * kt_simulation_set_torque and kt_simulation_advance in turn.
+ *
+ * A simulation belongs to one thread at a time; any number of them may share a model.
+ */
+#ifndef KINETREE_SIMULATION_H
+#define KINETREE_SIMULATION_H
+
+#include "kinetree/dynamics.h"
+#include "kinetree/integrator.h"
+#include "kinetree/model.h"
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- how a scene is run ------------------------------------------------------------------------------------------ */
+
+/* id, name in scene files */
+#define KT_FORMULATION_LIST(X)                                                                                         \
+    X(KT_FORMULATION_TREE, tree)                                                                                       \
+    X(KT_FORMULATION_ABSOLUTE, absolute)
+#define KT_REDUCTION_LIST(X)                                                                                           \
+    X(KT_REDUCTION_QR, qr)                                                                                             \
+    X(KT_REDUCTION_PARTITION, partition)                                                                               \
+    X(KT_REDUCTION_SVD, svd)
+#define KT_METRIC_LIST(X)                                                                                              \
+    X(KT_METRIC_IDENTITY, identity)                                                                                    \
+    X(KT_METRIC_MASS, mass)
+
+#define KT_RUN_ENUM(id, name) id,
+typedef enum kt_formulation { KT_FORMULATION_LIST(KT_RUN_ENUM) KT_FORMULATION_COUNT } kt_formulation;
+typedef enum kt_reduction { KT_REDUCTION_LIST(KT_RUN_ENUM) KT_REDUCTION_COUNT } kt_reduction;
+typedef enum kt_metric { KT_METRIC_LIST(KT_RUN_ENUM) KT_METRIC_COUNT } kt_metric;
+#undef KT_RUN_ENUM
+
+/* What is recorded, as bits. id, bit, name in scene files, in the order in which records are written. */
+#define KT_RECORD_LIST(X)                                                                                              \
+    X(KT_RECORD_POSITION, 1, position)                                                                                 \
+    X(KT_RECORD_VELOCITY, 2, velocity)                                                                                 \
+    X(KT_RECORD_ACCELERATION, 4, acceleration)                                                                         \
+    X(KT_RECORD_ENERGY, 8, energy)                                                                                     \
+    X(KT_RECORD_CONSTRAINT, 16, constraint)                                                                            \
+    X(KT_RECORD_REACTION, 32, reaction)
+
+/* KT_RECORD_DEFAULT: position, velocity, energy, and constraint where there are loops. */
+enum {
+    KT_RECORD_DEFAULT = 0,
+#define KT_RECORD_ENUM(id, bit, name) id = bit,
+    KT_RECORD_LIST(KT_RECORD_ENUM)
+#undef KT_RECORD_ENUM
+};
+
+/* A marker of a body, by names. */
+typedef struct kt_marker_pair {
+    const char *body, *marker;
+} kt_marker_pair;
+
+/* The `simulate` and `output` parts of a scene. */
+typedef struct kt_run {
+    double duration;        /* s */
+    const char *integrator; /* a name that kt_method_find knows */
+    double step;            /* s; > 0: fixed step, and the tolerances are not read */
+    double relative;        /* tolerances of an adaptive method */
+    double absolute;
+    kt_formulation formulation;
+    kt_reduction reduction;
+    kt_metric metric;
+    double interval; /* s between records; 0: about 1000 records */
+    unsigned record; /* KT_RECORD_ bits */
+    const kt_marker_pair *markers;
+    int marker_count;
+} kt_run;
+
+/* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, default records. */
+KT_API kt_run kt_run_default(void);
+
+/* What a run records of this model: run->record, or what KT_RECORD_DEFAULT stands for. */
+KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
+
+/* The name of a choice in scene files ("tree", "qr", "identity"; "energy" for one bit); NULL for a value that is
+ * none. */
+KT_API const char *kt_formulation_name(kt_formulation formulation);
+KT_API const char *kt_reduction_name(kt_reduction reduction);
+KT_API const char *kt_metric_name(kt_metric metric);
+KT_API const char *kt_record_name(unsigned bit);
+
+/* ---- the simulation ---------------------------------------------------------------------------------------------- */
+
+typedef struct kt_simulation kt_simulation;
+
+/* What a scene file does not say. */
+typedef struct kt_simulation_options {
+    const kt_method *method; /* a table of the caller's instead of run->integrator; NULL: none */
+    double initial_step;     /* s, adaptive; 0: found */
+    double max_step;         /* s, adaptive; 0: no limit */
+    uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
+    unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
+    bool kinematics;         /* a record's data answer the queries of kinematics, as they do where run has markers */
+} kt_simulation_options;
+
+KT_API kt_simulation_options kt_simulation_options_default(void);
+
+/* Bytes that a simulation takes: its data, its integrator, its state; 0 where run or options are wrong, which _place
+ * then says in words. Where `run` or `options` are NULL, the defaults stand. */
+KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
+
+/* Lays a simulation out in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state. The model must
+ * outlive it, and so must a table of the caller's; all else in run and options is read here and never again. Nothing
+ * is to be released.
+ * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a step that is needed, times that are not finite), KT_ERROR_MEMORY
+ * (too small or misaligned), KT_ERROR_UNSUPPORTED. */
+KT_API KT_CHECKED kt_status kt_simulation_place(const kt_model *model, const kt_run *run,
+                                                const kt_simulation_options *options, void *memory, size_t size,
+                                                kt_simulation **simulation, kt_error *error);
+
+/* The same in memory of its own, released with kt_simulation_free. */
+KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt_run *run,
+                                                 const kt_simulation_options *options, kt_simulation **simulation,
+                                                 kt_error *error);
+KT_API void kt_simulation_free(kt_simulation *simulation);
+
+/* Time, s; positions (nq) and velocities (nv), valid until the next call that takes a simulation that is not const. */
+KT_API double kt_simulation_time(const kt_simulation *simulation);
+KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
+KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
+
+/* Starts again at time t from q (nq; quaternions are scaled to unit norm) and v (nv). Counts return to zero, torques
+ * and wrenches are kept. Errors: KT_ERROR_NOT_FINITE naming the body; the simulation is then as before. */
+KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
+                                                    const double *v, kt_error *error);
+
+/* Torques and forces of the joints (nv, in the order of velocities; NULL: none), held constant from the next step on
+ * until they are set again. A recorder may set them, too. Errors: KT_ERROR_NOT_FINITE naming the joint; those set
+ * before then stay. O(nv). */
+KT_API KT_CHECKED kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error);
+
+/* Wrenches on the bodies (kt_model_body_count entries, entry 0 ignored; NULL: none): moment about the body frame's
+ * origin and force, world axes; held as the torques are. Errors: KT_ERROR_NOT_FINITE naming the body. */
+KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches,
+                                                       kt_error *error);
+
+/* One accepted step towards t_limit and not beyond it; t_limit is HUGE_VAL where there is none. With a fixed step,
+ * steps end at multiples of it, and a t_limit between two multiples is a stop of its own. On failure the state is to
+ * the bit what it was. Errors, each naming the time and, where one is to blame, the body: KT_ERROR_NOT_FINITE,
+ * KT_ERROR_SINGULAR, KT_ERROR_STEP (too small, or max_steps used up), KT_ERROR_ARGUMENT (t_limit is not after the
+ * current time). */
+KT_API KT_CHECKED kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error);
+
+/* Steps until t_end exactly. On failure the state is that of the last step that succeeded. Errors: as for a step. */
+KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error);
+
+/* The acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
+KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
+
+/* ---- records ----------------------------------------------------------------------------------------------------- */
+
+/* What a recorder is given; valid during the call. */
+typedef struct kt_record {
+    int64_t index;                                   /* k */
+    double time;                                     /* k * interval; the last one is the duration */
+    const double *q;                                 /* nq, quaternions of unit norm */
+    const double *v;                                 /* nv */
+    const double *a;                                 /* nv; NULL unless acceleration or reaction is recorded */
+    double kinetic, potential;                       /* J; NaN unless energy is recorded */
+    double constraint_position, constraint_velocity; /* largest residuals; NaN unless constraint is recorded */
+    const kt_wrench *reactions; /* one a body, as kt_joint_reactions has them; NULL unless reaction is recorded */
+    const kt_data *data;        /* for kt_body_pose, kt_point_position ...: kinematics of q and v (and a, where it is
+                                   given); NULL unless energy, reaction or kinematics is asked for */
+} kt_record;
+
+/* Returns 0 to go on, anything else to stop. */
+typedef int kt_recorder(const kt_record *record, void *user);
+
+/* The number of records of a whole run: at k * interval, k = 0, 1, ..., while that is before the duration, and one at
+ * the duration. An interval that divides the duration up to rounding is taken to divide it. */
+KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
+
+/* Runs from the current time to the duration and hands a record to `record` at each of their times from then on. Steps
+ * are not shortened for records: these come from the method's dense output. May be called again after an error or a
+ * recorder that stopped: it goes on with the record after the last one handed over.
+ * On failure all records up to the time reached have been handed over. Errors: as for a step; KT_ERROR_CALLBACK where
+ * the recorder stopped. */
+KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
+                                              kt_error *error);
+
+/* What has been done since the start. */
+typedef struct kt_simulation_counts {
+    uint64_t steps;          /* accepted */
+    uint64_t rejected;       /* tried in vain */
+    uint64_t evaluations;    /* of the right-hand side; those for records' accelerations are not counted */
+    uint64_t factorizations; /* of loop matrices */
+} kt_simulation_counts;
+
+KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation);
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+/* Bytes of a checkpoint: one flat block without pointers that memcpy may copy and a file may keep, for the same model,
+ * run and options, the same version and machine. */
+KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
+
+/* Writes a checkpoint into `block`, which is aligned as a double is. Equal states give equal bytes. */
+KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
+
+/* Takes a checkpoint back: all that follows has the same bits as without the break. Errors: KT_ERROR_ARGUMENT for a
+ * block of another model or method or one that is none, KT_ERROR_NOT_FINITE; the simulation is then as before. */
+KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,72 @@
+/* Status codes and error messages.
+ *
+ * Every call that can fail returns a kt_status and fills a caller-owned kt_error, if one is given. On failure no output
+ * has been touched. The library never prints, exits or aborts.
+ */
+#ifndef KINETREE_STATUS_H
+#define KINETREE_STATUS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define KT_VERSION_MAJOR 0
+#define KT_VERSION_MINOR 1
+#define KT_VERSION_PATCH 0
+#define KT_VERSION "0.1.0"
+
+#if defined(__GNUC__)
+#define KT_API __attribute__((visibility("default")))
+#define KT_CHECKED __attribute__((warn_unused_result))
+#define KT_PRINTF(text, first) __attribute__((format(printf, text, first)))
+#else
+#define KT_API
+#define KT_CHECKED
+#define KT_PRINTF(text, first)
+#endif
+
+/* One list gives the codes, their pinned values and their texts. */
+#define KT_STATUS_LIST(X)                                                                                              \
+    X(KT_OK, 0, "done")                                                                                                \
+    X(KT_ERROR_ARGUMENT, 1, "an argument of the call is wrong")                                                        \
+    X(KT_ERROR_MEMORY, 2, "not enough memory, or the memory given is too small or misaligned")                         \
+    X(KT_ERROR_MODEL, 3, "the description of the mechanism is wrong")                                                  \
+    X(KT_ERROR_SINGULAR, 4, "the mechanism has no inertia along one of its freedoms")                                  \
+    X(KT_ERROR_CONSTRAINT, 5, "the loops cannot be closed, or contradict each other")                                  \
+    X(KT_ERROR_NOT_FINITE, 6, "a value is not finite")                                                                 \
+    X(KT_ERROR_STEP, 7, "the integration step became too small")                                                       \
+    X(KT_ERROR_CALLBACK, 8, "a callback asked to stop")                                                                \
+    X(KT_ERROR_FILE, 9, "a file cannot be read or written")                                                            \
+    X(KT_ERROR_SCENE, 10, "the scene file is wrong")                                                                   \
+    X(KT_ERROR_UNSUPPORTED, 11, "not supported yet")
+
+typedef enum kt_status {
+#define KT_STATUS_ENUM(name, value, text) name = value,
+    KT_STATUS_LIST(KT_STATUS_ENUM)
+#undef KT_STATUS_ENUM
+} kt_status;
+
+enum { KT_WHERE_SIZE = 160, KT_MESSAGE_SIZE = 480 };
+
+/* What went wrong, where, and how to mend it. Texts are always terminated; a text too long ends in "...". */
+typedef struct kt_error {
+    kt_status code;
+    char where[KT_WHERE_SIZE];     /* file:line:column, body, joint, loop or time; may be empty */
+    char message[KT_MESSAGE_SIZE]; /* what is wrong and the way to mend it */
+} kt_error;
+
+/* The text of a code; "unknown status" for a value that is none. Static storage. */
+KT_API const char *kt_status_text(kt_status status);
+
+/* Fills *error (which may be NULL) with printf-style texts and returns code, so that "return kt_error_set(...)" reads
+ * well. `where` may be NULL or empty. Allocates nothing. */
+KT_API kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const char *format, ...)
+    KT_PRINTF(4, 5);
+
+/* The version of the library that runs, "MAJOR.MINOR.PATCH"; KT_VERSION is the one of the headers. */
+KT_API const char *kt_version(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

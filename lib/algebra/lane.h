@@ -1,0 +1,72 @@
+/* Three-vectors in four lanes, for the recursions: one arithmetic instruction a vector on processors that have them.
+ *
+ * Lane 3 of a vector is zero unless the place says otherwise (mass rides there beside the first moment). The compiler's
+ * vector extension is lane-wise IEEE arithmetic at any width, so every instruction-set level gives the same bits.
+ */
+#ifndef KT_LANE_H
+#define KT_LANE_H
+
+#include "kinetree/algebra.h"
+
+typedef double kt_v4 __attribute__((vector_size(32)));
+
+#define KT_INLINE static inline __attribute__((always_inline, unused))
+
+KT_INLINE kt_v4 kt_v4_splat(double s) { return (kt_v4){s, s, s, s}; }
+KT_INLINE kt_v4 kt_v4_from(kt_vec3 a) { return (kt_v4){a.x, a.y, a.z, 0.0}; }
+KT_INLINE kt_vec3 kt_v4_vec3(kt_v4 a) { return kt_vec3_make(a[0], a[1], a[2]); }
+
+/* a x b */
+KT_INLINE kt_v4 kt_v4_cross(kt_v4 a, kt_v4 b) {
+    const kt_v4 a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3);
+    const kt_v4 b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3), b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
+    return a1 * b2 - a2 * b1;
+}
+
+/* a . b over lanes 0 to 2 */
+KT_INLINE double kt_v4_dot(kt_v4 a, kt_v4 b) {
+    const kt_v4 p = a * b;
+    return (p[0] + p[1]) + p[2];
+}
+
+/* A u, A by columns */
+KT_INLINE kt_v4 kt_v4_apply(const kt_v4 a[3], kt_v4 u) {
+    return a[0] * kt_v4_splat(u[0]) + a[1] * kt_v4_splat(u[1]) + a[2] * kt_v4_splat(u[2]);
+}
+
+/* A' u */
+KT_INLINE kt_v4 kt_v4_apply_transposed(const kt_v4 a[3], kt_v4 u) {
+    return (kt_v4){kt_v4_dot(a[0], u), kt_v4_dot(a[1], u), kt_v4_dot(a[2], u), 0.0};
+}
+
+/* out = A B */
+KT_INLINE void kt_v4_multiply(const kt_v4 a[3], const kt_v4 b[3], kt_v4 out[3]) {
+    const kt_v4 x = kt_v4_apply(a, b[0]), y = kt_v4_apply(a, b[1]), z = kt_v4_apply(a, b[2]);
+    out[0] = x;
+    out[1] = y;
+    out[2] = z;
+}
+
+/* out = R J R', J symmetric */
+KT_INLINE void kt_v4_turn(const kt_v4 r[3], const kt_v4 j[3], kt_v4 out[3]) {
+    kt_v4 w[3];
+    kt_v4_multiply(r, j, w);
+    for (int k = 0; k < 3; k++)
+        out[k] = w[0] * kt_v4_splat(r[0][k]) + w[1] * kt_v4_splat(r[1][k]) + w[2] * kt_v4_splat(r[2][k]);
+}
+
+KT_INLINE void kt_v4_from_mat3(kt_mat3 m, kt_v4 out[3]) {
+    out[0] = kt_v4_from(m.x);
+    out[1] = kt_v4_from(m.y);
+    out[2] = kt_v4_from(m.z);
+}
+
+KT_INLINE kt_mat3 kt_v4_mat3(const kt_v4 m[3]) {
+    kt_mat3 r;
+    r.x = kt_v4_vec3(m[0]);
+    r.y = kt_v4_vec3(m[1]);
+    r.z = kt_v4_vec3(m[2]);
+    return r;
+}
+
+#endif

@@ -1,0 +1,154 @@
+/* A rotation as scene files and callers describe it: the constructors, and its checked evaluation. What is almost a
+ * rotation, within the digits in which people write numbers, is made one exactly; what is not is refused, with the way
+ * to mend it.
+ *
+ * A matrix is held against A'A = I. With A = Q S, Q the nearest rotation and S the stretch, A'A = S^2, so entries of
+ * A'A - I up to 2e-6 are stretches and shears up to 1e-6; a matrix written with six decimals always passes (errors d of
+ * 0.5e-6 in each entry change no entry of A'A by more than 2 sqrt(3) d = 1.7e-6).
+ */
+#include "kinetree/algebra.h"
+
+#include <stddef.h>
+
+static const double QUATERNION_TOLERANCE = 1e-3, MATRIX_TOLERANCE = 1e-6;
+
+/* What scene files call each type, and how many numbers it has. */
+static const struct {
+    const char *name;
+    int count;
+} types[] = {{"none", 0},   {"quaternion", 4}, {"rpy", 3},  {"euler", 3},
+             {"vector", 3}, {"cgr", 3},        {"axis", 4}, {"matrix", 9}};
+
+/* ---- constructors ------------------------------------------------------------------------------------------------ */
+
+static kt_rotation make(kt_rotation_type type, double a, double b, double c, double d) {
+    const kt_rotation r = {type, 0, {a, b, c, d, 0.0, 0.0, 0.0, 0.0, 0.0}};
+    return r;
+}
+
+kt_rotation kt_rotation_quaternion(double w, double x, double y, double z) {
+    return make(KT_ROTATION_QUATERNION, w, x, y, z);
+}
+
+kt_rotation kt_rotation_rpy(double roll, double pitch, double yaw) {
+    return make(KT_ROTATION_RPY, roll, pitch, yaw, 0.0);
+}
+
+kt_rotation kt_rotation_euler(int sequence, double a, double b, double c) {
+    kt_rotation r = make(KT_ROTATION_EULER, a, b, c, 0.0);
+    r.sequence = sequence;
+    return r;
+}
+
+kt_rotation kt_rotation_vector(kt_vec3 theta) { return make(KT_ROTATION_VECTOR, theta.x, theta.y, theta.z, 0.0); }
+
+kt_rotation kt_rotation_cgr(kt_vec3 cgr) { return make(KT_ROTATION_CGR, cgr.x, cgr.y, cgr.z, 0.0); }
+
+kt_rotation kt_rotation_axis_angle(kt_vec3 axis, double angle) {
+    return make(KT_ROTATION_AXIS_ANGLE, axis.x, axis.y, axis.z, angle);
+}
+
+kt_rotation kt_rotation_matrix(kt_mat3 m) {
+    const kt_rotation r = {KT_ROTATION_MATRIX, 0, {m.x.x, m.y.x, m.z.x, m.x.y, m.y.y, m.z.y, m.x.z, m.y.z, m.z.z}};
+    return r;
+}
+
+/* ---- evaluation -------------------------------------------------------------------------------------------------- */
+
+static kt_status from_quaternion(const double *v, kt_mat3 *rotation, kt_error *error) {
+    const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
+    const double norm = hypot(hypot(q.w, q.x), hypot(q.y, q.z));
+    if (!(fabs(norm - 1.0) <= QUATERNION_TOLERANCE))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
+                            "the quaternion [%g, %g, %g, %g] has norm %.9g, a rotation has norm 1 within %g: %s", q.w,
+                            q.x, q.y, q.z, norm, QUATERNION_TOLERANCE,
+                            norm > 0.0 ? "divide each number by the norm (scalar first: [w, x, y, z])"
+                                       : "write [1, 0, 0, 0] for no rotation");
+    *rotation = kt_matrix_from_quat(q);
+    return KT_OK;
+}
+
+/* The entry of A'A - I that is farthest from zero. (Where an entry off the diagonal overflows to NaN, one on it is infinite.) */
+static double worst_product(kt_mat3 a, int *row, int *col) {
+    const kt_vec3 columns[3] = {a.x, a.y, a.z};
+    double worst = 0.0;
+    *row = *col = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = i; j < 3; j++) {
+            const double off = kt_vec3_dot(columns[i], columns[j]) - (i == j ? 1.0 : 0.0);
+            if (fabs(off) > fabs(worst)) {
+                worst = off;
+                *row = i;
+                *col = j;
+            }
+        }
+    return worst;
+}
+
+static kt_status from_matrix(const double *v, kt_mat3 *rotation, kt_error *error) {
+    kt_mat3 a;
+    a.x = kt_vec3_make(v[0], v[3], v[6]);
+    a.y = kt_vec3_make(v[1], v[4], v[7]);
+    a.z = kt_vec3_make(v[2], v[5], v[8]);
+    int row, col;
+    const double worst = worst_product(a, &row, &col);
+    if (!(fabs(worst) <= 2.0 * MATRIX_TOLERANCE)) {
+        if (row == col)
+            return kt_error_set(
+                error, KT_ERROR_ARGUMENT, NULL,
+                "column %d of the rotation matrix has length %.9g, not 1 within %g: give its entries with "
+                "at least six decimals, or describe the rotation by a quaternion",
+                col + 1, sqrt(1.0 + worst), MATRIX_TOLERANCE);
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, NULL,
+            "columns %d and %d of the rotation matrix are not at right angles within %g (their product is "
+            "%.9g): give their entries with at least six decimals, or describe the rotation by a quaternion",
+            row + 1, col + 1, MATRIX_TOLERANCE, worst);
+    }
+    if (kt_mat3_determinant(a) < 0.0)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, NULL,
+            "the rotation matrix has determinant -1, so it mirrors: check the order of its columns (the axes "
+            "of the turned frame, right-handed), or change the sign of one");
+    *rotation = kt_matrix_orthonormalize(a);
+    return KT_OK;
+}
+
+kt_status kt_rotation_evaluate(const kt_rotation *description, kt_mat3 *rotation, kt_error *error) {
+    if (description == NULL || rotation == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "no rotation was given, or no place for its matrix");
+    const int type = (int)description->type;
+    const double *v = description->value;
+    if (type < 0 || type >= (int)(sizeof types / sizeof *types))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
+                            "the rotation type %d does not exist: use one of the KT_ROTATION_ constants", type);
+    for (int i = 0; i < types[type].count; i++)
+        if (!isfinite(v[i]))
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
+                                "number %d of the rotation '%s' is %g: give a finite number", i + 1, types[type].name,
+                                v[i]);
+    const kt_vec3 first = kt_vec3_make(v[0], v[1], v[2]);
+    switch (description->type) {
+    case KT_ROTATION_NONE:
+        *rotation = kt_mat3_identity();
+        return KT_OK;
+    case KT_ROTATION_QUATERNION:
+        return from_quaternion(v, rotation, error);
+    case KT_ROTATION_RPY:
+        *rotation = kt_matrix_from_rpy(first);
+        return KT_OK;
+    case KT_ROTATION_EULER:
+        return kt_matrix_from_euler(description->sequence, first, rotation, error);
+    case KT_ROTATION_VECTOR:
+        *rotation = kt_matrix_from_euler_vector(first);
+        return KT_OK;
+    case KT_ROTATION_CGR:
+        *rotation = kt_matrix_from_cgr(first);
+        return KT_OK;
+    case KT_ROTATION_AXIS_ANGLE:
+        return kt_matrix_from_axis_angle(first, v[3], rotation, error);
+    case KT_ROTATION_MATRIX:
+        break;
+    }
+    return from_matrix(v, rotation, error);
+}

@@ -1,0 +1,20 @@
+/* Laying arrays out in one block: the same walk measures (base == NULL) and places. */
+#ifndef KT_BASE_ARENA_H
+#define KT_BASE_ARENA_H
+
+#include <stddef.h>
+
+enum { KT_ARENA_ALIGNMENT = 64 }; /* a cache line, and the widest vector */
+
+static inline size_t kt_arena_round(size_t bytes) {
+    return (bytes + KT_ARENA_ALIGNMENT - 1) / KT_ARENA_ALIGNMENT * KT_ARENA_ALIGNMENT;
+}
+
+/* Takes `bytes` from the block at *used: NULL while measuring. */
+static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
+    void *place = base ? base + *used : NULL;
+    *used += kt_arena_round(bytes);
+    return place;
+}
+
+#endif

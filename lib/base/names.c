@@ -1,0 +1,185 @@
+/* Names: a hash table with open addressing, and the Damerau-Levenshtein distance.
+ *
+ * Hash: FNV-1a, 64 bits (Fowler, Noll, Vo: http://www.isthe.com/chongo/tech/comp/fnv/), its two halves folded by a
+ * multiplication. It is not seeded: equal descriptions take equal paths.
+ *
+ * Distance of a[1..m] and b[1..n] in its restricted form (optimal string alignment: no letter moves twice):
+ *   D(i,0) = i, D(0,j) = j,
+ *   D(i,j) = min( D(i-1,j) + 1, D(i,j-1) + 1, D(i-1,j-1) + [a_i != b_j],
+ *                 D(i-2,j-2) + 1 where a_i = b_{j-1} and a_{i-1} = b_j ).
+ * Only the band |i - j| <= limit can hold values <= limit.
+ */
+#include "base/names.h"
+
+#include <string.h>
+
+/* ---- tables ------------------------------------------------------------------------------------------------------ */
+
+static size_t slot_count(size_t count) {
+    size_t slots = 4;
+    while (slots / 3 * 2 < count)
+        slots *= 2;
+    return slots;
+}
+
+size_t kt_names_size(size_t count) { return slot_count(count) * sizeof(kt_name_slot); }
+
+void kt_names_place(kt_names *names, size_t count, void *memory) {
+    size_t slots = slot_count(count);
+    names->slots = memory;
+    names->mask = slots - 1;
+    for (size_t i = 0; i < slots; i++)
+        names->slots[i] = (kt_name_slot){NULL, 0, 0, 0};
+}
+
+static uint32_t hash_of(int scope, const char *name) {
+    uint64_t hash = UINT64_C(14695981039346656037) ^ (uint32_t)scope;
+    hash *= UINT64_C(1099511628211);
+    for (const char *c = name; *c != '\0'; c++)
+        hash = (hash ^ (unsigned char)*c) * UINT64_C(1099511628211);
+    hash ^= hash >> 32;
+    hash *= UINT64_C(0x9E3779B97F4A7C15);
+    return (uint32_t)(hash >> 32);
+}
+
+/* The slot that holds the name, or the free one where it belongs. */
+static kt_name_slot *slot_of(const kt_names *names, int scope, const char *name, uint32_t hash) {
+    for (size_t i = hash & names->mask;; i = (i + 1) & names->mask) {
+        kt_name_slot *slot = &names->slots[i];
+        if (slot->name == NULL)
+            return slot;
+        if (slot->hash == hash && slot->scope == scope && strcmp(slot->name, name) == 0)
+            return slot;
+    }
+}
+
+int kt_names_add(kt_names *names, int scope, const char *name, int index) {
+    uint32_t hash = hash_of(scope, name);
+    kt_name_slot *slot = slot_of(names, scope, name, hash);
+    if (slot->name != NULL)
+        return slot->index;
+    *slot = (kt_name_slot){name, hash, scope, index};
+    return -1;
+}
+
+int kt_names_find(const kt_names *names, int scope, const char *name) {
+    const kt_name_slot *slot = slot_of(names, scope, name, hash_of(scope, name));
+    return slot->name == NULL ? -1 : slot->index;
+}
+
+/* ---- spelling ---------------------------------------------------------------------------------------------------- */
+
+/* By hand: those of ctype.h ask the locale. */
+static bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_'; }
+static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c; }
+
+bool kt_name_is_valid(const char *name) {
+    if (name == NULL || !is_letter(*name))
+        return false;
+    for (name++; *name != '\0'; name++)
+        if (!is_letter(*name) && !(*name >= '0' && *name <= '9') && *name != '-')
+            return false;
+    return true;
+}
+
+kt_name_text kt_name_quote(const char *name) {
+    static const char dots[] = "...";
+    const size_t most = KT_NAME_TEXT_SIZE - 3; /* two quotes and the end */
+    kt_name_text out;
+    size_t length = 0;
+    while (length <= most && name[length] != '\0')
+        length++;
+    bool cut = length > most;
+    if (cut) {
+        length = most - (sizeof dots - 1);
+        while (length > 0 && ((unsigned char)name[length] & 0xC0U) == 0x80U) /* not within a character of UTF-8 */
+            length--;
+    }
+    char *to = out.text;
+    *to++ = '\'';
+    for (size_t i = 0; i < length; i++) {
+        unsigned char c = (unsigned char)name[i];
+        *to++ = c < 0x20U || c == 0x7FU ? '?' : name[i];
+    }
+    if (cut) {
+        memcpy(to, dots, sizeof dots - 1);
+        to += sizeof dots - 1;
+    }
+    *to++ = '\'';
+    *to = '\0';
+    return out;
+}
+
+/* ---- the nearest name -------------------------------------------------------------------------------------------- */
+
+enum { LONGEST = 64, FARTHEST = 4 }; /* beyond that nobody mistypes: he means something else */
+
+/* The length, or LONGEST + 1 for any that is longer. */
+static size_t bounded_length(const char *text) {
+    size_t length = 0;
+    while (length <= LONGEST && text[length] != '\0')
+        length++;
+    return length;
+}
+
+static int smaller(int a, int b) { return a < b ? a : b; }
+static int larger(int a, int b) { return a > b ? a : b; }
+
+/* The distance of two texts of m and n letters, or limit + 1 where it is larger. */
+static int distance(const char *a, int m, const char *b, int n, int limit) {
+    int rows[3][LONGEST + 2];
+    int *before = rows[0], *last = rows[1], *row = rows[2];
+    const int far = limit + 1;
+    for (int j = 0; j <= n; j++)
+        last[j] = smaller(j, far);
+    for (int i = 1; i <= m; i++) {
+        int from = larger(1, i - limit), to = smaller(n, i + limit);
+        row[from - 1] = from == 1 ? smaller(i, far) : far;
+        int least = row[from - 1];
+        for (int j = from; j <= to; j++) {
+            int d = last[j - 1] + (lower(a[i - 1]) != lower(b[j - 1]));
+            if (j < i + limit) /* else last[j] lies outside the band */
+                d = smaller(d, last[j] + 1);
+            d = smaller(d, row[j - 1] + 1);
+            if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]))
+                d = smaller(d, before[j - 2] + 1);
+            row[j] = smaller(d, far);
+            least = smaller(least, row[j]);
+        }
+        if (least == far)
+            return far;
+        int *spare = before;
+        before = last;
+        last = row;
+        row = spare;
+    }
+    return last[n];
+}
+
+kt_nearest kt_nearest_make(const char *wanted, int64_t *effort) {
+    kt_nearest search = {.wanted = wanted, .length = bounded_length(wanted), .limit = -1, .effort = effort};
+    if (search.length == 1)
+        search.limit = 0; /* a letter for a letter is no likeness; only its case may differ */
+    else if (search.length > 1 && search.length <= LONGEST)
+        search.limit = smaller(larger((int)search.length, 3) / 3, FARTHEST);
+    return search;
+}
+
+bool kt_nearest_try(kt_nearest *search, const char *candidate) {
+    if (search->limit < 0 || (search->effort != NULL && *search->effort <= 0))
+        return false;
+    if (candidate == NULL)
+        return true;
+    int m = (int)search->length, n = (int)bounded_length(candidate);
+    bool fits = n <= LONGEST && n - m <= search->limit && m - n <= search->limit;
+    if (search->effort != NULL)
+        *search->effort -= 1 + n + (fits ? m * (2 * search->limit + 1) : 0);
+    if (!fits)
+        return true;
+    int d = distance(search->wanted, m, candidate, n, search->limit);
+    if (d <= search->limit) {
+        search->best = candidate;
+        search->limit = d - 1;
+    }
+    return search->limit >= 0;
+}

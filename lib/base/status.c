@@ -1,0 +1,70 @@
+/* Status codes, error messages and the version.
+ *
+ * An error carries its texts in its own arrays, so that reporting one allocates nothing and cannot itself fail. A text
+ * that does not fit ends in "...", cut between characters (UTF-8), not within one.
+ */
+#include "kinetree/status.h"
+
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *kt_version(void) { return KT_VERSION; }
+
+const char *kt_status_text(kt_status status) {
+    switch (status) {
+#define KT_STATUS_CASE(name, value, text)                                                                              \
+    case name:                                                                                                         \
+        return text;
+        KT_STATUS_LIST(KT_STATUS_CASE)
+#undef KT_STATUS_CASE
+    }
+    return "unknown status";
+}
+
+/* Ends a text of which only size - 1 bytes fitted in "...". */
+static void mark_as_cut(char *text, size_t size) {
+    static const char dots[] = "...";
+    size_t end = size - sizeof dots;
+    while (end > 0 && ((unsigned char)text[end] & 0xC0U) == 0x80U) /* a continuation byte: its character is cut */
+        end--;
+    memcpy(text + end, dots, sizeof dots);
+}
+
+static void format_text(char *text, size_t size, const char *format, va_list arguments) KT_PRINTF(3, 0);
+
+static void format_text(char *text, size_t size, const char *format, va_list arguments) {
+    int length = vsnprintf(text, size, format, arguments);
+    if (length < 0) /* an argument that cannot be converted, such as a bad wide string */
+        text[0] = '\0';
+    else if ((size_t)length >= size)
+        mark_as_cut(text, size);
+}
+
+kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const char *format, ...) {
+    if (error == NULL)
+        return code;
+
+    /* By way of a copy: the texts given may be those of *error itself, when an error is told again with more around it.
+     */
+    kt_error made;
+    made.code = code;
+    size_t length = where == NULL ? 0 : strlen(where);
+    size_t fits = length < sizeof made.where ? length : sizeof made.where - 1;
+    if (fits > 0)
+        memcpy(made.where, where, fits);
+    made.where[fits] = '\0';
+    if (length > fits)
+        mark_as_cut(made.where, sizeof made.where);
+
+    va_list arguments;
+    va_start(arguments, format);
+    format_text(made.message, sizeof made.message, format, arguments);
+    va_end(arguments);
+
+    error->code = code;
+    memcpy(error->where, made.where, strlen(made.where) + 1);
+    memcpy(error->message, made.message, strlen(made.message) + 1);
+    return code;
+}

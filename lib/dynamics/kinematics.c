@@ -1,0 +1,25 @@
+/* Motion and places of all links, world axes: the way out of sweep.h, without gravity. */
+#include "dynamics/kernel.h"
+#include "dynamics/sweep.h"
+
+void KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                              const double *a) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_link_motion *motion = data->motion;
+    kt_link_place *place = data->place;
+    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_ground_set(none, &motion[0]);
+    place[0] = (kt_link_place){none, none};
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_link_motion *parent = &motion[link->parent];
+        kt_link_motion *m = &motion[i];
+        kt_link_pose(link, parent, q, data->cosine, data->sine, m);
+        kt_link_velocity(link, parent, v, m);
+        kt_link_acceleration(link, parent, a, m);
+        kt_v4 angular, linear;
+        kt_joint_twist(link, parent, m, v, &angular, &linear);
+        place[i].position = place[link->parent].position + m->offset;
+        place[i].velocity = place[link->parent].velocity + kt_v4_cross(parent->omega, m->offset) + linear;
+    }
+}

@@ -1,0 +1,106 @@
+/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2), in world axes about each
+ * link's own origin.
+ *
+ * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin it is
+ *   J + [h, r] + [r, h] + m [r, r]  with [u, w] = (u . w) I - w u',    h + m r,    m.
+ * Its wrench for a unit acceleration of freedom k, F = (J s + h x s_f, m s_f + s x h), is carried to each ancestor, where
+ * M_jk = S_j . F.
+ */
+#include "dynamics/kernel.h"
+#include "dynamics/sweep.h"
+
+enum { FREEDOM_MAX = 6 };
+
+/* The unit accelerations of a link's freedoms; returns their number. */
+KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                       kt_v4 angular[FREEDOM_MAX], kt_v4 linear[FREEDOM_MAX]) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    for (int k = 0; k < FREEDOM_MAX; k++)
+        angular[k] = linear[k] = none;
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_TURN: angular[0] = m->axis; return 1;
+    case KT_MOTION_SLIDE: linear[0] = m->axis; return 1;
+    case KT_MOTION_HELIX:
+        angular[0] = m->axis;
+        linear[0] = kt_v4_splat(link->pitch) * m->axis;
+        return 1;
+    case KT_MOTION_BALL:
+        for (int k = 0; k < 3; k++)
+            angular[k] = m->axes[k];
+        return 3;
+    case KT_MOTION_FREE:
+        kt_rest_axes(link, parent->axes, linear);
+        for (int k = 0; k < 3; k++)
+            angular[3 + k] = m->axes[k];
+        return 6;
+    case KT_MOTION_NONE: break;
+    }
+    return 0;
+}
+
+/* Adds the composite of link i to its parent's. The composite lies in articulated: j, and moment = h, force = (m, ...). */
+KT_INLINE void add_to_parent(const kt_articulated *c, kt_v4 r, kt_articulated *parent) {
+    const kt_v4 h = c->moment;
+    const double m = c->force[0];
+    const kt_v4 w = h + kt_v4_splat(m) * r; /* [h, r] + [r, h] + m [r, r] = [w, r] + [r, h] */
+    const double diagonal = kt_v4_dot(w, r) + kt_v4_dot(r, h);
+    for (int k = 0; k < 3; k++) {
+        kt_v4 column = c->j[k] - r * kt_v4_splat(w[k]) - h * kt_v4_splat(r[k]);
+        column[k] += diagonal;
+        parent->j[k] += column;
+    }
+    parent->moment += w;
+    parent->force += c->force;
+}
+
+KT_INLINE double along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
+    return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
+}
+
+/* Columns of M that belong to link i, from its own rows up to the root's. */
+static inline void columns(const kt_model *model, const kt_data *data, size_t i, double *mass) {
+    const size_t nv = model->n.v;
+    const kt_link_motion *motion = data->motion;
+    const kt_link *link = &model->link[i];
+    const kt_articulated *c = &data->articulated[i];
+    kt_v4 angular[FREEDOM_MAX], linear[FREEDOM_MAX], moment[FREEDOM_MAX], force[FREEDOM_MAX];
+    const int freedoms = subspace(link, &motion[link->parent], &motion[i], angular, linear);
+    for (int k = 0; k < freedoms; k++) {
+        moment[k] = kt_v4_apply(c->j, angular[k]) + kt_v4_cross(c->moment, linear[k]);
+        force[k] = kt_v4_splat(c->force[0]) * linear[k] + kt_v4_cross(angular[k], c->moment);
+        for (int l = k; l < freedoms; l++) /* lower triangle: row l, column k */
+            mass[(size_t)(link->v + k) * nv + (size_t)(link->v + l)] = along(angular[l], linear[l], moment[k], force[k]);
+    }
+    for (size_t j = i; link->parent != 0; j = (size_t)link->parent, link = &model->link[j]) {
+        const kt_link *up = &model->link[link->parent];
+        kt_v4 up_angular[FREEDOM_MAX], up_linear[FREEDOM_MAX];
+        const int rows = subspace(up, &motion[up->parent], &motion[link->parent], up_angular, up_linear);
+        for (int k = 0; k < freedoms; k++) {
+            moment[k] += kt_v4_cross(motion[j].offset, force[k]);
+            for (int l = 0; l < rows; l++) /* row of the descendant, column of the ancestor */
+                mass[(size_t)(up->v + l) * nv + (size_t)(model->link[i].v + k)] =
+                    along(up_angular[l], up_linear[l], moment[k], force[k]);
+        }
+    }
+}
+
+void KT_KERNEL(kt_mass)(const kt_model *model, kt_data *data, const double *q, double *mass) {
+    const size_t count = model->n.link;
+    kt_link_motion *motion = data->motion;
+    kt_articulated *composite = data->articulated;
+    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_ground_set(kt_v4_splat(0.0), &motion[0]);
+    for (size_t i = 1; i < count; i++) {
+        const kt_link *link = &model->link[i];
+        kt_link_motion *m = &motion[i];
+        kt_link_pose(link, &motion[link->parent], q, data->cosine, data->sine, m);
+        kt_v4_turn(m->axes, link->inertia, composite[i].j);
+        composite[i].moment = kt_v4_apply(m->axes, link->moment);
+        composite[i].force = (kt_v4){link->mass, 0.0, 0.0, 0.0};
+    }
+    for (size_t i = count - 1; i > 0; i--) {
+        columns(model, data, i, mass);
+        if (model->link[i].parent)
+            add_to_parent(&composite[i], motion[i].offset, &composite[model->link[i].parent]);
+    }
+}

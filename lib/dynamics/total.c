@@ -1,0 +1,109 @@
+/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order.
+ *
+ *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c,   p = sum m v_c,   L = sum c x m v_c + I_c w
+ */
+#include "kinetree/dynamics.h"
+#include "model/internal.h"
+
+#include <string.h>
+
+/* I_c u for world vectors: R I (R' u). */
+static kt_vec3 apply_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
+    return kt_mat3_apply(r, kt_sym3_apply(b->inertia, kt_mat3_apply_transposed(r, u)));
+}
+
+double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
+    double twice = 0.0;
+    for (int i = 1; i < (int)model->n.body; i++) {
+        const kt_body_record *b = &model->body[i];
+        const kt_vec3 v = kt_point_velocity(model, data, i, b->com);
+        const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[b->link].axes), b->in_link.rotation);
+        const kt_vec3 w = kt_mat3_apply_transposed(r, kt_v4_vec3(data->motion[b->link].omega));
+        twice += b->mass * kt_vec3_dot(v, v) + kt_vec3_dot(w, kt_sym3_apply(b->inertia, w));
+    }
+    return 0.5 * twice;
+}
+
+double kt_potential_energy(const kt_model *model, const kt_data *data) {
+    const kt_vec3 g = kt_v4_vec3(model->gravity);
+    double energy = 0.0;
+    for (int i = 1; i < (int)model->n.body; i++) {
+        const kt_body_record *b = &model->body[i];
+        energy -= b->mass * kt_vec3_dot(g, kt_point_position(model, data, i, b->com));
+    }
+    return energy;
+}
+
+kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
+    kt_wrench total = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    for (int i = 1; i < (int)model->n.body; i++) {
+        const kt_body_record *b = &model->body[i];
+        const kt_vec3 p = kt_vec3_scale(b->mass, kt_point_velocity(model, data, i, b->com));
+        const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[b->link].axes), b->in_link.rotation);
+        const kt_vec3 spin = apply_inertia(b, r, kt_v4_vec3(data->motion[b->link].omega));
+        const kt_vec3 orbit = kt_vec3_cross(kt_point_position(model, data, i, b->com), p);
+        total.force = kt_vec3_add(total.force, p);
+        total.moment = kt_vec3_add(total.moment, kt_vec3_add(orbit, spin));
+    }
+    return total;
+}
+
+double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *center) {
+    kt_vec3 moment = {0.0, 0.0, 0.0};
+    double mass = 0.0;
+    for (int i = 1; i < (int)model->n.body; i++) {
+        const kt_body_record *b = &model->body[i];
+        if (b->link == 0)
+            continue;
+        mass += b->mass;
+        moment = kt_vec3_add(moment, kt_vec3_scale(b->mass, kt_point_position(model, data, i, b->com)));
+    }
+    *center = mass > 0.0 ? kt_vec3_scale(1.0 / mass, moment) : kt_vec3_make(0.0, 0.0, 0.0);
+    return mass;
+}
+
+/* What a body's motion and gravity ask for, less what acts from outside, about its frame's origin. */
+static kt_wrench body_wrench(const kt_model *model, const kt_data *data, int i, const kt_wrench *external) {
+    const kt_body_record *b = &model->body[i];
+    const kt_link_motion *link = &data->motion[b->link];
+    const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(link->axes), b->in_link.rotation);
+    const kt_vec3 w = kt_v4_vec3(link->omega), alpha = kt_v4_vec3(link->alpha);
+    const kt_vec3 g = kt_v4_vec3(model->gravity), a = kt_point_acceleration(model, data, i, b->com);
+    kt_wrench out;
+    out.force = kt_vec3_scale(b->mass, kt_vec3_sub(a, g));
+    const kt_vec3 spin = kt_vec3_cross(w, apply_inertia(b, r, w));
+    const kt_vec3 about_com = kt_vec3_add(apply_inertia(b, r, alpha), spin);
+    out.moment = kt_vec3_add(about_com, kt_vec3_cross(kt_mat3_apply(r, b->com), out.force));
+    if (external) {
+        out.force = kt_vec3_sub(out.force, external[i].force);
+        out.moment = kt_vec3_sub(out.moment, external[i].moment);
+    }
+    return out;
+}
+
+/* From one body frame's origin to a point at `arm` before it. */
+static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
+    w.moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
+    return w;
+}
+
+void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches) {
+    const kt_vec3 none = {0.0, 0.0, 0.0};
+    kt_wrench *sum = data->wrench;
+    const int count = (int)model->n.body;
+    for (int i = 1; i < count; i++)
+        sum[i] = body_wrench(model, data, i, external);
+    for (int i = count - 1; i > 0; i--) {
+        const kt_body_record *b = &model->body[i];
+        const kt_vec3 self = kt_point_position(model, data, i, none);
+        const kt_vec3 joint = kt_point_position(model, data, b->parent, b->joint.position);
+        wrenches[i] = carry_back(sum[i], kt_vec3_sub(self, joint));
+        if (b->parent == 0)
+            continue;
+        const kt_vec3 parent = kt_point_position(model, data, b->parent, none);
+        const kt_wrench up = carry_back(sum[i], kt_vec3_sub(self, parent));
+        sum[b->parent].force = kt_vec3_add(sum[b->parent].force, up.force);
+        sum[b->parent].moment = kt_vec3_add(sum[b->parent].moment, up.moment);
+    }
+    memset(&wrenches[0], 0, sizeof wrenches[0]);
+}

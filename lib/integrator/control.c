@@ -1,0 +1,86 @@
+/* The step size: PI control and the first step.
+ *
+ * Sources: HNW II.4 for the first step and the factors; E. Hairer, G. Wanner, Solving Ordinary Differential Equations
+ * II, 1996, section IV.2, for the PI control, after K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533.
+ */
+#include "integrator/internal.h"
+
+#include <math.h>
+
+/* x = m 2^k with sqrt(1/2) <= m < sqrt(2): log2 x = k + 2 / ln 2 (z + z^3/3 + z^5/5 + ...), z = (m - 1) / (m + 1), |z|
+ * < 0.172; terms to z^13 leave 2e-13. Then 2^u = 2^k e^w, |w| <= ln 2 / 2; terms to w^10 leave 3e-13. */
+double kt_power(double x, double p) {
+    const double ln2 = 0.693147180559945309417;
+    int exponent;
+    double m = frexp(x, &exponent);
+    if (m < 0.707106781186547524401) {
+        m *= 2.0;
+        exponent--;
+    }
+    const double z = (m - 1.0) / (m + 1.0), q = z * z;
+    double log = 0.0;
+    for (int i = 13; i >= 1; i -= 2)
+        log = log * q + 1.0 / (double)i;
+    const double u = p * ((double)exponent + 2.0 / ln2 * z * log);
+
+    const double whole = floor(u + 0.5);
+    if (!(whole > -1000.0 && whole < 1000.0))
+        return whole < 0.0 ? 0.0 : HUGE_VAL;
+    const double w = (u - whole) * ln2;
+    double power = 1.0;
+    for (int i = 10; i >= 1; i--)
+        power = 1.0 + power * w / (double)i;
+    return ldexp(power, (int)whole);
+}
+
+static double clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
+
+/* safety err^(-alpha/k) err_last^(beta/k); an estimate of zero asks for the largest factor. */
+double kt_control_accepted(const kt_integrator *it, double error) {
+    const kt_integrator_options *o = &it->options;
+    if (!(error > 0.0))
+        return o->factor_max;
+    const double factor = o->safety * kt_power(error, -o->alpha / it->error_order) *
+                          kt_power(it->memory.control_error, o->beta / it->error_order);
+    return clamp(factor, o->factor_min, o->factor_max);
+}
+
+/* The memory of the last accepted step says nothing about a step that failed. */
+double kt_control_rejected(const kt_integrator *it, double error) {
+    const kt_integrator_options *o = &it->options;
+    if (!isfinite(error))
+        return o->factor_min;
+    return clamp(o->safety * kt_power(error, -o->alpha / it->error_order), o->factor_min, o->safety);
+}
+
+/* An Euler step of a hundredth of |y| / |f| shows the second derivative; the step is chosen so that h^k max(|f|, |f'|)
+ * is a hundredth, in the weighted norm. */
+double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const double *f0 = it->k[0];
+    const double size = kt_scaled_norm(it, it->y, NULL), slope = kt_scaled_norm(it, f0, NULL);
+    double h0 = size < 1e-5 || slope < 1e-5 || !isfinite(slope) ? 1e-6 : 0.01 * size / slope;
+    h0 = h0 < limit ? h0 : limit;
+
+    /* Where f cannot be had so far away, a hundredth of the way is tried, a few times. */
+    kt_try_result reached = KT_TRY_RECOVERABLE;
+    for (int tries = 0; tries < 8; tries++) {
+        for (size_t i = 0; i < n; i++)
+            it->argument[i] = it->y[i] + direction * h0 * f0[i];
+        reached = kt_evaluate(it, it->memory.t + direction * h0, it->argument, 1, result);
+        if (reached == KT_TRY_PASSED || reached == KT_TRY_STOPPED)
+            break;
+        h0 *= 0.01;
+    }
+    if (reached == KT_TRY_STOPPED)
+        return 0.0;
+    if (reached != KT_TRY_PASSED)
+        return h0;
+
+    const double bend = kt_scaled_norm(it, it->k[1], f0) / h0, most = slope > bend ? slope : bend;
+    const double h1 = most <= 1e-15    ? (1e-3 * h0 > 1e-6 ? 1e-3 * h0 : 1e-6)
+                      : isfinite(most) ? kt_power(0.01 / most, 1.0 / it->error_order)
+                                       : h0;
+    const double h = 100.0 * h0 < h1 ? 100.0 * h0 : h1;
+    return h < limit ? h : limit;
+}

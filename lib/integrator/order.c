@@ -1,0 +1,300 @@
+/* Order conditions, HNW II.2.
+ *
+ * A rooted tree t of rho(t) nodes has the density gamma(t) = product over its nodes of the size of the subtree there,
+ * and for stage i the elementary weight
+ *
+ *     Phi_i(t) = product over the children u of the root of sum_j a_ij Phi_j(u),    Phi_i(.) = 1.
+ *
+ * Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13); a
+ * difference of two such weights gives 0; and weights that depend on theta give theta^rho(t) / gamma(t), for every
+ * theta (HNW II.6). The last is an identity between polynomials of degree 3 + dense_terms that both vanish at 0:
+ * checked at as many further points.
+ *
+ * Trees are level sequences (the depth of each node in preorder), made one from the other by the algorithm of T. Beyer
+ * and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.
+ *
+ * What rounding explains: a coefficient rounded to double is off by eps/2 of itself, a term of a tree of rho nodes is a
+ * product of rho coefficients. So a residual of rho eps sum |terms| passes, with a factor of 2 in hand; sums are formed
+ * in long double.
+ */
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+
+enum { SLOTS = KT_METHOD_STAGES_MAX, NODES = KT_METHOD_ORDER_MAX, THETAS = 3 + KT_METHOD_DENSE_TERMS_MAX };
+
+/* Weights over all slots, and the sizes of what they are summed from. */
+typedef struct weights {
+    long double value[SLOTS], size[SLOTS];
+} weights;
+
+/* All slots as one method: f(t1, y1) is a stage with the row b. */
+typedef struct extended {
+    const kt_method *method;
+    int slots, thetas;
+    long double a[SLOTS][SLOTS];
+    weights b, e, e_low, dense[THETAS];
+} extended;
+
+typedef struct tree {
+    int nodes;
+    int level[NODES];
+    long double gamma;
+    long double phi[SLOTS], size[SLOTS]; /* Phi_i, and the same of the absolute values */
+} tree;
+
+static kt_status refuse(const kt_method *method, kt_error *error, const char *message) {
+    return kt_error_set(error, KT_ERROR_ARGUMENT, method->name == NULL ? "method" : method->name, "%s", message);
+}
+
+kt_status kt_method_check_sizes(const kt_method *m, kt_error *error) {
+    if (m == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "method", "no method is given; kt_method_find has some by name");
+    if (m->stages < 1 || m->stages > SLOTS || m->dense_stages < 0 || m->dense_stages > SLOTS ||
+        kt_method_slots(m) > SLOTS)
+        return refuse(m, error, "a method has 1 to 32 stages, those of the dense output and the new slope included");
+    if (m->fsal && m->stages < 2)
+        return refuse(m, error, "a method of one stage cannot be fsal");
+    if (m->order < 1 || m->order > NODES || m->embedded_order < 0 || m->embedded_order > NODES ||
+        m->embedded_order_low < 0 || m->embedded_order_low > NODES || m->dense_order < 0 || m->dense_order > NODES)
+        return refuse(m, error, "orders are 1 to 12; an embedded or dense order that is not there is 0");
+    if (m->dense_terms < 0 || m->dense_terms > KT_METHOD_DENSE_TERMS_MAX)
+        return refuse(m, error, "a dense output has 0 to 8 terms beyond the cubic");
+    if (m->a == NULL || m->b == NULL || m->c == NULL)
+        return refuse(m, error, "a, b and c must be given (a points anywhere if there is one stage)");
+    if ((m->embedded_order > 0) != (m->e != NULL) || (m->embedded_order_low > 0) != (m->e_low != NULL) ||
+        (m->e_low != NULL && m->e == NULL))
+        return refuse(m, error, "error weights and embedded orders belong together: give both or neither");
+    if ((m->dense_terms > 0) != (m->dense_d != NULL) ||
+        (m->dense_stages > 0 && (m->dense_a == NULL || m->dense_c == NULL)))
+        return refuse(m, error, "dense_terms > 0 needs dense_d, dense_stages > 0 needs dense_a and dense_c");
+    return KT_OK;
+}
+
+static bool all_finite(const double *values, int count) {
+    for (int i = 0; values != NULL && i < count; i++)
+        if (!isfinite(values[i]))
+            return false;
+    return true;
+}
+
+static kt_status check_entries(const kt_method *m, kt_error *error) {
+    const int s = m->stages, w = kt_method_fresh(m) + 1, d = m->dense_stages;
+    const bool finite = all_finite(m->a, s * (s - 1) / 2) && all_finite(m->b, s) && all_finite(m->c, s) &&
+                        all_finite(m->e, s) && all_finite(m->e_low, s) &&
+                        (d == 0 || (all_finite(m->dense_a, d * w + d * (d - 1) / 2) && all_finite(m->dense_c, d))) &&
+                        (m->dense_terms == 0 || all_finite(m->dense_d, m->dense_terms * (w + d)));
+    if (!finite)
+        return refuse(m, error, "a coefficient is not finite");
+    if (!m->fsal)
+        return KT_OK;
+    bool same = m->c[s - 1] == 1.0 && m->b[s - 1] == 0.0;
+    for (int j = 0; j < s - 1; j++)
+        same = same && m->a[(s - 1) * (s - 2) / 2 + j] == m->b[j];
+    return same ? KT_OK : refuse(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
+}
+
+static void set_weights(weights *w, const double *values, int count, const double *sizes) {
+    for (int i = 0; i < SLOTS; i++) {
+        w->value[i] = i < count && values != NULL ? (long double)values[i] : 0.0L;
+        w->size[i] = fabsl(w->value[i]) + (i < count && sizes != NULL ? fabsl((long double)sizes[i]) : 0.0L);
+    }
+}
+
+/* w += factor * (row over `count` slots) */
+static void add_weights(weights *w, long double factor, const weights *row, int count) {
+    for (int i = 0; i < count; i++) {
+        w->value[i] += factor * row->value[i];
+        w->size[i] += fabsl(factor) * row->size[i];
+    }
+}
+
+/* y(theta) - y0 over h, as weights of the slopes: the form in the header, expanded. */
+static void set_dense_weights(extended *x, long double theta, weights *w) {
+    const long double rest = 1.0L - theta;
+    const int fresh = kt_method_fresh(x->method);
+    set_weights(w, NULL, 0, NULL);
+    add_weights(w, theta * theta * (3.0L - 2.0L * theta), &x->b, x->slots);
+    w->value[0] += theta * rest * rest;
+    w->size[0] += theta * rest * rest;
+    w->value[fresh] -= theta * theta * rest;
+    w->size[fresh] += theta * theta * rest;
+    long double factor = theta * theta * rest * rest;
+    for (int term = 0; term < x->method->dense_terms; term++) {
+        weights d;
+        set_weights(&d, x->method->dense_d + term * x->slots, x->slots, NULL);
+        add_weights(w, factor, &d, x->slots);
+        factor *= term % 2 == 0 ? theta : rest;
+    }
+}
+
+static void extend(const kt_method *m, extended *x) {
+    const int s = m->stages, fresh = kt_method_fresh(m);
+    x->method = m;
+    x->slots = kt_method_slots(m);
+    for (int i = 0; i < SLOTS; i++)
+        for (int j = 0; j < SLOTS; j++)
+            x->a[i][j] = 0.0L;
+    for (int i = 0; i < s; i++)
+        for (int j = 0; j < i; j++)
+            x->a[i][j] = (long double)m->a[i * (i - 1) / 2 + j];
+    for (int j = 0; j < fresh; j++)
+        x->a[fresh][j] = (long double)m->b[j];
+    const double *row = m->dense_a;
+    for (int i = fresh + 1; i < x->slots; row += i, i++)
+        for (int j = 0; j < i; j++)
+            x->a[i][j] = (long double)row[j];
+    set_weights(&x->b, m->b, s, NULL);
+    set_weights(&x->e, m->e, s, m->b); /* e was rounded beside b */
+    set_weights(&x->e_low, m->e_low, s, m->b);
+    x->thetas = 3 + m->dense_terms;
+    for (int i = 0; i < x->thetas; i++)
+        set_dense_weights(x, (long double)(i + 1) / (long double)x->thetas, &x->dense[i]);
+}
+
+static kt_status check_row_sums(const extended *x, kt_error *error) {
+    const kt_method *m = x->method;
+    const int fresh = kt_method_fresh(m);
+    for (int i = 0; i < x->slots; i++) {
+        const double c = i < m->stages ? m->c[i] : i == fresh ? 1.0 : m->dense_c[i - fresh - 1];
+        long double sum = 0.0L, size = fabsl((long double)c);
+        for (int j = 0; j < i; j++) {
+            sum += x->a[i][j];
+            size += fabsl(x->a[i][j]);
+        }
+        if (!(fabsl(sum - (long double)c) <= (long double)DBL_EPSILON * size)) {
+            char message[160];
+            snprintf(message, sizeof message,
+                     "stage %d: the row of a sums to %.17g, but c is %.17g; they must be equal", i + 1, (double)sum, c);
+            return refuse(m, error, message);
+        }
+    }
+    return KT_OK;
+}
+
+/* The tree after this one among those of as many nodes: L_p is the last level above 1, q the parent of p; what hangs at
+ * q before p is repeated from p on. */
+static bool next_tree(tree *t) {
+    int p = t->nodes - 1;
+    while (p > 0 && t->level[p] <= 1)
+        p--;
+    if (p <= 0)
+        return false;
+    int q = p - 1;
+    while (t->level[q] != t->level[p] - 1)
+        q--;
+    for (int i = p; i < t->nodes; i++)
+        t->level[i] = t->level[i - (p - q)];
+    return true;
+}
+
+/* Phi, its absolute values and gamma, from the leaves to the root: each node multiplies A Phi(node) into its parent. */
+static void weigh_tree(const extended *x, tree *t) {
+    long double phi[NODES][SLOTS], size[NODES][SLOTS];
+    int count[NODES];
+    for (int v = 0; v < t->nodes; v++) {
+        count[v] = 1;
+        for (int i = 0; i < x->slots; i++)
+            phi[v][i] = size[v][i] = 1.0L;
+    }
+    t->gamma = 1.0L;
+    for (int v = t->nodes - 1; v > 0; v--) {
+        int parent = v - 1;
+        while (t->level[parent] != t->level[v] - 1)
+            parent--;
+        for (int i = 0; i < x->slots; i++) {
+            long double value = 0.0L, absolute = 0.0L;
+            for (int j = 0; j < i; j++) {
+                value += x->a[i][j] * phi[v][j];
+                absolute += fabsl(x->a[i][j]) * size[v][j];
+            }
+            phi[parent][i] *= value;
+            size[parent][i] *= absolute;
+        }
+        t->gamma *= (long double)count[v];
+        count[parent] += count[v];
+    }
+    t->gamma *= (long double)t->nodes;
+    for (int i = 0; i < x->slots; i++) {
+        t->phi[i] = phi[0][i];
+        t->size[i] = size[0][i];
+    }
+}
+
+/* A leaf is ".", any other node its children in brackets. */
+static void write_tree(const tree *t, char *text) {
+    for (int v = 0; v < t->nodes; v++) {
+        const int next = v + 1 < t->nodes ? t->level[v + 1] : 0;
+        *text++ = next > t->level[v] ? '[' : '.';
+        for (int l = t->level[v]; l > next; l--)
+            *text++ = ']';
+    }
+    *text = '\0';
+}
+
+static kt_status check_condition(const extended *x, const tree *t, const weights *w, long double target,
+                                 const char *what, kt_error *error) {
+    long double sum = 0.0L, size = 0.0L;
+    for (int i = 0; i < x->slots; i++) {
+        sum += w->value[i] * t->phi[i];
+        size += w->size[i] * t->size[i];
+    }
+    const long double sums = LDBL_EPSILON * (long double)x->slots; /* of long double itself, where that is double */
+    if (fabsl(sum - target) <= (long double)t->nodes * ((long double)DBL_EPSILON + sums) * size)
+        return KT_OK;
+    char shape[2 * NODES + 1], message[320];
+    write_tree(t, shape);
+    snprintf(
+        message, sizeof message,
+        "%s: the condition of order %d of the tree %s fails: the sum is %.17g, not %.17g (off by %.3g). Correct the "
+        "coefficients, give them to 17 digits, or claim a lower order",
+        what, t->nodes, shape, (double)sum, (double)target, (double)(sum - target));
+    return refuse(x->method, error, message);
+}
+
+/* All conditions of one tree. */
+static kt_status check_tree(const extended *x, const tree *t, kt_error *error) {
+    const kt_method *m = x->method;
+    const int n = t->nodes;
+    kt_status status = KT_OK;
+    if (n <= m->order)
+        status = check_condition(x, t, &x->b, 1.0L / t->gamma, "b", error);
+    if (status == KT_OK && n <= m->embedded_order)
+        status = check_condition(x, t, &x->e, 0.0L, "error weights e", error);
+    if (status == KT_OK && n <= m->embedded_order_low)
+        status = check_condition(x, t, &x->e_low, 0.0L, "error weights e_low", error);
+    for (int i = 0; status == KT_OK && n <= kt_method_dense_order(m) && i < x->thetas; i++) {
+        const long double theta = (long double)(i + 1) / (long double)x->thetas;
+        status = check_condition(x, t, &x->dense[i], powl(theta, (long double)n) / t->gamma, "dense output", error);
+    }
+    return status;
+}
+
+static int largest(int a, int b) { return a > b ? a : b; }
+
+kt_status kt_method_check(const kt_method *method, kt_error *error) {
+    kt_status status = kt_method_check_sizes(method, error);
+    if (status == KT_OK)
+        status = check_entries(method, error);
+    if (status != KT_OK)
+        return status;
+
+    extended x;
+    extend(method, &x);
+    status = check_row_sums(&x, error);
+
+    const int last = largest(largest(method->order, kt_method_dense_order(method)),
+                             largest(method->embedded_order, method->embedded_order_low));
+    for (int nodes = 1; status == KT_OK && nodes <= last; nodes++) {
+        tree t = {.nodes = nodes};
+        for (int v = 0; v < nodes; v++)
+            t.level[v] = v;
+        do {
+            weigh_tree(&x, &t);
+            status = check_tree(&x, &t, error);
+        } while (status == KT_OK && next_tree(&t));
+    }
+    return status;
+}

@@ -1,0 +1,252 @@
+/* One accepted step.
+ *
+ * Everything is decided in locals and in scratch; `memory` and the pointers to the states change only in commit(),
+ * after which nothing can fail. So a failure needs no undoing.
+ */
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+
+/* A step that is to be tried. */
+typedef struct plan {
+    kt_interval interval;
+    double proposed; /* adaptive: |h| without regard to t_limit */
+    bool clipped;    /* adaptive: |h| < proposed for the sake of t_limit */
+    int64_t grid;    /* fixed: what the memory will say */
+    bool on_grid;
+} plan;
+
+kt_status kt_try_report(const kt_try *r, const char *advice, kt_error *error) {
+    char where[64];
+    snprintf(where, sizeof where, "t = %.17g", r->t);
+    switch (r->result) {
+    case KT_TRY_STOPPED:
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s asked to stop (code %d)", r->what, r->code);
+    case KT_TRY_RECOVERABLE:
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s could not be had (code %d); %s", r->what, r->code,
+                            advice);
+    case KT_TRY_NOT_FINITE:
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "component %zu of %s is not finite; %s", r->component,
+                            r->what, advice);
+    default:
+        return KT_OK;
+    }
+}
+
+/* ---- where to -----------------------------------------------------------------------------------------------------
+ */
+
+/* Fixed step: to the next point t0 + k h of the grid, or to t_limit where that comes first. A whole step is h itself
+ * and not the difference of two rounded times: so autonomous problems give the same bits wherever on the time axis they
+ * start. */
+static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt_error *error) {
+    const kt_integrator_memory *m = &it->memory;
+    const double h = it->options.step, direction = t_limit > m->t ? 1.0 : -1.0;
+    const int64_t next = direction > 0.0 ? m->grid + 1 : m->grid - (m->on_grid ? 1 : 0);
+    double end = m->origin + (double)next * h;
+    const double rounding = 8.0 * DBL_EPSILON * fmax(fabs(m->origin), fabs(end));
+    const double beyond = direction * (end - t_limit);
+
+    p->on_grid = beyond <= rounding;
+    if (beyond >= -rounding)
+        end = t_limit;
+    p->grid = p->on_grid ? next : next - (direction > 0.0 ? 1 : 0);
+    p->interval.h = p->on_grid && m->on_grid ? direction * h : end - m->t;
+    p->interval.end = end;
+    if (direction * (end - m->t) > 0.0)
+        return KT_OK;
+    char where[64];
+    snprintf(where, sizeof where, "t = %.17g", m->t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "the step %g is lost in the rounding of the time; take a larger one, or start nearer to 0", h);
+}
+
+/* Adaptive: |h| from t, of the proposed size if t_limit leaves room for two such steps. */
+static void plan_adaptive(const kt_integrator *it, double t_limit, double proposed, plan *p) {
+    const double t = it->memory.t, left = fabs(t_limit - t), direction = t_limit > t ? 1.0 : -1.0;
+    p->proposed = proposed;
+    p->clipped = proposed > left || 2.0 * proposed > left;
+    if (proposed >= left)
+        p->interval.end = t_limit;
+    else
+        p->interval.end = t + direction * (p->clipped ? 0.5 * left : proposed);
+    p->interval.h = p->interval.end - t;
+    p->clipped = p->clipped && fabs(p->interval.h) < proposed;
+}
+
+/* ---- one step -----------------------------------------------------------------------------------------------------
+ */
+
+/* f(t, y) into slot 0, if it is not there: after a step it may be in `fresh`. */
+static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
+    it->stages_known = false;
+    it->dense_known = false;
+    if (it->slope_slot == (int)it->fresh && it->fresh > 0) {
+        double *k = it->k[0];
+        it->k[0] = it->k[it->fresh];
+        it->k[it->fresh] = k;
+        it->slope_slot = 0;
+    }
+    if (it->slope_slot < 0 && kt_evaluate(it, it->memory.t, it->y, 0, result) == KT_TRY_PASSED)
+        it->slope_slot = 0;
+    return it->slope_slot == 0 ? KT_TRY_PASSED : result->result;
+}
+
+/* The caller's projection of the trial state. */
+static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try *result) {
+    *changed = false;
+    if (it->callbacks.project == NULL)
+        return KT_TRY_PASSED;
+    *changed = true;
+    const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
+    result->what = "the projection";
+    result->t = t;
+    result->code = code;
+    if (code != 0)
+        return result->result = code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+    if (*changed && (result->component = kt_first_not_finite(it->trial, it->sizes.n)) < it->sizes.n) {
+        result->what = "the projected state";
+        return result->result = KT_TRY_NOT_FINITE;
+    }
+    return KT_TRY_PASSED;
+}
+
+static void commit(kt_integrator *it, const plan *p, bool changed, double next_step, double error) {
+    kt_integrator_memory *m = &it->memory;
+    double *spare = it->previous_y;
+    it->previous_y = it->y;
+    it->y = it->trial;
+    it->trial = spare;
+    it->stages_known = true;
+    it->slope_slot = it->method->fsal && !changed ? (int)it->fresh : -1;
+
+    m->previous_t = m->t;
+    m->t = p->interval.end;
+    m->last_step = p->interval.h;
+    m->has_previous = true;
+    m->grid = p->grid;
+    m->on_grid = p->on_grid;
+    m->next_step = next_step;
+    m->last_error = error;
+    m->counts.steps++;
+}
+
+static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) {
+    static const char advice[] = "the step is fixed: take a smaller one, or a method with error control";
+    plan p = {.interval = {.t = it->memory.t, .y = it->y}};
+    kt_status status = plan_fixed(it, t_limit, &p, error);
+    if (status != KT_OK)
+        return status;
+    kt_try r;
+    bool changed = false;
+    if (need_slope(it, &r) != KT_TRY_PASSED || kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED ||
+        project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
+        return kt_try_report(&r, advice, error);
+    commit(it, &p, changed, it->memory.next_step, NAN);
+    return KT_OK;
+}
+
+/* ---- adaptive -----------------------------------------------------------------------------------------------------
+ */
+
+static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) {
+    char where[64];
+    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "max_steps = %llu are used up; allow more, or loosen the tolerances",
+                        (unsigned long long)it->options.max_steps);
+}
+
+static kt_status report_too_small(const kt_integrator *it, double h, const kt_try *r, kt_error *error) {
+    char where[64], reason[160];
+    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    if (r->result == KT_TRY_NOT_FINITE)
+        snprintf(reason, sizeof reason, "component %zu of %s was not finite at t = %.17g", r->component, r->what, r->t);
+    else if (r->result == KT_TRY_RECOVERABLE)
+        snprintf(reason, sizeof reason, "%s could not be had at t = %.17g (code %d)", r->what, r->t, r->code);
+    else
+        snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
+    return kt_error_set(
+        error, KT_ERROR_STEP, where,
+        "a step below %.3g would be needed: %s. Look for a jump or a pole of a force here; if the motion is "
+        "smooth, loosen the tolerances; if it is stiff (a strong damper, a light body on a hard spring), no "
+        "explicit method serves",
+        h, reason);
+}
+
+/* The first proposal, and the least |h| that is tried. */
+static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
+    const kt_integrator_options *o = &it->options;
+    const double t = it->memory.t, left = fabs(t_limit - t);
+    const double most = o->max_step > 0.0 ? o->max_step : HUGE_VAL;
+    double h = it->memory.next_step;
+    if (h == 0.0) {
+        kt_try r;
+        h = kt_control_initial(it, t_limit > t ? 1.0 : -1.0, left < most ? left : most, &r);
+        if (h == 0.0)
+            return kt_try_report(&r, "", error);
+    }
+    h = h < most ? h : most;
+    *least = fmax(o->min_step, 16.0 * DBL_EPSILON * fmax(fabs(t), h < left ? h : left));
+    *proposed = h > *least ? h : *least;
+    return KT_OK;
+}
+
+/* The next proposal after an accepted step. A step cut short for t_limit that was too easy to tell anything leaves the
+ * proposal and the control's memory as they were. */
+static double accept(const kt_integrator *it, const plan *p, bool retried, double error, double *control_error) {
+    const double factor = kt_control_accepted(it, error), h = fabs(p->interval.h);
+    *control_error = it->memory.control_error;
+    if (p->clipped && h * factor < p->proposed && factor >= it->options.factor_max)
+        return p->proposed;
+    if (p->clipped && factor >= it->options.factor_max)
+        return h * factor;
+    *control_error = error > KT_CONTROL_ERROR_FLOOR ? error : KT_CONTROL_ERROR_FLOOR;
+    return h * (retried && factor > 1.0 ? 1.0 : factor);
+}
+
+static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *error) {
+    const kt_integrator_options *o = &it->options;
+    kt_try r;
+    if (need_slope(it, &r) != KT_TRY_PASSED)
+        return kt_try_report(&r, "the state is as it was at the end of the last step", error);
+    double proposed, least;
+    kt_status status = choose_first(it, t_limit, &proposed, &least, error);
+    if (status != KT_OK)
+        return status;
+
+    for (bool retried = false;; retried = true) {
+        if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)
+            return report_steps_used_up(it, error);
+        plan p = {.interval = {.t = it->memory.t, .y = it->y}};
+        plan_adaptive(it, t_limit, proposed, &p);
+        bool changed = false;
+        if (kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED &&
+            project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED) {
+            double control_error;
+            const double next = accept(it, &p, retried, r.error, &control_error);
+            commit(it, &p, changed, next, r.error);
+            it->memory.control_error = control_error;
+            return KT_OK;
+        }
+        it->memory.counts.rejected++;
+        if (r.result == KT_TRY_STOPPED)
+            return kt_try_report(&r, "", error);
+        proposed =
+            fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error) : o->factor_min);
+        if (proposed < least)
+            return report_too_small(it, least, &r, error);
+    }
+}
+
+kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
+    if (!it->started)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step", "call kt_integrator_start first");
+    if (isnan(t_limit) || t_limit == it->memory.t)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step",
+                            "t_limit is %s; it must lie before or behind the current time, or be infinite",
+                            isnan(t_limit) ? "NaN" : "the current time");
+    return it->options.step > 0.0 ? step_fixed(it, t_limit, error) : step_adaptive(it, t_limit, error);
+}

@@ -1,0 +1,10 @@
+/* Fixed: no freedom; the body shares its parent's link. */
+#include "joint/kind.h"
+
+static int elements(const kt_joint *joint, kt_element *out) {
+    (void)joint;
+    (void)out;
+    return 0;
+}
+
+const kt_joint_kind kt_joint_fixed = {.nq = 0, .nv = 0, .elements = elements};

@@ -1,0 +1,15 @@
+/* The list of joint types, and what they share. */
+#include "joint/kind.h"
+
+#define KT_JOINT_ENTRY(id, name, nq, nv) [id] = &kt_joint_##name,
+const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_ENTRY)};
+#undef KT_JOINT_ENTRY
+
+kt_element kt_element_about(kt_motion motion, kt_vec3 axis) {
+    const kt_vec3 n = kt_vec3_normalize(axis);
+    const double component[3] = {n.x, n.y, n.z};
+    for (int k = 0; k < 3; k++)
+        if (component[k] == 1.0 && component[(k + 1) % 3] == 0.0 && component[(k + 2) % 3] == 0.0)
+            return (kt_element){.motion = motion, .axis = k, .frame = kt_mat3_identity()};
+    return (kt_element){.motion = motion, .axis = 2, .frame = kt_triad_from_axis(n, 2)};
+}

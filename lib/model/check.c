@@ -1,0 +1,268 @@
+/* The check of a description: what is done in which order, and how a fault is reported.
+ *
+ * First every name goes into one table, then every parent is looked up and the cycles are found; after that the items
+ * are checked one by one in their order, so that faults come out in it. All of it is linear in the size of the
+ * description (names are looked up by hash, and suggestions have a fixed budget), and nothing recurs.
+ *
+ * Cycles: walk from each body towards the world, and mark the path with the walk's own number. A walk that meets its
+ * own mark has found a cycle; one that meets another's joins a path that is known already. Every body is marked once.
+ */
+#include "model/check.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+kt_checker kt_checker_make(const kt_description *description, kt_report *report, void *user) {
+    const kt_checker checker = {.description = description, .report = report, .user = user};
+    return checker;
+}
+
+bool kt_checker_is_done(const kt_checker *checker) { return checker->report == NULL && checker->first.code != KT_OK; }
+
+int kt_checker_marker_count(const kt_body *body) {
+    return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
+}
+
+static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
+    static const char *const kinds[] = {"scene", "body", "loop", "effect", "hold"};
+    static const char *const lists[] = {"scene", "bodies", "loops", "effects", "hold"};
+    const kt_description *d = checker->description;
+    const char *name = NULL;
+    if (checker->item == KT_ITEM_BODY)
+        name = d->bodies[checker->index].name;
+    else if (checker->item == KT_ITEM_LOOP)
+        name = d->loops[checker->index].name;
+    else if (checker->item == KT_ITEM_EFFECT)
+        name = d->effects[checker->index].name;
+    if (checker->item == KT_ITEM_SCENE)
+        snprintf(where, KT_WHERE_SIZE, "scene");
+    else if (name == NULL || *name == '\0')
+        snprintf(where, KT_WHERE_SIZE, "%s[%d]", lists[checker->item], checker->index);
+    else
+        snprintf(where, KT_WHERE_SIZE, "%s %s", kinds[checker->item], kt_name_quote(name).text);
+}
+
+void kt_checker_fault(kt_checker *checker, const char *field, int sub, const char *format, ...) {
+    if (kt_checker_is_done(checker))
+        return;
+    char where[KT_WHERE_SIZE], message[2 * KT_MESSAGE_SIZE]; /* kt_error_set marks what it cuts */
+    write_where(checker, where);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+
+    kt_error error;
+    (void)kt_error_set(&error, KT_ERROR_MODEL, where, "%s", message);
+    if (checker->first.code == KT_OK)
+        checker->first = error;
+    if (checker->report != NULL) {
+        const kt_place place = {checker->item, checker->index, sub, field};
+        checker->report(checker->user, &place, &error);
+    }
+}
+
+/* ---- counts and memory ------------------------------------------------------------------------------------------- */
+
+/* Whether a list can be read. */
+static bool check_list(kt_checker *checker, const char *field, const void *list, int count) {
+    if (count < 0)
+        kt_checker_fault(checker, field, -1, "%s: the count is %d; it cannot be negative", field, count);
+    else if (count > KT_COUNT_MOST)
+        kt_checker_fault(checker, field, -1, "%s: the count is %d; %d is the most", field, count, KT_COUNT_MOST);
+    else if (count > 0 && list == NULL)
+        kt_checker_fault(checker, field, -1, "%s: the list is NULL, and its count %d", field, count);
+    else
+        return true;
+    return false;
+}
+
+static bool check_counts(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    const bool bodies = check_list(checker, "bodies", d->bodies, d->body_count);
+    const bool loops = check_list(checker, "loops", d->loops, d->loop_count);
+    const bool effects = check_list(checker, "effects", d->effects, d->effect_count);
+    const bool hold = check_list(checker, "hold", (const void *)d->hold, d->hold_count);
+    if (!bodies || !loops || !effects || !hold)
+        return false;
+    size_t markers = 0;
+    for (int i = 0; i < d->body_count; i++)
+        markers += (size_t)kt_checker_marker_count(&d->bodies[i]);
+    if (markers > KT_COUNT_MOST) {
+        kt_checker_fault(checker, "bodies", -1, "bodies have %zu markers in all; %d is the most", markers,
+                         KT_COUNT_MOST);
+        return false;
+    }
+    return true;
+}
+
+/* One block: the table of names, then two numbers a body. NULL: no memory. */
+static void *place_memory(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    const size_t bodies = (size_t)d->body_count;
+    size_t names = bodies + (size_t)d->loop_count + (size_t)d->effect_count;
+    for (int i = 0; i < d->body_count; i++)
+        names += (size_t)kt_checker_marker_count(&d->bodies[i]);
+    const size_t table = kt_names_size(names);
+    char *memory = malloc(table + 2 * bodies * sizeof(int));
+    if (memory == NULL)
+        return NULL;
+    kt_names_place(&checker->names, names, memory);
+    checker->parent = (int *)(void *)(memory + table);
+    checker->mark = checker->parent + bodies;
+    checker->effort = 10000000 + 64 * (int64_t)names;
+    return memory;
+}
+
+static void add_name(kt_checker *checker, int scope, const char *name, int index) {
+    if (name != NULL && *name != '\0')
+        (void)kt_names_add(&checker->names, scope, name, index); /* the first of equal names stands */
+}
+
+static void add_names(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    for (int i = 0; i < d->body_count; i++) {
+        add_name(checker, KT_SCOPE_BODY, d->bodies[i].name, i);
+        for (int k = 0; k < kt_checker_marker_count(&d->bodies[i]); k++)
+            add_name(checker, i, d->bodies[i].markers[k].name, k);
+    }
+    for (int i = 0; i < d->loop_count; i++)
+        add_name(checker, KT_SCOPE_LOOP, d->loops[i].name, i);
+    for (int i = 0; i < d->effect_count; i++)
+        add_name(checker, KT_SCOPE_EFFECT, d->effects[i].name, i);
+}
+
+/* ---- the tree ---------------------------------------------------------------------------------------------------- */
+
+/* Looks the parents up, without a word about those that do not exist. */
+static void find_parents(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    for (int i = 0; i < d->body_count; i++) {
+        const char *name = d->bodies[i].parent;
+        int parent = KT_BODY_WORLD;
+        if (name != NULL && strcmp(name, "world") != 0)
+            parent = kt_names_find(&checker->names, KT_SCOPE_BODY, name);
+        else
+            name = NULL;
+        checker->parent[i] = name != NULL && parent < 0 ? KT_BODY_UNKNOWN : parent;
+    }
+}
+
+/* Leaves mark = 1 at the first body of each cycle, else 0. */
+static void find_cycles(kt_checker *checker) {
+    const int count = checker->description->body_count;
+    const int *parent = checker->parent;
+    int *mark = checker->mark;
+    /* Walk i leaves the mark -1 - i; a cycle's first body is told by 1 at once, which no walk takes for its own. */
+    memset(mark, 0, (size_t)count * sizeof *mark);
+    for (int i = 0; i < count; i++) {
+        int body = i;
+        while (body >= 0 && mark[body] == 0) {
+            mark[body] = -1 - i;
+            body = parent[body];
+        }
+        if (body < 0 || mark[body] != -1 - i)
+            continue;
+        int first = body;
+        for (int k = parent[body]; k != body; k = parent[k])
+            first = k < first ? k : first;
+        mark[first] = 1;
+    }
+    for (int i = 0; i < count; i++)
+        if (mark[i] < 0)
+            mark[i] = 0;
+}
+
+static void report_cycle(kt_checker *checker, int first) {
+    enum { SHOWN = 4 };
+    const kt_body *bodies = checker->description->bodies;
+    char names[(SHOWN + 2) * (KT_NAME_TEXT_SIZE + 4)];
+    size_t end = 0;
+    int length = 0;
+    for (int k = first; length == 0 || k != first; k = checker->parent[k])
+        if (length++ < SHOWN)
+            end += (size_t)snprintf(names + end, sizeof names - end, "%s -> ", kt_name_quote(bodies[k].name).text);
+    if (length == 1)
+        kt_checker_fault(checker, "parent", -1, "parent %s is the body itself; name another body, or 'world'",
+                         kt_name_quote(bodies[first].name).text);
+    else
+        kt_checker_fault(checker, "parent", -1,
+                         "the parents form a cycle of %d bodies, %s%s%s; give one of them another parent", length,
+                         names, length > SHOWN ? "... -> " : "", kt_name_quote(bodies[first].name).text);
+}
+
+/* ---- the order --------------------------------------------------------------------------------------------------- */
+
+static void check_scene(kt_checker *checker) {
+    checker->item = KT_ITEM_SCENE;
+    checker->index = 0;
+    kt_checker_vector(checker, "gravity", -1, "", checker->description->gravity);
+}
+
+static void check_bodies(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    checker->item = KT_ITEM_BODY;
+    for (int i = 0; i < d->body_count && !kt_checker_is_done(checker); i++) {
+        const kt_body *body = &d->bodies[i];
+        checker->index = i;
+        kt_checker_name(checker, KT_SCOPE_BODY, "bodies", body->name, false);
+        if (checker->parent[i] == KT_BODY_UNKNOWN)
+            (void)kt_checker_body(checker, "parent", -1, "parent", body->parent);
+        if (checker->mark[i] == 1)
+            report_cycle(checker, i);
+        kt_checker_body_rules(checker, body);
+    }
+}
+
+static void check_hold(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    const int stamp = ++checker->stamp;
+    checker->item = KT_ITEM_HOLD;
+    for (int i = 0; i < d->hold_count && !kt_checker_is_done(checker); i++) {
+        checker->index = i;
+        const int body = kt_checker_joint(checker, "hold", -1, d->hold[i]);
+        if (body >= 0 && checker->mark[body] == stamp)
+            kt_checker_fault(checker, "hold", -1, "joint %s stands twice; name it once",
+                             kt_name_quote(d->hold[i]).text);
+        if (body >= 0)
+            checker->mark[body] = stamp;
+    }
+}
+
+static void check_all(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    add_names(checker);
+    find_parents(checker);
+    find_cycles(checker);
+    check_scene(checker);
+    check_bodies(checker);
+    checker->stamp = 1; /* the largest mark that the cycles leave */
+    checker->item = KT_ITEM_LOOP;
+    for (checker->index = 0; checker->index < d->loop_count && !kt_checker_is_done(checker); checker->index++)
+        kt_checker_loop(checker, &d->loops[checker->index]);
+    checker->item = KT_ITEM_EFFECT;
+    for (checker->index = 0; checker->index < d->effect_count && !kt_checker_is_done(checker); checker->index++)
+        kt_checker_effect(checker, &d->effects[checker->index]);
+    check_hold(checker);
+}
+
+kt_status kt_description_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
+    if (description == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_description_check", "description is NULL");
+    kt_checker checker = kt_checker_make(description, report, user);
+    if (check_counts(&checker)) {
+        void *memory = place_memory(&checker);
+        if (memory == NULL)
+            return kt_error_set(error, KT_ERROR_MEMORY, "kt_description_check",
+                                "no memory to check %d bodies; use a smaller model", description->body_count);
+        check_all(&checker);
+        free(memory);
+    }
+    if (checker.first.code != KT_OK && error != NULL)
+        *error = checker.first;
+    return checker.first.code;
+}

@@ -1,0 +1,123 @@
+/* Rules of functions of time in a description. */
+#include "model/check.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+
+/* Steps of time below it would make second derivatives overflow. */
+static const double least_step = 1e-50;
+
+static bool check_sine(kt_checker *checker, const char *field, const kt_function *f) {
+    bool fine = kt_checker_value(checker, field, -1, ".sine.amplitude", -1, f->amplitude);
+    fine = kt_checker_not_negative(checker, field, ".sine.frequency", f->frequency) && fine;
+    fine = kt_checker_value(checker, field, -1, ".sine.phase", -1, f->phase) && fine;
+    return kt_checker_value(checker, field, -1, ".sine.offset", -1, f->offset) && fine;
+}
+
+static bool check_ramp(kt_checker *checker, const char *field, const kt_function *f) {
+    bool fine = kt_checker_value(checker, field, -1, ".ramp.from", -1, f->from);
+    fine = kt_checker_value(checker, field, -1, ".ramp.to", -1, f->to) && fine;
+    fine = kt_checker_value(checker, field, -1, ".ramp.start", -1, f->start) && fine;
+    fine = kt_checker_value(checker, field, -1, ".ramp.end", -1, f->end) && fine;
+    if (fine && !(f->end - f->start >= least_step)) {
+        kt_checker_fault(checker, field, -1, "%s.ramp starts at %.17g and ends at %.17g; it must end later", field,
+                         f->start, f->end);
+        fine = false;
+    }
+    return fine;
+}
+
+static bool check_polynomial(kt_checker *checker, const char *field, const kt_function *f) {
+    if (f->number_count < 1 || f->numbers == NULL) {
+        kt_checker_fault(checker, field, -1, "%s.polynomial has no coefficients; give c0, c1, ...", field);
+        return false;
+    }
+    return kt_checker_values(checker, field, -1, ".polynomial", f->numbers, f->number_count);
+}
+
+static bool check_table(kt_checker *checker, const char *field, const kt_function *f) {
+    if (f->interpolation != KT_INTERPOLATION_LINEAR && f->interpolation != KT_INTERPOLATION_CUBIC) {
+        kt_checker_fault(checker, field, -1, "%s.interpolation is %d; there are linear (%d) and cubic (%d)", field,
+                         (int)f->interpolation, KT_INTERPOLATION_LINEAR, KT_INTERPOLATION_CUBIC);
+        return false;
+    }
+    if (f->number_count < 4 || f->numbers == NULL) {
+        kt_checker_fault(checker, field, -1, "%s.table needs two rows [t, y] or more", field);
+        return false;
+    }
+    if (f->number_count % 2 != 0) {
+        kt_checker_fault(checker, field, -1, "%s.table has %d numbers; rows are pairs of t and y", field,
+                         f->number_count);
+        return false;
+    }
+    for (int i = 0; i < f->number_count; i++) {
+        char suffix[48];
+        if (!kt_number_is_fine(f->numbers[i])) {
+            snprintf(suffix, sizeof suffix, ".table[%d]", i / 2);
+            return kt_checker_value(checker, field, -1, suffix, i % 2, f->numbers[i]);
+        }
+    }
+    for (int k = 2; k < f->number_count; k += 2)
+        if (!(f->numbers[k] - f->numbers[k - 2] >= least_step)) {
+            kt_checker_fault(checker, field, -1, "%s.table[%d] has time %.17g after %.17g; times must increase", field,
+                             k / 2, f->numbers[k], f->numbers[k - 2]);
+            return false;
+        }
+    return true;
+}
+
+bool kt_checker_function(kt_checker *checker, const char *field, const kt_function *function) {
+    switch (function->type) {
+    case KT_FUNCTION_NONE:
+        return true;
+    case KT_FUNCTION_CONSTANT:
+        return kt_checker_number(checker, field, function->value);
+    case KT_FUNCTION_SINE:
+        return check_sine(checker, field, function);
+    case KT_FUNCTION_RAMP:
+        return check_ramp(checker, field, function);
+    case KT_FUNCTION_POLYNOMIAL:
+        return check_polynomial(checker, field, function);
+    case KT_FUNCTION_TABLE:
+        return check_table(checker, field, function);
+    }
+    kt_checker_fault(checker, field, -1, "%s has function type %d, and there is none of that number", field,
+                     (int)function->type);
+    return false;
+}
+
+/* The least value that the function is known to take; of a polynomial that at t = 0, of a table that of its rows. */
+static double least_value(const kt_function *f) {
+    double least = KT_NUMBER_MOST;
+    switch (f->type) {
+    case KT_FUNCTION_NONE:
+        break;
+    case KT_FUNCTION_CONSTANT:
+        return f->value;
+    case KT_FUNCTION_SINE:
+        /* A frequency of zero stays where it starts. */
+        return f->offset + (f->frequency > 0.0 ? -fabs(f->amplitude) : f->amplitude * sin(f->phase));
+    case KT_FUNCTION_RAMP:
+        return fmin(f->from, f->to);
+    case KT_FUNCTION_POLYNOMIAL:
+        return f->numbers[0];
+    case KT_FUNCTION_TABLE:
+        for (int k = 1; k < f->number_count; k += 2)
+            least = fmin(least, f->numbers[k]);
+        break;
+    }
+    return least;
+}
+
+bool kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function) {
+    if (!kt_checker_function(checker, field, function))
+        return false;
+    const double least = least_value(function);
+    if (least > 0.0)
+        return true;
+    if (function->type == KT_FUNCTION_CONSTANT)
+        return kt_checker_positive(checker, field, "", least);
+    kt_checker_fault(checker, field, -1, "%s falls to %g; it must stay greater than 0", field, least);
+    return false;
+}

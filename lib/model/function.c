@@ -1,0 +1,231 @@
+/* Functions of time: how a caller writes them, and their values with two derivatives.
+ *
+ * constant    y = a
+ * sine        y = a + b sin(c t + d),  c = 2 pi frequency
+ * ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) held within [0, 1]: the cubic with no slope at its
+ *             ends, so that y and y' are continuous and y'' jumps at both
+ * polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
+ * table       between two rows, h = t_{k+1} - t_k and s = t - t_k,
+ *               y = y_k + s (b_k + s (c_k + s d_k))
+ *             linear: b_k = (y_{k+1} - y_k) / h and no more;
+ *             cubic: the natural spline, twice continuously differentiable, no curvature at its ends. With
+ *             m_k = y''(t_k), m_0 = m_{n-1} = 0 and for 0 < k < n - 1
+ *               h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1}
+ *                 = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
+ *             (diagonally dominant: elimination needs no pivots), and from them
+ *               b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6
+ * h_k). Outside its rows a table keeps its first or last value, with no slope. The spline: de Boor, A Practical Guide
+ * to Splines (1978), chapter IV.
+ */
+#include "model/function.h"
+
+#include <math.h>
+
+/* ---- how a caller writes them ------------------------------------------------------------------------------------ */
+
+static kt_function function_of(kt_function_type type) {
+    kt_function function = {.type = type, .numbers = NULL};
+    return function;
+}
+
+kt_function kt_function_constant(double value) {
+    kt_function function = function_of(KT_FUNCTION_CONSTANT);
+    function.value = value;
+    return function;
+}
+
+kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset) {
+    kt_function function = function_of(KT_FUNCTION_SINE);
+    function.amplitude = amplitude;
+    function.frequency = frequency;
+    function.phase = phase;
+    function.offset = offset;
+    return function;
+}
+
+kt_function kt_function_ramp(double from, double to, double start, double end) {
+    kt_function function = function_of(KT_FUNCTION_RAMP);
+    function.from = from;
+    function.to = to;
+    function.start = start;
+    function.end = end;
+    return function;
+}
+
+kt_function kt_function_polynomial(const double *coefficients, int count) {
+    kt_function function = function_of(KT_FUNCTION_POLYNOMIAL);
+    function.numbers = coefficients;
+    function.number_count = count;
+    return function;
+}
+
+kt_function kt_function_table(const double *rows, int number_count, kt_interpolation interpolation) {
+    kt_function function = function_of(KT_FUNCTION_TABLE);
+    function.numbers = rows;
+    function.number_count = number_count;
+    function.interpolation = interpolation;
+    return function;
+}
+
+/* ---- made ready -------------------------------------------------------------------------------------------------- */
+
+/* A row of a compiled table: the polynomial that holds from t to the next row's t. */
+enum { ROW_T, ROW_Y, ROW_B, ROW_C, ROW_D, ROW_SIZE };
+
+size_t kt_curve_number_count(const kt_function *function) {
+    if (function->type == KT_FUNCTION_POLYNOMIAL)
+        return (size_t)function->number_count;
+    if (function->type == KT_FUNCTION_TABLE)
+        return (size_t)(function->number_count / 2) * ROW_SIZE;
+    return 0;
+}
+
+/* Leaves m_k in each row's C. Elimination: (2 (h_{k-1} + h_k) - h_{k-1} p_{k-1}) =: D,  p_k = h_k / D,
+ * g_k = (right side - h_{k-1} g_{k-1}) / D;  back: m_k = g_k - p_k m_{k+1}. The rows' B and C hold p and g. */
+static void spline_curvatures(double *rows, int count) {
+    rows[ROW_B] = rows[ROW_C] = 0.0;
+    double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    last[ROW_B] = last[ROW_C] = 0.0;
+    for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
+        const double *before = row - ROW_SIZE, *next = row + ROW_SIZE;
+        const double h0 = row[ROW_T] - before[ROW_T], h1 = next[ROW_T] - row[ROW_T];
+        const double side = 6.0 * ((next[ROW_Y] - row[ROW_Y]) / h1 - (row[ROW_Y] - before[ROW_Y]) / h0);
+        const double pivot = 2.0 * (h0 + h1) - h0 * before[ROW_B];
+        row[ROW_B] = h1 / pivot;
+        row[ROW_C] = (side - h0 * before[ROW_C]) / pivot;
+    }
+    for (double *row = last - ROW_SIZE; row > rows; row -= ROW_SIZE)
+        row[ROW_C] -= row[ROW_B] * row[ROW_SIZE + ROW_C];
+}
+
+static void compile_table(const kt_function *function, double *rows) {
+    const int count = function->number_count / 2;
+    for (int k = 0; k < count; k++) {
+        double *row = rows + (size_t)k * ROW_SIZE;
+        row[ROW_T] = function->numbers[2 * k];
+        row[ROW_Y] = function->numbers[2 * k + 1];
+        row[ROW_B] = row[ROW_C] = row[ROW_D] = 0.0;
+    }
+    if (function->interpolation == KT_INTERPOLATION_CUBIC)
+        spline_curvatures(rows, count);
+    for (int k = 0; k + 1 < count; k++) {
+        double *row = rows + (size_t)k * ROW_SIZE;
+        const double *next = row + ROW_SIZE;
+        const double h = next[ROW_T] - row[ROW_T];
+        const double m0 = row[ROW_C], m1 = next[ROW_C];
+        row[ROW_B] = (next[ROW_Y] - row[ROW_Y]) / h - h * (2.0 * m0 + m1) / 6.0;
+        row[ROW_C] = 0.5 * m0;
+        row[ROW_D] = (m1 - m0) / (6.0 * h);
+    }
+}
+
+kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first) {
+    static const double two_pi = 6.283185307179586476925286766559;
+    kt_curve curve = {.type = function->type, .first = first};
+    switch (function->type) {
+    case KT_FUNCTION_NONE:
+        break;
+    case KT_FUNCTION_CONSTANT:
+        curve.a = function->value;
+        break;
+    case KT_FUNCTION_SINE:
+        curve.a = function->offset;
+        curve.b = function->amplitude;
+        curve.c = two_pi * function->frequency;
+        curve.d = function->phase;
+        break;
+    case KT_FUNCTION_RAMP:
+        curve.a = function->from;
+        curve.b = function->to;
+        curve.c = function->start;
+        curve.d = function->end;
+        break;
+    case KT_FUNCTION_POLYNOMIAL:
+        curve.count = function->number_count;
+        for (int k = 0; k < curve.count; k++)
+            numbers[first + (size_t)k] = function->numbers[k];
+        break;
+    case KT_FUNCTION_TABLE:
+        curve.count = function->number_count / 2;
+        compile_table(function, numbers + first);
+        break;
+    }
+    return curve;
+}
+
+/* ---- values ------------------------------------------------------------------------------------------------------ */
+
+static void set(double out[3], double value, double first, double second) {
+    out[0] = value;
+    out[1] = first;
+    out[2] = second;
+}
+
+static void evaluate_ramp(const kt_curve *curve, double t, double out[3]) {
+    const double rise = curve->b - curve->a, length = curve->d - curve->c;
+    const double s = (t - curve->c) / length;
+    if (s <= 0.0)
+        set(out, curve->a, 0.0, 0.0);
+    else if (s >= 1.0)
+        set(out, curve->b, 0.0, 0.0);
+    else
+        set(out, curve->a + rise * (s * s * (3.0 - 2.0 * s)), rise * (6.0 * s * (1.0 - s)) / length,
+            rise * (6.0 - 12.0 * s) / (length * length));
+}
+
+/* p, p' and p''/2 of ((c_n t + c_{n-1}) t + ...) t + c_0 */
+static void evaluate_polynomial(const double *c, int count, double t, double out[3]) {
+    double p = 0.0, d1 = 0.0, d2 = 0.0;
+    for (int k = count - 1; k >= 0; k--) {
+        d2 = d2 * t + d1;
+        d1 = d1 * t + p;
+        p = p * t + c[k];
+    }
+    set(out, p, d1, 2.0 * d2);
+}
+
+static void evaluate_table(const double *rows, int count, double t, double out[3]) {
+    const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    if (t <= rows[ROW_T]) {
+        set(out, rows[ROW_Y], 0.0, 0.0);
+        return;
+    }
+    if (t >= last[ROW_T]) {
+        set(out, last[ROW_Y], 0.0, 0.0);
+        return;
+    }
+    int low = 0, high = count - 1; /* t_low <= t < t_high; a t that is NaN ends in some row, and in NaN */
+    while (high - low > 1) {
+        const int middle = low + (high - low) / 2;
+        if (t < rows[(size_t)middle * ROW_SIZE + ROW_T])
+            high = middle;
+        else
+            low = middle;
+    }
+    const double *row = rows + (size_t)low * ROW_SIZE;
+    const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
+    set(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), 2.0 * c + 6.0 * s * d);
+}
+
+void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]) {
+    switch (curve->type) {
+    case KT_FUNCTION_NONE:
+    case KT_FUNCTION_CONSTANT:
+        set(out, curve->a, 0.0, 0.0);
+        break;
+    case KT_FUNCTION_SINE: {
+        const double sine = curve->b * sin(curve->c * t + curve->d), cosine = curve->b * cos(curve->c * t + curve->d);
+        set(out, curve->a + sine, curve->c * cosine, -curve->c * curve->c * sine);
+        break;
+    }
+    case KT_FUNCTION_RAMP:
+        evaluate_ramp(curve, t, out);
+        break;
+    case KT_FUNCTION_POLYNOMIAL:
+        evaluate_polynomial(numbers + curve->first, curve->count, t, out);
+        break;
+    case KT_FUNCTION_TABLE:
+        evaluate_table(numbers + curve->first, curve->count, t, out);
+        break;
+    }
+}

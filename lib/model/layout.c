@@ -1,0 +1,46 @@
+/* Memory of models and data: each list of fields in internal.h is walked once, to measure or to place. */
+#include "base/arena.h"
+#include "model/internal.h"
+
+#include <stdint.h>
+#include <string.h>
+
+size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model) {
+    size_t used = kt_arena_round(sizeof(kt_model));
+    kt_model scrap;
+    kt_model *m = model ? model : &scrap;
+#define KT_PLACE(type, name, count, meaning) m->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
+    KT_MODEL_FIELDS(KT_PLACE)
+#undef KT_PLACE
+    m->bytes = used;
+    return used;
+}
+
+static size_t data_layout(const kt_counts *n, char *base, kt_data *data) {
+    size_t used = kt_arena_round(sizeof(kt_data));
+    kt_data scrap;
+    kt_data *d = data ? data : &scrap;
+#define KT_PLACE(type, name, count, meaning) d->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
+    KT_DATA_FIELDS(KT_PLACE)
+#undef KT_PLACE
+    d->bytes = used;
+    return used;
+}
+
+size_t kt_data_size(const kt_model *model) { return data_layout(&model->n, NULL, NULL); }
+
+kt_status kt_data_place(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
+    const size_t needed = kt_data_size(model);
+    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_data_place", "the memory must be aligned to %d bytes",
+                            KT_ALIGNMENT);
+    if (size < needed)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_data_place",
+                            "%zu bytes are given and %zu are needed (kt_data_size)", size, needed);
+    kt_data *d = (kt_data *)memory;
+    memset(memory, 0, needed);
+    data_layout(&model->n, (char *)memory, d);
+    d->model = model;
+    *data = d;
+    return KT_OK;
+}

@@ -1,0 +1,43 @@
+/* What can be asked of a compiled model. */
+#include "model/internal.h"
+
+#include <string.h>
+
+size_t kt_model_size(const kt_model *model) { return model->bytes; }
+int kt_model_body_count(const kt_model *model) { return (int)model->n.body; }
+int kt_model_nq(const kt_model *model) { return (int)model->n.q; }
+int kt_model_nv(const kt_model *model) { return (int)model->n.v; }
+kt_vec3 kt_model_gravity(const kt_model *model) { return kt_v4_vec3(model->gravity); }
+const char *kt_model_name(const kt_model *model) { return model->text + model->name; }
+kt_level kt_model_level(const kt_model *model) { return model->level; }
+
+void kt_model_initial(const kt_model *model, double *q, double *v) {
+    memcpy(q, model->q0, model->n.q * sizeof *q);
+    memcpy(v, model->v0, model->n.v * sizeof *v);
+}
+
+const char *kt_body_name(const kt_model *model, int body) { return model->text + model->body[body].name; }
+int kt_body_parent(const kt_model *model, int body) { return model->body[body].parent; }
+double kt_body_mass(const kt_model *model, int body) { return model->body[body].mass; }
+int kt_body_find(const kt_model *model, const char *name) { return kt_names_find(&model->names, 0, name); }
+int kt_body_source(const kt_model *model, int body) { return model->body[body].source; }
+
+kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
+    const kt_body_record *b = &model->body[body];
+    const kt_joint_kind *kind = kt_joint_kinds[b->type];
+    return (kt_coordinates){.type = (kt_joint_type)b->type, .q = b->q, .nq = kind->nq, .v = b->v, .nv = kind->nv};
+}
+
+int kt_marker_count(const kt_model *model, int body) { return model->body[body].marker_count; }
+
+const char *kt_marker_name(const kt_model *model, int body, int marker) {
+    return model->text + model->marker[model->body[body].marker + marker].name;
+}
+
+kt_vec3 kt_marker_at(const kt_model *model, int body, int marker) {
+    return model->marker[model->body[body].marker + marker].at;
+}
+
+int kt_marker_find(const kt_model *model, int body, const char *name) {
+    return kt_names_find(&model->names, 1 + body, name);
+}

@@ -1,0 +1,86 @@
+/* Mass properties of uniform solids, about their own centre.
+ *
+ *   point      I = 0
+ *   sphere     I = 2/5 m r^2 1
+ *   box        I = R diag(m/12 (b^2 + c^2), m/12 (c^2 + a^2), m/12 (a^2 + b^2)) R'
+ *   cylinder   I = T 1 + (J - T) u u',  J = m r^2 / 2,  T = m (3 r^2 + l^2) / 12,  u the unit axis
+ *   rod        the cylinder from one end to the other; slender: r = 0
+ */
+#include "model/check.h"
+
+#include <stddef.h>
+
+/* The inertia of a body of revolution: `axial` about the unit vector u, `transverse` about every axis normal to it. */
+static kt_sym3 about_axis(kt_vec3 u, double axial, double transverse) {
+    const double d = axial - transverse;
+    return kt_sym3_make(transverse + d * u.x * u.x, transverse + d * u.y * u.y, transverse + d * u.z * u.z,
+                        d * u.x * u.y, d * u.x * u.z, d * u.y * u.z);
+}
+
+static kt_sym3 cylinder_inertia(double mass, kt_vec3 u, double radius, double length) {
+    const double axial = 0.5 * mass * radius * radius;
+    return about_axis(u, axial, 0.5 * axial + mass * length * length / 12.0);
+}
+
+static kt_sym3 box_inertia(double mass, kt_vec3 size, kt_mat3 r) {
+    const double k = mass / 12.0;
+    const double aa = size.x * size.x, bb = size.y * size.y, cc = size.z * size.z;
+    return kt_sym3_rotate(r, kt_sym3_make(k * (bb + cc), k * (cc + aa), k * (aa + bb), 0.0, 0.0, 0.0));
+}
+
+/* Of a shape that the rules have passed. */
+static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
+    const kt_vec3 along = kt_vec3_sub(shape->to, shape->from);
+    switch (shape->type) {
+    case KT_SHAPE_ROD:
+        return cylinder_inertia(mass, kt_vec3_normalize(along), shape->radius, kt_vec3_norm_wide(along));
+    case KT_SHAPE_BOX:
+        return box_inertia(mass, shape->size, r);
+    case KT_SHAPE_SPHERE: {
+        const double i = 0.4 * mass * shape->radius * shape->radius;
+        return kt_sym3_make(i, i, i, 0.0, 0.0, 0.0);
+    }
+    case KT_SHAPE_CYLINDER:
+        return cylinder_inertia(mass, kt_mat3_apply(r, kt_vec3_normalize(shape->axis)), shape->radius, shape->length);
+    case KT_SHAPE_POINT:
+    case KT_SHAPE_NONE:
+    case KT_SHAPE_TYPE_COUNT:
+        break;
+    }
+    return kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+}
+
+static kt_vec3 solid_centre(const kt_shape *shape) {
+    if (shape->type == KT_SHAPE_ROD)
+        return kt_vec3_add(shape->from, kt_vec3_scale(0.5, kt_vec3_sub(shape->to, shape->from)));
+    return shape->at;
+}
+
+kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error) {
+    kt_vec3 centre = body->com;
+    kt_sym3 about_centre = body->inertia;
+    if (body->com_of_shape || body->inertia_of_shape) {
+        kt_description around = kt_description_default();
+        around.bodies = body;
+        around.body_count = 1;
+        kt_checker checker = kt_checker_make(&around, NULL, NULL);
+        checker.item = KT_ITEM_BODY;
+        kt_checker_mass(&checker, body);
+        if (checker.first.code != KT_OK) {
+            if (error != NULL)
+                *error = checker.first;
+            return checker.first.code;
+        }
+        kt_mat3 r = kt_mat3_identity();
+        const bool is_turned = body->shape.type == KT_SHAPE_BOX || body->shape.type == KT_SHAPE_CYLINDER;
+        if (is_turned && kt_rotation_evaluate(&body->shape.rotation, &r, error) != KT_OK)
+            return KT_ERROR_MODEL; /* the rules have passed it: not reached */
+        if (body->com_of_shape)
+            centre = solid_centre(&body->shape);
+        if (body->inertia_of_shape)
+            about_centre = solid_inertia(&body->shape, body->mass, r);
+    }
+    *com = centre;
+    *inertia = about_centre;
+    return KT_OK;
+}

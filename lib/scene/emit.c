@@ -1,0 +1,180 @@
+/* YAML in the layout of SCENE.md.
+ *
+ * The layout is the contract's own and must not change with a library's version, so it is made here: block mappings and
+ * lists indented by two, short things in flow style, lines broken near column 110.
+ */
+#include "scene/emit.h"
+
+#include "scene/number.h"
+#include "scene/text.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { WIDTH = 110 };
+
+static void put(kt_emitter *e, const char *text, size_t length) {
+    if (e->stream != NULL)
+        (void)fwrite(text, 1, length, e->stream);
+    e->column += (int)length;
+}
+
+static void put_string(kt_emitter *e, const char *text) { put(e, text, strlen(text)); }
+
+static void new_line(kt_emitter *e, int indent) {
+    put(e, "\n", 1);
+    e->column = 0;
+    for (int i = 0; i < indent; i++)
+        put(e, " ", 1);
+}
+
+static kt_emit_level *top(kt_emitter *e) { return e->depth == 0 ? NULL : &e->levels[e->depth - 1]; }
+
+/* What stands between the last value, or the key, and the next value. */
+static void before_value(kt_emitter *e, bool block) {
+    kt_emit_level *level = top(e);
+    if (level == NULL)
+        return;
+    if (!level->list) {
+        if (!block)
+            put(e, " ", 1);
+        return;
+    }
+    if (!level->flow) {
+        new_line(e, level->indent);
+        put(e, "- ", 2);
+    } else if (level->count > 0) {
+        put(e, ",", 1);
+        if (e->column > WIDTH)
+            new_line(e, level->indent);
+        else
+            put(e, " ", 1);
+    }
+    level->count++;
+}
+
+static void open_level(kt_emitter *e, bool list, bool flow) {
+    const kt_emit_level *outer = top(e);
+    flow = flow || (outer != NULL && outer->flow);
+    if (e->depth == KT_EMIT_DEPTH_MAX) {
+        e->fault = "the scene is nested too deeply";
+        return;
+    }
+    int indent = 0;
+    if (outer != NULL)
+        indent = outer->indent + (outer->list && outer->flow ? 0 : 2);
+    before_value(e, !flow);
+    if (flow)
+        put(e, list ? "[" : "{", 1);
+    e->levels[e->depth] = (kt_emit_level){list, flow, 0, indent};
+    e->depth++;
+}
+
+void kt_emit_map(kt_emitter *e, bool flow) { open_level(e, false, flow); }
+void kt_emit_list(kt_emitter *e, bool flow) { open_level(e, true, flow); }
+
+void kt_emit_end(kt_emitter *e) {
+    const kt_emit_level *level = top(e);
+    if (level == NULL)
+        return;
+    if (level->flow)
+        put(e, level->list ? "]" : "}", 1);
+    e->depth--;
+    if (e->depth == 0)
+        put(e, "\n", 1);
+}
+
+/* ---- text -------------------------------------------------------------------------------------------------------- */
+
+static void put_escaped(kt_emitter *e, const char *text) {
+    put(e, "\"", 1);
+    for (const char *c = text; *c != '\0';) {
+        uint32_t character;
+        size_t length = kt_utf8_decode(c, strlen(c), &character);
+        char escape[12];
+        if (*c == '"' || *c == '\\')
+            (void)snprintf(escape, sizeof escape, "\\%c", *c);
+        else if (*c == '\n')
+            (void)snprintf(escape, sizeof escape, "\\n");
+        else if (*c == '\t')
+            (void)snprintf(escape, sizeof escape, "\\t");
+        else if (!kt_character_is_plain(character))
+            (void)snprintf(escape, sizeof escape, character > 0xFFFFU ? "\\U%08X" : "\\u%04X", (unsigned)character);
+        else
+            escape[0] = '\0';
+        if (escape[0] == '\0')
+            put(e, c, length);
+        else
+            put_string(e, escape);
+        c += length;
+    }
+    put(e, "\"", 1);
+}
+
+static void put_text(kt_emitter *e, const char *text) {
+    size_t offset;
+    if (!kt_utf8_is_valid(text, strlen(text), &offset))
+        e->fault = "a name or text is not valid UTF-8";
+    else if (kt_text_is_plain(text))
+        put_string(e, text);
+    else
+        put_escaped(e, text);
+}
+
+static void begin_key(kt_emitter *e, const char *key) {
+    kt_emit_level *level = top(e);
+    if (level == NULL)
+        return;
+    const kt_emit_level *outer = e->depth > 1 ? level - 1 : NULL;
+    if (level->flow) {
+        if (level->count > 0)
+            put(e, ",", 1);
+        if (level->count > 0 && e->column > WIDTH)
+            new_line(e, level->indent);
+        else if (level->count > 0)
+            put(e, " ", 1);
+    } else if (level->count > 0 || (outer != NULL && !outer->list)) {
+        new_line(e, level->indent);
+    }
+    level->count++;
+    put_text(e, key);
+    put(e, ":", 1);
+}
+
+void kt_emit_key(kt_emitter *e, const char *key) { begin_key(e, key); }
+
+void kt_emit_section(kt_emitter *e, const char *key) {
+    put(e, "\n", 1);
+    begin_key(e, key);
+}
+
+void kt_emit_text(kt_emitter *e, const char *text) {
+    before_value(e, false);
+    put_text(e, text);
+}
+
+void kt_emit_word(kt_emitter *e, const char *word) {
+    before_value(e, false);
+    put_string(e, word);
+}
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+void kt_emit_number(kt_emitter *e, double value) {
+    char text[KT_NUMBER_SIZE];
+    if (!isfinite(value)) {
+        e->fault = "a number is not finite";
+        return;
+    }
+    kt_number_format(text, value);
+    kt_emit_word(e, text);
+}
+
+void kt_emit_integer(kt_emitter *e, int value) { kt_emit_number(e, value); }
+
+void kt_emit_numbers(kt_emitter *e, const double *values, int count) {
+    kt_emit_list(e, true);
+    for (int i = 0; i < count; i++)
+        kt_emit_number(e, values[i]);
+    kt_emit_end(e);
+}

@@ -1,0 +1,43 @@
+/* YAML in the layout of SCENE.md, to a stream. All of it needs the C locale in force. */
+#ifndef KT_SCENE_EMIT_H
+#define KT_SCENE_EMIT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+enum { KT_EMIT_DEPTH_MAX = 16 };
+
+typedef struct kt_emit_level {
+    bool list; /* else a mapping */
+    bool flow; /* [a, b] or {a: b} in one line; else a line each */
+    int count; /* items or keys so far */
+    int indent;
+} kt_emit_level;
+
+/* A struct of zeros writes nothing and only looks for what cannot be written. */
+typedef struct kt_emitter {
+    FILE *stream;      /* NULL: none */
+    const char *fault; /* the first thing that cannot be written, in words; NULL: none */
+    int column;
+    int depth;
+    kt_emit_level levels[KT_EMIT_DEPTH_MAX];
+} kt_emitter;
+
+/* A mapping, or a list, up to its end. Within a flow level everything is flow. The outermost mapping is a block. */
+void kt_emit_map(kt_emitter *e, bool flow);
+void kt_emit_list(kt_emitter *e, bool flow);
+void kt_emit_end(kt_emitter *e);
+
+/* In a mapping: a key, before its value. A key of the outermost mapping that opens a section stands after a blank line. */
+void kt_emit_key(kt_emitter *e, const char *key);
+void kt_emit_section(kt_emitter *e, const char *key);
+
+/* Values. A text gets quotes where YAML would read it as something else; a word never. */
+void kt_emit_text(kt_emitter *e, const char *text);
+void kt_emit_word(kt_emitter *e, const char *word);
+void kt_emit_number(kt_emitter *e, double value);
+void kt_emit_integer(kt_emitter *e, int value);
+void kt_emit_numbers(kt_emitter *e, const double *values, int count); /* [a, b, c] */
+
+#endif

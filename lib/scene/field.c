@@ -1,0 +1,236 @@
+/* Mappings by table: one list of keys reads, writes, compares and suggests. */
+#include "scene/number.h"
+#include "scene/reader.h"
+#include "scene/support.h"
+
+#include <string.h>
+
+/* ---- words ------------------------------------------------------------------------------------------------------- */
+
+void kt_choice_suggest(kt_reader *r, kt_phrase *phrase, const kt_choice *choice, const char *word) {
+    kt_nearest nearest = kt_nearest_make(word, &r->effort);
+    bool more = true;
+    for (int i = choice->first; more && i < choice->count; i++)
+        more = kt_nearest_try(&nearest, choice->names[i]);
+    const char *name;
+    for (size_t i = 0; more && (name = kt_support_refused_name(r->refused, choice->where, i)) != NULL; i++)
+        more = kt_nearest_try(&nearest, name);
+    if (nearest.best != NULL)
+        kt_phrase_add(phrase, "; did you mean '%s'?", nearest.best);
+}
+
+static void add_choices(kt_phrase *phrase, const kt_choice *choice) {
+    int left = choice->count - choice->first;
+    for (int i = choice->first; i < choice->count; i++)
+        kt_phrase_add(phrase, "%s%s", choice->names[i], --left > 1 ? ", " : left == 1 ? " or " : "");
+}
+
+int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
+    if (node->kind != KT_NODE_TEXT || node->of.text[0] == '\0') {
+        kt_phrase expected = {.length = 0};
+        add_choices(&expected, choice);
+        kt_fault_expected(r, scope, node, expected.text);
+        return -1;
+    }
+    const char *word = node->of.text;
+    if (kt_support_is_refused(r->refused, choice->where, word)) {
+        kt_fault_at(r, KT_ERROR_UNSUPPORTED, scope, node, "'%s' is not supported yet", word);
+        return -1;
+    }
+    for (int i = choice->first; i < choice->count; i++)
+        if (strcmp(word, choice->names[i]) == 0)
+            return i;
+    kt_phrase phrase = {.length = 0};
+    kt_phrase_add(&phrase, "%s is unknown", kt_name_quote(word).text);
+    kt_choice_suggest(r, &phrase, choice, word);
+    kt_phrase_add(&phrase, "%s it is ", strchr(phrase.text, '?') != NULL ? "" : ";");
+    add_choices(&phrase, choice);
+    kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", phrase.text);
+    return -1;
+}
+
+/* ---- reading ----------------------------------------------------------------------------------------------------- */
+
+/* One reading of a mapping. */
+typedef struct kt_reading {
+    kt_reader *r;
+    const kt_scope *scope;
+    const kt_table *table;
+    void *object;
+    kt_node *values[KT_TABLE_COUNT_MAX]; /* of the fields; NULL: not there */
+    uint32_t lines[KT_TABLE_COUNT_MAX];
+    unsigned type; /* its bit; ~0: no types, or the type could not be read */
+    bool type_is_known;
+} kt_reading;
+
+static bool applies(const kt_field *field, unsigned type) { return field->types == 0 || (field->types & type) != 0; }
+
+/* The field of this key, rather one that the type has; -1: none. */
+static int find_field(const kt_table *table, const char *key, unsigned type) {
+    int found = -1;
+    for (int i = 0; i < table->count; i++)
+        if (strcmp(table->fields[i].key, key) == 0 && (found < 0 || applies(&table->fields[i], type)))
+            found = i;
+    return found;
+}
+
+static void report_unknown(const kt_reading *reading, kt_node *key) {
+    kt_reader *r = reading->r;
+    const kt_table *table = reading->table;
+    const char *word = key->of.text;
+    if (kt_support_is_refused(r->refused, table->where, word)) {
+        kt_fault_at(r, KT_ERROR_UNSUPPORTED, reading->scope, key, "'%s' is not supported yet; remove it", word);
+        return;
+    }
+    kt_nearest nearest = kt_nearest_make(word, &r->effort);
+    bool more = true;
+    for (int i = 0; more && i < table->count; i++)
+        if (applies(&table->fields[i], reading->type) && reading->values[i] == NULL)
+            more = kt_nearest_try(&nearest, table->fields[i].key);
+    kt_phrase mend = {.length = 0};
+    if (nearest.best != NULL)
+        kt_phrase_add(&mend, "did you mean '%s'?", nearest.best);
+    else {
+        kt_phrase_add(&mend, "it can be");
+        for (int i = 0, n = 0; i < table->count; i++)
+            if (applies(&table->fields[i], reading->type))
+                kt_phrase_add(&mend, "%s %s", n++ > 0 ? "," : "", table->fields[i].key);
+    }
+    kt_fault_at(r, KT_ERROR_SCENE, reading->scope, key, "unknown key %s; %s", kt_name_quote(word).text, mend.text);
+}
+
+/* A key that other types have. */
+static void report_misplaced(const kt_reading *reading, const kt_field *field, kt_node *key) {
+    const kt_table *table = reading->table;
+    kt_phrase owners = {.length = 0};
+    int left = 0;
+    for (int i = table->types->first; i < table->types->count; i++)
+        left += (field->types >> i & 1U) != 0;
+    int type = 0;
+    for (int i = table->types->first; i < table->types->count; i++) {
+        if ((field->types >> i & 1U) != 0)
+            kt_phrase_add(&owners, "%s%s", table->types->names[i], --left > 1 ? ", " : left == 1 ? " and " : "");
+        if ((reading->type >> i & 1U) != 0)
+            type = i;
+    }
+    kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "a %s of type %s has no key '%s'; it belongs to %s",
+                table->noun, table->types->names[type], field->key, owners.text);
+}
+
+static void sort_key(kt_reading *reading, kt_node *key) {
+    if (key->faulty)
+        return;
+    if (key->kind != KT_NODE_TEXT) {
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "a key must be a word, found a %s",
+                    key->kind == KT_NODE_LIST ? "list" : "mapping");
+        return;
+    }
+    int found = find_field(reading->table, key->of.text, reading->type);
+    const kt_field *field = found < 0 ? NULL : &reading->table->fields[found];
+    if (field == NULL || kt_support_is_refused(reading->r->refused, reading->table->where, field->key))
+        report_unknown(reading, key);
+    else if (!applies(field, reading->type))
+        report_misplaced(reading, field, key);
+    else if (reading->values[found] != NULL)
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key,
+                    "the key '%s' is there already, in line %u; remove one of them", field->key,
+                    (unsigned)reading->lines[found]);
+    else {
+        reading->values[found] = key->next;
+        reading->lines[found] = key->line;
+    }
+}
+
+static bool read_field(const kt_reading *reading, int i) {
+    const kt_field *field = &reading->table->fields[i];
+    const kt_scope scope = {.outer = reading->scope, .key = field->key};
+    kt_node *value = reading->values[i];
+    return !value->faulty && field->kind->read(reading->r, &scope, value, field, reading->object);
+}
+
+static void report_missing(const kt_reading *reading, kt_node *map) {
+    kt_phrase missing = {.length = 0};
+    int count = 0;
+    for (int i = 0; i < reading->table->count; i++) {
+        const kt_field *field = &reading->table->fields[i];
+        bool wanted = field->types == 0 || (reading->type_is_known && applies(field, reading->type));
+        if (reading->values[i] == NULL && wanted && (field->flags & KT_FIELD_REQUIRED) != 0)
+            kt_phrase_add(&missing, "%s'%s'", count++ > 0 ? ", " : "", field->key);
+    }
+    if (count > 0)
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, map, "the key%s %s %s missing", count > 1 ? "s" : "",
+                    missing.text, count > 1 ? "are" : "is");
+}
+
+/* The type decides what the other keys mean, wherever it stands. */
+static void read_type(kt_reading *reading, const kt_node *map) {
+    const kt_table *table = reading->table;
+    reading->type = ~0U;
+    reading->type_is_known = table->types == NULL;
+    if (table->types == NULL)
+        return;
+    reading->values[0] = kt_node_find(map, table->fields[0].key);
+    if (reading->values[0] != NULL && read_field(reading, 0)) {
+        int type;
+        memcpy(&type, (const char *)reading->object + table->fields[0].offset, sizeof type);
+        reading->type = 1U << type;
+        reading->type_is_known = true;
+    }
+    reading->values[0] = NULL;
+}
+
+bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object) {
+    if (map->kind != KT_NODE_MAP)
+        return kt_fault_expected(r, scope, map, "a mapping (key: value)");
+    kt_reading reading = {.r = r, .scope = scope, .table = table, .object = object};
+    read_type(&reading, map);
+    for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
+        sort_key(&reading, key);
+    report_missing(&reading, map);
+    for (int i = table->types == NULL ? 0 : 1; i < table->count; i++)
+        if (reading.values[i] != NULL && (reading.type_is_known || table->fields[i].types == 0))
+            (void)read_field(&reading, i);
+    return true;
+}
+
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+static unsigned type_of(const kt_table *table, const void *object) {
+    if (table->types == NULL)
+        return ~0U;
+    int type;
+    memcpy(&type, (const char *)object + table->fields[0].offset, sizeof type);
+    return 1U << type;
+}
+
+static bool is_written(const kt_field *field, unsigned type, const void *object, const void *standard) {
+    if (!applies(field, type) || (field->flags & KT_FIELD_READ_ONLY) != 0)
+        return false;
+    if ((field->flags & KT_FIELD_REQUIRED) != 0 || field->kind->same == NULL)
+        return true;
+    return !field->kind->same(field, object, standard);
+}
+
+bool kt_table_same(const kt_table *table, const void *object, const void *standard) {
+    unsigned type = type_of(table, object);
+    for (int i = 0; i < table->count; i++)
+        if (is_written(&table->fields[i], type, object, standard))
+            return false;
+    return true;
+}
+
+void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard) {
+    unsigned type = type_of(table, object);
+    kt_emit_map(e, table->flow);
+    for (int i = 0; i < table->count; i++) {
+        const kt_field *field = &table->fields[i];
+        if (!is_written(field, type, object, standard))
+            continue;
+        if ((field->flags & KT_FIELD_SECTION) != 0)
+            kt_emit_section(e, field->key);
+        else
+            kt_emit_key(e, field->key);
+        field->kind->write(e, field, object, standard);
+    }
+    kt_emit_end(e);
+}

@@ -1,0 +1,145 @@
+/* Numbers and angles as a scene file writes them.
+ *
+ * The grammar of a number is that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal forms:
+ *   [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
+ * strtod rounds it; the grammar is checked first because strtod reads more (hexadecimal, infinity, leading blanks).
+ */
+#include "scene/number.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static bool is_one_of(const char *text, const char *const *words) {
+    for (; *words != NULL; words++)
+        if (strcmp(text, *words) == 0)
+            return true;
+    return false;
+}
+
+static const char *skip_sign(const char *c) { return *c == '+' || *c == '-' ? c + 1 : c; }
+
+static const char *skip_digits(const char *c) {
+    while (*c >= '0' && *c <= '9')
+        c++;
+    return c;
+}
+
+/* The end of the number that text begins with; text itself where it begins with none. */
+static const char *skip_number(const char *text) {
+    const char *whole = skip_sign(text);
+    const char *c = skip_digits(whole);
+    size_t digits = (size_t)(c - whole);
+    if (*c == '.') {
+        const char *fraction = c + 1;
+        c = skip_digits(fraction);
+        digits += (size_t)(c - fraction);
+    }
+    if (digits == 0)
+        return text;
+    if (*c == 'e' || *c == 'E') {
+        const char *exponent = skip_sign(c + 1);
+        if (skip_digits(exponent) > exponent)
+            c = skip_digits(exponent);
+    }
+    return c;
+}
+
+/* 0x1F, 0o17; also with a sign. */
+static bool is_hex(const char *text) {
+    const char *c = skip_sign(text);
+    if (c[0] != '0' || (c[1] != 'x' && c[1] != 'o' && c[1] != 'X' && c[1] != 'O') || c[2] == '\0')
+        return false;
+    return c[2 + strspn(c + 2, "0123456789abcdefABCDEF")] == '\0';
+}
+
+/* Whole numbers that begin with an idle zero, such as 017. */
+static bool is_octal(const char *text) {
+    const char *c = skip_sign(text);
+    return c[0] == '0' && c[1] != '\0' && *skip_digits(c) == '\0';
+}
+
+static bool is_not_finite(const char *text) {
+    static const char *const words[] = {".inf", ".Inf", ".INF", ".nan", ".NaN", ".NAN", NULL};
+    return is_one_of(skip_sign(text), words);
+}
+
+static bool is_inf_word(const char *text) {
+    static const char *const words[] = {"inf", "nan", "infinity", NULL};
+    const char *word = skip_sign(text);
+    char lower[sizeof "infinity"];
+    size_t length = strlen(word);
+    if (length >= sizeof lower)
+        return false;
+    for (size_t i = 0; i <= length; i++)
+        lower[i] = (char)(word[i] >= 'A' && word[i] <= 'Z' ? word[i] - 'A' + 'a' : word[i]);
+    return is_one_of(lower, words);
+}
+
+double kt_radians(double degrees) {
+    static const double pi_high = 3.141592653589793116, pi_low = 1.2246467991473532e-16; /* pi = high + low */
+    double product = degrees * pi_high;
+    double error = fma(degrees, pi_high, -product) + degrees * pi_low;
+    double quotient = product / 180.0;
+    return quotient + (fma(-quotient, 180.0, product) + error) / 180.0;
+}
+
+/* A number that ends the text, or is followed by blanks and a unit. */
+static kt_scalar classify_number(const char *text, const char *end, double *value) {
+    static const char *const degrees = "deg", *const radians = "rad";
+    const char *unit = end + strspn(end, " \t");
+    bool in_degrees = unit > end && strcmp(unit, degrees) == 0;
+    bool in_radians = unit > end && strcmp(unit, radians) == 0;
+    if (*end != '\0' && !in_degrees && !in_radians)
+        return KT_SCALAR_TEXT;
+    double x = strtod(text, NULL);
+    if (in_degrees)
+        x = kt_radians(x);
+    if (!isfinite(x))
+        return KT_SCALAR_TOO_LARGE;
+    *value = x;
+    return *end == '\0' ? KT_SCALAR_NUMBER : KT_SCALAR_ANGLE;
+}
+
+kt_scalar kt_scalar_classify(const char *text, double *value) {
+    static const char *const nulls[] = {"", "~", "null", "Null", "NULL", NULL};
+    static const char *const bools[] = {"true", "True", "TRUE", "false", "False", "FALSE", NULL};
+    if (is_one_of(text, nulls))
+        return KT_SCALAR_NULL;
+    if (is_one_of(text, bools))
+        return KT_SCALAR_BOOL;
+    if (is_not_finite(text))
+        return KT_SCALAR_NOT_FINITE;
+    if (is_inf_word(text))
+        return KT_SCALAR_INF_WORD;
+    if (is_hex(text))
+        return KT_SCALAR_HEX;
+    if (is_octal(text))
+        return KT_SCALAR_OCTAL;
+    const char *end = skip_number(text);
+    return end == text ? KT_SCALAR_TEXT : classify_number(text, end, value);
+}
+
+/* 1e-05 and 1e+22 become 1e-5 and 1e22. */
+static void trim_exponent(char *text) {
+    char *to = strchr(text, 'e');
+    if (to == NULL)
+        return;
+    to++;
+    const char *from = to;
+    if (*from == '-')
+        to++;
+    from += strspn(from, "+-");
+    from += strspn(from, "0");
+    memmove(to, from, strlen(from) + 1);
+}
+
+void kt_number_format(char *text, double value) {
+    for (int digits = 15; digits <= 17; digits++) {
+        (void)snprintf(text, KT_NUMBER_SIZE, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    trim_exponent(text);
+}

@@ -1,0 +1,35 @@
+/* Numbers and angles as a scene file writes them. All of it needs the C locale in force (kt_scene_parse sees to it). */
+#ifndef KT_SCENE_NUMBER_H
+#define KT_SCENE_NUMBER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* What a plain scalar is: the core schema of YAML 1.2, and a number with a unit of angle. */
+typedef enum kt_scalar {
+    KT_SCALAR_TEXT = 0,
+    KT_SCALAR_NULL,       /* empty, ~, null */
+    KT_SCALAR_BOOL,       /* true, false */
+    KT_SCALAR_NUMBER,     /* decimal and finite */
+    KT_SCALAR_ANGLE,      /* a number with `deg` or `rad` */
+    KT_SCALAR_NOT_FINITE, /* .inf, .nan */
+    KT_SCALAR_INF_WORD,   /* inf, nan, infinity: text to YAML, though no number was meant otherwise */
+    KT_SCALAR_TOO_LARGE,  /* beyond the range of double */
+    KT_SCALAR_HEX,        /* 0x1F, 0o17 */
+    KT_SCALAR_OCTAL       /* 017: eight to YAML 1.1, ten to YAML 1.2 */
+} kt_scalar;
+
+/* Classifies a terminated plain scalar; *value is the number, or the angle in radians, where it is one. Underscores,
+ * sexagesimals (1:30) and the words of YAML 1.1 (yes, on) are text. A number too small for a double is the nearest one,
+ * subnormal or zero. */
+kt_scalar kt_scalar_classify(const char *text, double *value);
+
+/* x degrees in radians: x pi / 180 with one rounding but for ties, so that 180 deg, 90 deg and 60 deg are the doubles
+ * nearest to pi, pi/2 and pi/3. */
+double kt_radians(double degrees);
+
+/* The shortest of %.15g, %.16g and %.17g that reads back to the same bits; `text` has KT_NUMBER_SIZE bytes. */
+enum { KT_NUMBER_SIZE = 32 };
+void kt_number_format(char *text, double value);
+
+#endif

@@ -1,0 +1,150 @@
+/* What the readers of a scene's parts share: faults, scopes, tables of keys. */
+#ifndef KT_SCENE_READER_H
+#define KT_SCENE_READER_H
+
+#include "base/names.h"
+#include "kinetree/scene.h"
+#include "scene/arena.h"
+#include "scene/emit.h"
+#include "scene/node.h"
+
+#include <stdint.h>
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+typedef struct kt_fault {
+    const char *message;
+    kt_status code;
+    uint32_t line, column;
+    uint32_t order; /* of its finding */
+} kt_fault;
+
+/* Of a file with more faults than these the rest is only counted. */
+enum { KT_FAULT_COUNT_MAX = 1000 };
+
+/* ---- the reader -------------------------------------------------------------------------------------------------- */
+
+struct kt_reader {
+    kt_arena keep;        /* what the scene holds in the end */
+    kt_arena scratch;     /* nodes, messages */
+    bool out_of_memory;   /* then nothing else counts */
+    int64_t effort;       /* what may still be spent on looking for the names that were meant */
+    const char *const *refused; /* see support.h */
+
+    kt_fault *faults;
+    size_t fault_count, fault_room, fault_dropped;
+
+    const kt_description *description; /* once the bodies are read */
+    kt_names bodies;                   /* their names to indices */
+    bool names_are_known;              /* no body's name is unreadable */
+    int quantity;                      /* kt_quantity of the values of the function that is being read */
+
+    kt_node *root;
+    kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes; /* as the arrays of the description */
+};
+
+/* Where the reader is, from the inside out: for the beginning of a message. A body, loop or effect has a noun and
+ * begins a message ("body 'crank': "), a key or an item of a list follows ("joint.axis: "). */
+typedef struct kt_scope {
+    const struct kt_scope *outer;
+    const char *key;  /* a key; NULL: an item of a list */
+    int index;        /* of an item, from 0 */
+    const char *noun; /* NULL, or what this is */
+    const char *name; /* of what has a noun; NULL: not known, and `index` says which */
+} kt_scope;
+
+/* Reports a fault at a node (NULL: at the beginning of the file), which becomes faulty. The message is what the scope
+ * and the format make. A node that is faulty already stays silent. Returns false. */
+bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *node, const char *format, ...)
+    KT_PRINTF(5, 6);
+
+/* The same by line and column, whatever has been reported there. */
+bool kt_fault_put(kt_reader *r, kt_status code, uint32_t line, uint32_t column, const char *format, ...)
+    KT_PRINTF(5, 6);
+
+/* Notes that memory has run out. Returns false. */
+bool kt_reader_out_of_memory(kt_reader *r);
+
+/* Sorts the faults by line and column. */
+void kt_fault_sort(kt_reader *r);
+
+/* "expected X, found Y" with what the node holds, and how to mend it where that can be told. Returns false. */
+bool kt_fault_expected(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected);
+
+/* A growing text for messages. */
+typedef struct kt_phrase {
+    char text[KT_MESSAGE_SIZE];
+    size_t length;
+} kt_phrase;
+
+void kt_phrase_add(kt_phrase *phrase, const char *format, ...) KT_PRINTF(2, 3);
+
+/* ---- tables of keys ---------------------------------------------------------------------------------------------- */
+
+typedef struct kt_field kt_field;
+
+/* How values of one kind are read, written and compared. `object` is the struct that the field lies in. */
+typedef struct kt_kind {
+    /* Reads a node into the object; reports what is wrong and then leaves the object alone and returns false. */
+    bool (*read)(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
+    void (*write)(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+    /* Whether the field may be left out: what it holds, to the bit, is what reading gives where its key is missing.
+     * NULL: never. */
+    bool (*same)(const kt_field *field, const void *object, const void *standard);
+} kt_kind;
+
+enum {
+    KT_FIELD_REQUIRED = 1,
+    KT_FIELD_READ_ONLY = 2, /* another spelling of a key that is written */
+    KT_FIELD_SECTION = 4    /* written after a blank line */
+};
+
+/* A key of a mapping. */
+struct kt_field {
+    const char *key;
+    const kt_kind *kind;
+    size_t offset;      /* in the struct */
+    unsigned types;     /* where the mapping has types: those that have this key, one bit each; 0: all */
+    unsigned flags;     /* KT_FIELD_ */
+    const void *detail; /* what the kind needs: a kt_table, a kt_choice, a kt_quantity */
+};
+
+/* The choices of a word, by value. */
+typedef struct kt_choice {
+    const char *where; /* "simulate.reduction": as support.h names it */
+    const char *const *names;
+    int count;
+    int first; /* the smallest value that has a name in scene files */
+} kt_choice;
+
+/* A mapping. Where its keys depend on a type, the first field is that type. */
+typedef struct kt_table {
+    const char *where; /* "simulate": as support.h names it */
+    const char *noun;  /* "joint": for messages on keys that another type has; NULL: no types */
+    const kt_field *fields;
+    int count;
+    bool flow;              /* written in one line */
+    const kt_choice *types; /* of the first field; NULL: no types */
+} kt_table;
+
+enum { KT_TABLE_COUNT_MAX = 24 };
+
+#define KT_COUNT_OF(array) ((int)(sizeof(array) / sizeof *(array)))
+
+/* Reads a mapping into an object that holds the defaults. Unknown, repeated, misplaced and missing keys are reported.
+ * Fields are read in the order of the table, whatever that of the file. False where the node is no mapping. */
+bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object);
+
+/* Writes the mapping: the fields that differ from those of `standard`. */
+void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard);
+
+/* Whether the mapping would be written empty. */
+bool kt_table_same(const kt_table *table, const void *object, const void *standard);
+
+/* What a word stands for, or -1 after reporting it. */
+int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice);
+
+/* Adds "; did you mean 'x'?" where a choice, or something refused for now at the same place, is near to the word. */
+void kt_choice_suggest(kt_reader *r, kt_phrase *phrase, const kt_choice *choice, const char *word);
+
+#endif

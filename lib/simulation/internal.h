@@ -1,0 +1,83 @@
+/* The inside of a simulation, for the files of this folder. */
+#ifndef KT_SIMULATION_INTERNAL_H
+#define KT_SIMULATION_INTERNAL_H
+
+#include "kinetree/simulation.h"
+#include "simulation/acceleration.h"
+
+/* What pushes from outside during a step. */
+typedef struct kt_pushes {
+    bool torque, wrenches; /* whether there are any */
+} kt_pushes;
+
+/* All that decides what comes next and is not in the integrator; part of a checkpoint. */
+typedef struct kt_simulation_memory {
+    int64_t next_record; /* the first that has not been handed over */
+    kt_pushes now;       /* what the step that ended at the current time had */
+    kt_pushes next;      /* what the next step will have */
+    bool waits;          /* `next` was set since the last step */
+    uint64_t factorizations;
+} kt_simulation_memory;
+
+/* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
+#define KT_SIMULATION_FIELDS(X)                                                                                        \
+    X(double, y, size->n, "state of a record, and scratch")                                                            \
+    X(double, a, size->nv, "acceleration of a record")                                                                 \
+    X(double, torque, size->nv, "held during the last step")                                                           \
+    X(double, torque_next, size->nv, "to be held from the next step on")                                               \
+    X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
+    X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
+    X(kt_wrench, reaction, size->reaction, "of a record")                                                              \
+    X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
+    X(char, data_memory, size->data, "the model's data")                                                               \
+    X(char, integrator_memory, size->integrator, "the integrator")
+
+typedef struct kt_simulation_sizes {
+    size_t nq, nv;
+    size_t n; /* of the integrator: nq + nv, or one idle number where nothing moves */
+    size_t body, reaction, quaternion, data, integrator;
+} kt_simulation_sizes;
+
+struct kt_simulation {
+    size_t bytes;
+    void *owned; /* memory of kt_simulation_create, or NULL */
+    kt_simulation_sizes size;
+    const kt_model *model;
+    kt_integrator *integrator;
+    kt_acceleration acceleration; /* with the pushes of the last step */
+    double duration, interval;
+    int64_t record_count;
+    unsigned record; /* KT_RECORD_ bits to compute */
+    bool kinematics; /* a record's data are updated */
+    kt_simulation_memory memory;
+    kt_error cause; /* of the last callback that failed; code KT_OK: none did in this step */
+#define KT_SIMULATION_DECLARE(type, name, count, meaning) type *name;
+    KT_SIMULATION_FIELDS(KT_SIMULATION_DECLARE)
+#undef KT_SIMULATION_DECLARE
+};
+
+/* What the integrator calls. */
+kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
+
+/* Points the acceleration at the pushes of the last step. */
+void kt_simulation_use_pushes(kt_simulation *simulation);
+
+/* Makes the pushes that wait those of the next step. */
+KT_CHECKED kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error);
+
+/* One step; the records are left alone. */
+KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
+
+/* Tells an error of the integrator or of a callback again, with the time in front. */
+kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt_error *error);
+
+/* Scales the quaternions in q to unit norm. *changed: whether any bit was. False where one is zero or not finite. */
+bool kt_simulation_normalize(const kt_simulation *simulation, double *q, bool *changed);
+
+/* Leaves out the records before the current time: nobody asked for them while it passed. */
+void kt_simulation_skip_records(kt_simulation *simulation);
+
+/* How many records there are: see kt_simulation_record_count. */
+double kt_record_intervals(double duration, double interval);
+
+#endif

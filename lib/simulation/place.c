@@ -1,0 +1,198 @@
+/* Laying a simulation out in memory. */
+#include "base/arena.h"
+#include "simulation/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+kt_simulation_options kt_simulation_options_default(void) {
+    kt_simulation_options options = {0};
+    return options;
+}
+
+/* ---- what is asked for ------------------------------------------------------------------------------------------- */
+
+/* Run and options with defaults in the place of NULL, and what follows from them. */
+typedef struct kt_wish {
+    kt_run run;
+    kt_simulation_options options;
+    const kt_method *method;
+    unsigned record;
+} kt_wish;
+
+static kt_status check_times(const kt_run *run, kt_error *error) {
+    if (!(isfinite(run->duration) && run->duration >= 0.0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "duration", "%g s: must be zero or more", run->duration);
+    if (!(isfinite(run->step) && run->step >= 0.0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%g s: must be above zero, or zero for an adaptive step",
+                            run->step);
+    if (!(isfinite(run->interval) && run->interval >= 0.0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "interval",
+                            "%g s: must be above zero, or zero for about 1000 records", run->interval);
+    /* Beyond 2^53 the numbers k of records are no longer exact in k * interval. */
+    if (run->interval > 0.0 && run->duration / run->interval > 9007199254740992.0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "interval", "%g s: more records than can be counted",
+                            run->interval);
+    return KT_OK;
+}
+
+static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                           kt_wish *wish, kt_error *error) {
+    wish->run = run != NULL ? *run : kt_run_default();
+    wish->options = options != NULL ? *options : kt_simulation_options_default();
+    const char *name = wish->run.integrator != NULL ? wish->run.integrator : kt_run_default().integrator;
+    wish->method = wish->options.method != NULL ? wish->options.method : kt_method_find(name);
+    if (wish->method == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
+                            "there is no method '%s'; kt_method_at lists those that there are", name);
+    kt_status status = check_times(&wish->run, error);
+    if (status != KT_OK)
+        return status;
+    if (!(wish->run.step > 0.0) && wish->method->embedded_order == 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
+                            "%s has no error estimate and cannot choose its steps: give it a step", wish->method->name);
+    if (wish->run.formulation != KT_FORMULATION_TREE)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation", "only the tree formulation is there so far");
+    wish->record = kt_run_record(&wish->run, model) | wish->options.record;
+    return KT_OK;
+}
+
+static void measure(const kt_model *model, const kt_wish *wish, kt_simulation_sizes *size) {
+    size->nq = (size_t)kt_model_nq(model);
+    size->nv = (size_t)kt_model_nv(model);
+    size->n = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
+    size->body = (size_t)kt_model_body_count(model);
+    size->reaction = (wish->record & KT_RECORD_REACTION) != 0 ? size->body : 0;
+    size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
+    size->data = kt_data_size(model);
+    size->integrator = kt_integrator_size(wish->method, size->n);
+}
+
+/* ---- layout ------------------------------------------------------------------------------------------------------ */
+
+/* The simulation and its arrays in one block; measured only where memory is NULL. Returns the bytes. */
+static size_t lay_out(void *memory, const kt_simulation_sizes *size) {
+    kt_simulation scratch;
+    size_t used = 0;
+    kt_simulation *simulation = kt_arena_take(memory, &used, sizeof(kt_simulation));
+    if (simulation == NULL)
+        simulation = &scratch;
+#define KT_SIMULATION_PLACE(type, name, count, meaning)                                                                \
+    simulation->name = kt_arena_take(memory, &used, (count) * sizeof(type));
+    KT_SIMULATION_FIELDS(KT_SIMULATION_PLACE)
+#undef KT_SIMULATION_PLACE
+    simulation->size = *size;
+    simulation->bytes = used;
+    return used;
+}
+
+size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
+    kt_wish wish;
+    kt_simulation_sizes size;
+    if (read_wish(model, run, options, &wish, NULL) != KT_OK)
+        return 0;
+    measure(model, &wish, &size);
+    return lay_out(NULL, &size);
+}
+
+/* ---- placing ----------------------------------------------------------------------------------------------------- */
+
+static void find_quaternions(kt_simulation *simulation) {
+    size_t count = 0;
+    for (int body = 1; body < (int)simulation->size.body; body++) {
+        kt_coordinates at = kt_body_coordinates(simulation->model, body);
+        if (at.nq > at.nv) /* the quaternion comes last */
+            simulation->quaternion[count++] = at.q + at.nq - 4;
+    }
+}
+
+static kt_status place_integrator(kt_simulation *simulation, const kt_wish *wish, kt_error *error) {
+    kt_integrator_options options = kt_integrator_options_default();
+    options.step = wish->run.step;
+    options.relative_tolerance = wish->run.relative;
+    options.absolute_tolerance = wish->run.absolute;
+    options.initial_step = wish->options.initial_step;
+    options.max_step = wish->options.max_step;
+    options.max_steps = wish->options.max_steps;
+    return kt_integrator_place(simulation->integrator_memory, simulation->size.integrator, wish->method,
+                               simulation->size.n, &options, &simulation->integrator, error);
+}
+
+static void set_records(kt_simulation *simulation, const kt_wish *wish) {
+    simulation->duration = wish->run.duration;
+    simulation->interval = wish->run.interval > 0.0 ? wish->run.interval : wish->run.duration / 1000.0;
+    simulation->record = wish->record;
+    simulation->kinematics = wish->options.kinematics || wish->run.marker_count > 0 ||
+                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_REACTION)) != 0;
+    simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
+}
+
+/* The parts that can fail, in memory that is already laid out. */
+static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *error) {
+    kt_status status = kt_data_place(simulation->model, simulation->data_memory, simulation->size.data,
+                                     &simulation->acceleration.data, error);
+    if (status != KT_OK)
+        return status;
+    simulation->acceleration.model = simulation->model;
+    find_quaternions(simulation);
+    set_records(simulation, wish);
+    status = place_integrator(simulation, wish, error);
+    if (status != KT_OK)
+        return status;
+    kt_model_initial(simulation->model, simulation->y, simulation->y + simulation->size.nq);
+    kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
+    return kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
+}
+
+kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
+    kt_wish wish;
+    kt_simulation_sizes sizes;
+    kt_status status = read_wish(model, run, options, &wish, error);
+    if (status != KT_OK)
+        return status;
+    measure(model, &wish, &sizes);
+    size_t needed = lay_out(NULL, &sizes);
+    bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
+    if (size < needed || misaligned)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
+                            "a simulation takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed,
+                            KT_ALIGNMENT, size, misaligned ? ", misaligned" : "");
+    memset(memory, 0, needed); /* a checkpoint has no byte that was never set */
+    (void)lay_out(memory, &sizes);
+    kt_simulation *placed = memory;
+    placed->model = model;
+    status = fill(placed, &wish, error);
+    if (status == KT_OK)
+        *simulation = placed;
+    return status;
+}
+
+kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                               kt_simulation **simulation, kt_error *error) {
+    kt_wish wish;
+    kt_simulation_sizes sizes;
+    kt_simulation *placed = NULL;
+    kt_status status = read_wish(model, run, options, &wish, error);
+    if (status != KT_OK)
+        return status;
+    measure(model, &wish, &sizes);
+    size_t needed = lay_out(NULL, &sizes);
+    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    if (memory == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a simulation are not to be had", needed);
+    status = kt_simulation_place(model, run, options, memory, needed, &placed, error);
+    if (status != KT_OK) {
+        free(memory);
+        return status;
+    }
+    placed->owned = memory;
+    *simulation = placed;
+    return KT_OK;
+}
+
+void kt_simulation_free(kt_simulation *simulation) {
+    if (simulation != NULL)
+        free(simulation->owned);
+}

@@ -1,0 +1,156 @@
+/* Records at k * interval, from the method's dense output.
+ *
+ * A record's time is computed from its number, never by adding intervals, and the last one is the duration itself.
+ * Between a step's ends the interpolated quaternions are off unit norm by the interpolation's error: they are scaled in
+ * the record, not in the state.
+ */
+#include "simulation/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- times ------------------------------------------------------------------------------------------------------- */
+
+/* The number of intervals, the last one perhaps shorter. Duration and interval carry half an ulp each and the quotient
+ * another half: within 2 eps of a whole number (relative), they are meant to divide. */
+double kt_record_intervals(double duration, double interval) {
+    if (!(duration > 0.0))
+        return 0.0;
+    double count = duration / interval;
+    double whole = round(count);
+    if (whole >= 1.0 && fabs(count - whole) <= 2.0 * DBL_EPSILON * count)
+        return whole;
+    return ceil(count);
+}
+
+static double record_time(const kt_simulation *simulation, int64_t k) {
+    return k == simulation->record_count - 1 ? simulation->duration : (double)k * simulation->interval;
+}
+
+int64_t kt_simulation_record_count(const kt_simulation *simulation) { return simulation->record_count; }
+
+void kt_simulation_skip_records(kt_simulation *simulation) {
+    double t = kt_integrator_time(simulation->integrator);
+    int64_t last = simulation->record_count - 1;
+    int64_t k = simulation->memory.next_record;
+    if (k > last || record_time(simulation, k) >= t)
+        return;
+    /* Near the right one by division, and there by comparison. */
+    double guess = simulation->interval > 0.0 ? floor(t / simulation->interval) - 1.0 : 0.0;
+    if (guess > (double)last)
+        guess = (double)last;
+    if (guess > (double)k)
+        k = (int64_t)guess;
+    while (k <= last && record_time(simulation, k) < t)
+        k++;
+    simulation->memory.next_record = k;
+}
+
+/* ---- one record -------------------------------------------------------------------------------------------------- */
+
+/* y at a time within the last step. */
+static kt_status read_state(kt_simulation *simulation, double t, kt_error *error) {
+    bool changed;
+    if (t == kt_integrator_time(simulation->integrator)) {
+        memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+        return KT_OK;
+    }
+    kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
+    if (status != KT_OK)
+        return status;
+    if (!kt_simulation_normalize(simulation, simulation->y, &changed))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion of the record at t = %.9g s is zero", t);
+    return KT_OK;
+}
+
+/* Everything that is asked for beyond q and v, from the cheapest to the dearest. */
+static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
+    const kt_model *model = simulation->model;
+    kt_acceleration *acceleration = &simulation->acceleration;
+    kt_status status = KT_OK;
+    if ((simulation->record & (KT_RECORD_ACCELERATION | KT_RECORD_REACTION)) != 0) {
+        status = kt_acceleration_evaluate(acceleration, record->time, record->q, record->v, simulation->a, error);
+        record->a = simulation->a;
+    }
+    if (status == KT_OK && simulation->kinematics) {
+        status = kt_kinematics_update(model, acceleration->data, record->q, record->v, record->a, error);
+        record->data = acceleration->data;
+    }
+    if (status != KT_OK)
+        return status;
+    if ((simulation->record & KT_RECORD_ENERGY) != 0) {
+        record->kinetic = kt_kinetic_energy(model, acceleration->data);
+        record->potential = kt_potential_energy(model, acceleration->data);
+    }
+    if ((simulation->record & KT_RECORD_CONSTRAINT) != 0)
+        record->constraint_position = record->constraint_velocity = 0.0; /* a tree has none to violate */
+    if ((simulation->record & KT_RECORD_REACTION) != 0) {
+        kt_joint_reactions(model, acceleration->data, acceleration->wrenches, simulation->reaction);
+        record->reactions = simulation->reaction;
+    }
+    return KT_OK;
+}
+
+static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    kt_record record = {0};
+    record.index = simulation->memory.next_record;
+    record.time = record_time(simulation, record.index);
+    record.q = simulation->y;
+    record.v = simulation->y + simulation->size.nq;
+    record.kinetic = record.potential = (double)NAN;
+    record.constraint_position = record.constraint_velocity = (double)NAN;
+
+    kt_error from = {0};
+    simulation->cause.code = KT_OK;
+    kt_status status = read_state(simulation, record.time, &from);
+    if (status == KT_OK) {
+        status = evaluate_record(simulation, &record, &from);
+        if (status != KT_OK)
+            simulation->cause = from; /* which names the body */
+    }
+    if (status != KT_OK)
+        return kt_simulation_fail(simulation, &from, error);
+    simulation->memory.next_record++;
+    if (recorder(&record, user) == 0)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "t = %.9g s", record.time);
+    return kt_error_set(error, KT_ERROR_CALLBACK, where, "the recorder asked to stop at record %lld",
+                        (long long)record.index);
+}
+
+/* ---- the run ----------------------------------------------------------------------------------------------------- */
+
+/* Hands over the records up to the current time. */
+static kt_status hand_over_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    kt_status status = KT_OK;
+    while (status == KT_OK && simulation->memory.next_record < simulation->record_count &&
+           record_time(simulation, simulation->memory.next_record) <= kt_integrator_time(simulation->integrator))
+        status = hand_over(simulation, recorder, user, error);
+    return status;
+}
+
+kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
+    kt_integrator *integrator = simulation->integrator;
+    kt_status status = KT_OK;
+    /* A record at the very start belongs to the step that begins there, and so do its torques; one within the last step
+     * belongs to that. */
+    if (simulation->memory.next_record < simulation->record_count &&
+        record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
+        kt_error from = {0};
+        simulation->cause.code = KT_OK;
+        status = kt_simulation_take_pushes(simulation, &from);
+        if (status != KT_OK)
+            return kt_simulation_fail(simulation, &from, error);
+    }
+    for (;;) {
+        status = hand_over_all(simulation, record, user, error);
+        if (status != KT_OK || !(kt_integrator_time(integrator) < simulation->duration))
+            return status;
+        status = kt_simulation_take_step(simulation, simulation->duration, error);
+        if (status != KT_OK)
+            return status;
+    }
+}

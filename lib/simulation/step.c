@@ -1,0 +1,274 @@
+/* The clock's steps.
+ *
+ * The state is y = (q, v), and the right-hand side is
+ *
+ *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
+ *     v' = a(t, q, v)    kt_acceleration_evaluate
+ *
+ * Runge-Kutta steps leave a quaternion's norm off by their local error; after each accepted step it is scaled back,
+ * which moves the state by no more than that error and so keeps the method's order.
+ */
+#include "simulation/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- what the integrator calls ----------------------------------------------------------------------------------- */
+
+/* A smaller step may lead around these. */
+static bool is_recoverable(kt_status status) {
+    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT;
+}
+
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const double *q = y, *v = y + simulation->size.nq;
+    kt_status status =
+        kt_acceleration_evaluate(&simulation->acceleration, t, q, v, dydt + simulation->size.nq, &simulation->cause);
+    if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
+        return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
+    if (simulation->size.nq == 0)
+        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    else
+        kt_position_rate(simulation->model, q, v, dydt);
+    return 0;
+}
+
+/* |p|^2 - 1 within four roundings is as near to one as scaling would bring it. */
+static const double unit_defect = 4.0 * DBL_EPSILON;
+
+bool kt_simulation_normalize(const kt_simulation *simulation, double *q, bool *changed) {
+    *changed = false;
+    for (size_t i = 0; i < simulation->size.quaternion; i++) {
+        const double *p = q + simulation->quaternion[i];
+        double defect = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0;
+        if (!(fabs(defect) <= unit_defect)) {
+            *changed = true;
+            return kt_position_normalize(simulation->model, q);
+        }
+    }
+    return true;
+}
+
+/* The body in whose coordinates the first number of y that is not finite lies; -1: none. */
+static int find_not_finite(const kt_simulation *simulation, const double *y) {
+    const double *v = y + simulation->size.nq;
+    for (int body = 1; body < (int)simulation->size.body; body++) {
+        kt_coordinates at = kt_body_coordinates(simulation->model, body);
+        for (int i = 0; i < at.nq; i++)
+            if (!isfinite(y[at.q + i]))
+                return body;
+        for (int i = 0; i < at.nv; i++)
+            if (!isfinite(v[at.v + i]))
+                return body;
+    }
+    return -1;
+}
+
+static kt_status say_not_finite(const kt_simulation *simulation, int body, const char *what, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->model, body));
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "%s is not finite", what);
+}
+
+static int normalize_state(double t, double *y, bool *changed, void *user) {
+    (void)t;
+    kt_simulation *simulation = user;
+    int body = find_not_finite(simulation, y);
+    if (body >= 0) {
+        (void)say_not_finite(simulation, body, "a position or velocity", &simulation->cause);
+        return 1;
+    }
+    if (kt_simulation_normalize(simulation, y, changed))
+        return 0;
+    (void)kt_error_set(&simulation->cause, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
+    return 1;
+}
+
+kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
+    kt_integrator_callbacks callbacks = {evaluate_slope, normalize_state, simulation};
+    return callbacks;
+}
+
+/* ---- errors ------------------------------------------------------------------------------------------------------ */
+
+kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt_error *error) {
+    const kt_error *cause = &simulation->cause;
+    char where[KT_WHERE_SIZE + 32];
+    double t = kt_integrator_time(simulation->integrator);
+    if (cause->code == KT_OK) {
+        snprintf(where, sizeof where, "t = %.9g s", t);
+        return kt_error_set(error, from->code, where, "%s", from->message);
+    }
+    snprintf(where, sizeof where, "t = %.9g s%s%s", t, cause->where[0] != '\0' ? ", " : "", cause->where);
+    if (from->code != KT_ERROR_STEP)
+        return kt_error_set(error, cause->code, where, "%s", cause->message);
+    return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message, from->message);
+}
+
+/* ---- pushes ------------------------------------------------------------------------------------------------------ */
+
+void kt_simulation_use_pushes(kt_simulation *simulation) {
+    simulation->acceleration.torque = simulation->memory.now.torque ? simulation->torque : NULL;
+    simulation->acceleration.wrenches = simulation->memory.now.wrenches ? simulation->wrench : NULL;
+}
+
+static bool pushes_differ(const kt_simulation *simulation) {
+    const kt_simulation_memory *memory = &simulation->memory;
+    const kt_simulation_sizes *size = &simulation->size;
+    if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
+        return true;
+    return memcmp(simulation->torque, simulation->torque_next, size->nv * sizeof(double)) != 0 ||
+           memcmp(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench)) != 0;
+}
+
+kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error) {
+    const kt_simulation_sizes *size = &simulation->size;
+    if (!simulation->memory.waits)
+        return KT_OK;
+    if (pushes_differ(simulation)) {
+        /* The right-hand side jumps: slopes from before are not those of the next step. */
+        memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
+        kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
+        if (status != KT_OK)
+            return status;
+        memcpy(simulation->torque, simulation->torque_next, size->nv * sizeof(double));
+        memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
+        simulation->memory.now = simulation->memory.next;
+        kt_simulation_use_pushes(simulation);
+    }
+    simulation->memory.waits = false;
+    return KT_OK;
+}
+
+kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
+    size_t nv = simulation->size.nv;
+    for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
+        kt_coordinates at = kt_body_coordinates(simulation->model, body);
+        for (int i = 0; i < at.nv; i++)
+            if (!isfinite(torque[at.v + i])) {
+                char where[KT_WHERE_SIZE];
+                snprintf(where, sizeof where, "joint '%s'", kt_body_name(simulation->model, body));
+                return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
+            }
+    }
+    if (torque != NULL)
+        memcpy(simulation->torque_next, torque, nv * sizeof(double));
+    else
+        memset(simulation->torque_next, 0, nv * sizeof(double));
+    simulation->memory.next.torque = torque != NULL;
+    simulation->memory.waits = true;
+    return KT_OK;
+}
+
+static bool wrench_is_finite(const kt_wrench *wrench) {
+    return isfinite(wrench->moment.x) && isfinite(wrench->moment.y) && isfinite(wrench->moment.z) &&
+           isfinite(wrench->force.x) && isfinite(wrench->force.y) && isfinite(wrench->force.z);
+}
+
+kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches, kt_error *error) {
+    size_t count = simulation->size.body;
+    for (int body = 1; wrenches != NULL && body < (int)count; body++)
+        if (!wrench_is_finite(&wrenches[body]))
+            return say_not_finite(simulation, body, "the wrench", error);
+    if (wrenches != NULL)
+        memcpy(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
+    else
+        memset(simulation->wrench_next, 0, count * sizeof(kt_wrench));
+    simulation->memory.next.wrenches = wrenches != NULL;
+    simulation->memory.waits = true;
+    return KT_OK;
+}
+
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
+
+kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
+    kt_error from = {0};
+    simulation->cause.code = KT_OK;
+    kt_status status = kt_simulation_take_pushes(simulation, &from);
+    if (status == KT_OK)
+        status = kt_integrator_step(simulation->integrator, t_limit, &from);
+    simulation->memory.factorizations = simulation->acceleration.factorizations;
+    return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &from, error);
+}
+
+kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
+    double t = kt_integrator_time(simulation->integrator);
+    if (!(t_limit > t))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "t_limit = %.17g s is not after the current time, %.17g s",
+                            t_limit, t);
+    kt_status status = kt_simulation_take_step(simulation, t_limit, error);
+    kt_simulation_skip_records(simulation);
+    return status;
+}
+
+kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error) {
+    double t = kt_integrator_time(simulation->integrator);
+    if (!(t_end >= t) || !isfinite(t_end))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
+                            "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
+    kt_status status = KT_OK;
+    while (status == KT_OK && kt_integrator_time(simulation->integrator) < t_end)
+        status = kt_simulation_take_step(simulation, t_end, error);
+    kt_simulation_skip_records(simulation);
+    return status;
+}
+
+/* ---- state ------------------------------------------------------------------------------------------------------- */
+
+double kt_simulation_time(const kt_simulation *simulation) { return kt_integrator_time(simulation->integrator); }
+
+const double *kt_simulation_positions(const kt_simulation *simulation) {
+    return kt_integrator_state(simulation->integrator);
+}
+
+const double *kt_simulation_velocities(const kt_simulation *simulation) {
+    return kt_integrator_state(simulation->integrator) + simulation->size.nq;
+}
+
+kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
+                                  kt_error *error) {
+    size_t nq = simulation->size.nq, nv = simulation->size.nv;
+    bool changed;
+    if (!isfinite(t))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+    memmove(simulation->y, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
+    memmove(simulation->y + nq, v, nv * sizeof(double));
+    int body = find_not_finite(simulation, simulation->y);
+    if (body >= 0)
+        return say_not_finite(simulation, body, "a position or velocity", error);
+    if (!kt_simulation_normalize(simulation, simulation->y, &changed))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion is zero");
+    kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
+    kt_status status = kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
+    if (status != KT_OK)
+        return status;
+    simulation->memory.next_record = 0;
+    simulation->memory.factorizations = 0;
+    simulation->acceleration.factorizations = 0;
+    kt_simulation_skip_records(simulation);
+    return KT_OK;
+}
+
+kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
+    kt_acceleration acceleration = simulation->acceleration;
+    acceleration.torque = simulation->memory.next.torque ? simulation->torque_next : NULL;
+    acceleration.wrenches = simulation->memory.next.wrenches ? simulation->wrench_next : NULL;
+    simulation->cause.code = KT_OK;
+    kt_error from = {0};
+    kt_status status =
+        kt_acceleration_evaluate(&acceleration, kt_integrator_time(simulation->integrator),
+                                 kt_simulation_positions(simulation), kt_simulation_velocities(simulation), a, &from);
+    if (status == KT_OK)
+        return KT_OK;
+    simulation->cause = from;
+    return kt_simulation_fail(simulation, &from, error);
+}
+
+kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
+    kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
+    kt_simulation_counts counts = {from.steps, from.rejected, from.evaluations, simulation->memory.factorizations};
+    return counts;
+}

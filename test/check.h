@@ -1,0 +1,86 @@
+/* Tests: a file of KT_TESTs is a program; nothing lists them.
+ *
+ *     #include "check.h"
+ *
+ *     KT_TEST(quaternion_product_turns_twice) {
+ *         kt_check_near("angle", observed, expected, 4.0 * DBL_EPSILON);
+ *     }
+ *
+ * A check prints what it saw, its bound and their ratio, and goes on; the test fails at its end if any check did, or if
+ * there was none. NaN fails every check. A ratio below 1e-3 is marked "slack": the bound would let a large error pass.
+ * An argument of the program is a pattern ('aba_*') that chooses tests.
+ */
+#ifndef KT_TEST_CHECK_H
+#define KT_TEST_CHECK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "random.h"
+
+typedef struct kt_test {
+    const char *name;
+    void (*body)(void);
+    struct kt_test *next;
+} kt_test;
+
+/* Adds a test to those that main runs, in the order of the calls. */
+void kt_test_register(kt_test *test);
+
+#define KT_TEST(name)                                                                                                  \
+    static void name(void);                                                                                            \
+    __attribute__((constructor)) static void kt_register_##name(void) {                                                \
+        static kt_test test = {#name, name, NULL};                                                                     \
+        kt_test_register(&test);                                                                                       \
+    }                                                                                                                  \
+    static void name(void)
+
+/* Each returns whether it held, for the test that cannot go on without. */
+
+/* |observed - expected| <= bound */
+bool kt_check_near(const char *what, double observed, double expected, double bound);
+
+/* observed <= bound; meant for errors and other magnitudes: a negative value fails. */
+bool kt_check_below(const char *what, double observed, double bound);
+
+/* observed >= bound, for what must not be small: a rejected value, a condition, an observed order. */
+bool kt_check_above(const char *what, double observed, double bound);
+
+bool kt_check_equal_int(const char *what, long long observed, long long expected);
+
+/* The same bits: -0 differs from 0, and a NaN equals the same NaN. */
+bool kt_check_equal_bits(const char *what, const double *observed, const double *expected, size_t count);
+
+bool kt_check_true(const char *what, bool condition);
+
+/* A text that is missing (NULL) fails. */
+bool kt_check_text(const char *what, const char *observed, const char *expected);
+bool kt_check_contains(const char *what, const char *observed, const char *part);
+
+/* Many comparisons, one line. The worst ratio is kept with the name of its place:
+ *
+ *     kt_worst error = kt_worst_make("acceleration");
+ *     for (...)
+ *         kt_worst_near(&error, a, b, bound, "tree %d joint %d", tree, joint);
+ *     kt_check_worst(&error);
+ *
+ * The check fails if any comparison did, or if there was none.
+ */
+typedef struct kt_worst {
+    const char *what;
+    double ratio, observed, bound;
+    size_t count, failures;
+    char where[120];
+} kt_worst;
+
+kt_worst kt_worst_make(const char *what);
+void kt_worst_near(kt_worst *worst, double observed, double expected, double bound, const char *where, ...)
+    __attribute__((format(printf, 5, 6)));
+void kt_worst_below(kt_worst *worst, double observed, double bound, const char *where, ...)
+    __attribute__((format(printf, 4, 5)));
+bool kt_check_worst(const kt_worst *worst);
+
+/* A line of explanation among the checks. */
+void kt_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+#endif

@@ -1,0 +1,62 @@
+/* Every test here must fail: selftest.py sees to it. What it names holds where the check named by the test fails. */
+#include "check.h"
+
+#include <math.h>
+
+KT_TEST(test_without_a_check) {}
+KT_TEST(near_beyond_the_bound) { kt_check_near("x", 1.0, 1.0 + 1e-3, 0.9e-3); }
+KT_TEST(near_nan_observed) { kt_check_near("x", (double)NAN, 1.0, 1.0); }
+KT_TEST(near_nan_expected) { kt_check_near("x", 1.0, (double)NAN, 1.0); }
+KT_TEST(near_nan_bound) { kt_check_near("x", 1.0, 1.0, (double)NAN); }
+KT_TEST(near_infinite_both) { kt_check_near("x", HUGE_VAL, HUGE_VAL, 1.0); }
+KT_TEST(near_infinite_bound) { kt_check_near("x", 1.0, 2.0, HUGE_VAL); }
+KT_TEST(near_negative_bound) { kt_check_near("x", 1.0, 1.0, -1.0); }
+KT_TEST(near_zero_bound) { kt_check_near("x", 1.0, 1.0 + 0x1p-52, 0.0); }
+KT_TEST(below_beyond_the_bound) { kt_check_below("x", 1.1, 1.0); }
+KT_TEST(below_nan) { kt_check_below("x", (double)NAN, 1.0); }
+KT_TEST(below_negative) { kt_check_below("x", -0.5, 1.0); }
+KT_TEST(below_infinite_bound) { kt_check_below("x", 0.5, HUGE_VAL); }
+KT_TEST(above_short_of_the_bound) { kt_check_above("x", 0.9, 1.0); }
+KT_TEST(above_nan) { kt_check_above("x", (double)NAN, 1.0); }
+KT_TEST(equal_int_differs) { kt_check_equal_int("x", 1LL << 40, (1LL << 40) + 1); }
+KT_TEST(equal_bits_sign_of_zero) {
+    const double a[] = {1.0, 0.0};
+    const double b[] = {1.0, -0.0};
+    kt_check_equal_bits("x", a, b, 2);
+}
+KT_TEST(equal_bits_of_nothing) {
+    const double a = 1.0;
+    kt_check_equal_bits("x", &a, &a, 0);
+}
+KT_TEST(true_is_false) { kt_check_true("x", false); }
+KT_TEST(text_differs) { kt_check_text("x", "one", "two"); }
+KT_TEST(text_is_missing) { kt_check_text("x", NULL, NULL); }
+KT_TEST(contains_not) { kt_check_contains("x", "a message", "another"); }
+KT_TEST(contains_nothing) { kt_check_contains("x", "a message", ""); }
+KT_TEST(worst_of_none) {
+    kt_worst worst = kt_worst_make("x");
+    kt_check_worst(&worst);
+}
+KT_TEST(worst_one_beyond) {
+    kt_worst worst = kt_worst_make("x");
+    kt_worst_near(&worst, 1.0, 1.0, 1e-3, "first");
+    kt_worst_near(&worst, 1.0, 1.1, 1e-3, "second");
+    kt_worst_near(&worst, 1.0, 1.0, 1e-3, "third");
+    kt_check_worst(&worst);
+}
+KT_TEST(worst_one_nan) {
+    kt_worst worst = kt_worst_make("x");
+    kt_worst_below(&worst, (double)NAN, 1e-3, "first");
+    kt_worst_below(&worst, 0.5e-3, 1e-3, "second");
+    kt_check_worst(&worst);
+}
+KT_TEST(worst_one_negative) {
+    kt_worst worst = kt_worst_make("x");
+    kt_worst_below(&worst, 0.5e-3, 1e-3, "first");
+    kt_worst_below(&worst, -0.5e-3, 1e-3, "second");
+    kt_check_worst(&worst);
+}
+KT_TEST(failure_before_a_check_that_holds) {
+    kt_check_true("x", false);
+    kt_check_true("y", true);
+}

@@ -1,0 +1,28 @@
+"""A check that cannot fail proves nothing: every test of failing.c must be seen to fail.
+
+selftest.py PROGRAM SOURCE
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish
+
+program, source = sys.argv[1:]
+names = re.findall(r"^KT_TEST\((\w+)\)", pathlib.Path(source).read_text(), flags=re.M)
+run = subprocess.run([program], capture_output=True, text=True)
+output = run.stdout + run.stderr
+seen = {mark: re.findall(rf"^\[ +{mark} +\] (\w+)$", output, flags=re.M) for mark in ("RUN", "OK", "FAILED")}
+
+claim("every_test_is_run_without_a_list", [] if names and seen["RUN"] == names else [f"run: {seen['RUN']}"])
+claim("every_failing_check_fails_its_test",
+      [f"{name} did not fail" for name in names if name not in seen["FAILED"] or name in seen["OK"]])
+claim("checks_go_on_after_a_failure", [] if re.search(r"^ +y +true$", output, flags=re.M) else ["the second was not made"])
+claim("worst_names_its_place", [] if re.search(r"at second  \(1 of 3 fail\)", output) else ["no place"])
+claim("program_reports_failure", [] if run.returncode == len(names) else [f"status {run.returncode}"])
+one = subprocess.run([program, "true_*"], capture_output=True, text=True)
+claim("pattern_chooses_tests", [] if re.findall(r"^\[ +RUN +\] (\w+)$", one.stdout, flags=re.M) == ["true_is_false"]
+      else [one.stdout])
+finish()

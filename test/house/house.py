@@ -1,0 +1,114 @@
+"""The order of the house, read from the sources.
+
+house.py SOURCE-ROOT
+"""
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+# From the ground up: a folder may use itself and what stands before it.
+FOLDERS = ["base", "algebra", "model", "joint", "loop", "effect", "dynamics", "reduction", "integrator", "simulation",
+           "analysis", "scene"]
+# Faces with another name than their folder's.
+FACES = {"status": "base", "kinetree": None}
+
+LONG, TOO_LONG = 400, 500
+
+
+def face_folder(name):
+    return FACES[name] if name in FACES else name if name in FOLDERS else None
+
+
+def source_folder(root, path):
+    parts = path.relative_to(root).parts
+    return face_folder(path.stem) if parts[0] == "include" else parts[1]
+
+
+def includes(path):
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        found = re.match(r'\s*#\s*include\s*"([^"]+)"', line)
+        if found:
+            yield number, found[1]
+
+
+def direction_problem(root, path, target):
+    """Why a source may not include target, or None."""
+    own = source_folder(root, path)
+    parts = target.split("/")
+    if parts[0] == "kinetree":
+        other = face_folder(pathlib.Path(parts[-1]).stem)
+        if other is None:
+            return "is for users of the library" if parts[-1] == "kinetree.h" else "is no folder's face"
+    elif len(parts) == 1:
+        return None if (path.parent / target).is_file() else "is not in this folder (write FOLDER/name.h)"
+    else:
+        other = parts[0]
+    if other not in FOLDERS:
+        return "is no folder of the house"
+    if own is None:
+        return None
+    if FOLDERS.index(other) > FOLDERS.index(own):
+        return f"is above: {own} may not use {other}"
+    return None
+
+
+def direction_problems(root, sources):
+    for path in sources:
+        if path.name == "kinetree.h":
+            continue
+        if source_folder(root, path) not in FOLDERS:
+            yield f"{path.relative_to(root)}: no folder of the house has this face"
+        for number, target in includes(path):
+            problem = direction_problem(root, path, target)
+            if problem:
+                yield f"{path.relative_to(root)}:{number}: \"{target}\" {problem}"
+
+
+def unbuilt(root, folder, pattern):
+    """Sources that no meson.build beside or above them names: they would be forgotten in silence."""
+    for path in sorted((root / folder).rglob(pattern)):
+        builds = [parent / "meson.build" for parent in path.parents if parent.is_relative_to(root / folder)]
+        names = (path.relative_to(build.parent).as_posix() for build in builds)
+        # With its suffix, or without where a foreach adds it.
+        if not any(build.is_file() and re.search(rf"'{re.escape(name.removesuffix('.c'))}(\.c)?'", build.read_text())
+                   for build, name in zip(builds, names)):
+            yield f"{path.relative_to(root)}: in no meson.build"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    faces = sorted((root / "include/kinetree").glob("*.h"))
+    library = sorted(path for path in (root / "lib").rglob("*.[ch]")) + faces
+    everything = sorted(path for folder in ("lib", "include", "apps", "test", "bench")
+                        for path in (root / folder).rglob("*") if path.suffix in (".c", ".h", ".cpp", ".py"))
+    note(f"{len(library)} files of the library, {len(everything)} in all")
+    claim("there_is_a_library", [] if library else ["no sources"])
+    claim("folders_use_only_what_is_below_them", list(direction_problems(root, library)))
+
+    umbrella = [target for _, target in includes(root / "include/kinetree/kinetree.h")]
+    claim("umbrella_includes_every_face",
+          [path.name for path in faces if path.stem != "kinetree" and f"kinetree/{path.name}" not in umbrella])
+
+    claim("every_source_is_built",
+          [*unbuilt(root, "lib", "*.c"), *unbuilt(root, "apps", "*.c"), *unbuilt(root, "test", "*.c"),
+           *unbuilt(root, "bench", "*.c")])
+
+    callers = [str(path.relative_to(root)) for path in library if re.search(r"\b(LAPACKE|cblas)_", path.read_text())]
+    claim("lapack_is_called_in_one_file", callers if len(callers) > 1 else [])
+
+    claim("library_is_plain_ascii",
+          [f"{path.relative_to(root)}" for path in library if not path.read_bytes().isascii()])
+
+    lengths = {path.relative_to(root): path.read_text().count("\n") for path in everything}
+    for path, length in sorted(lengths.items(), key=lambda item: -item[1]):
+        if length > LONG:
+            note(f"long: {path} has {length} lines")
+    claim(f"no_file_has_more_than_{TOO_LONG}_lines",
+          [f"{path}: {length}" for path, length in lengths.items() if length > TOO_LONG])
+    finish()
+
+
+main()

@@ -1,0 +1,129 @@
+"""What the libraries import, export and hold, read from their symbols.
+
+nm.py INCLUDE-DIRECTORY CORE.a CORE.so [SCENE.a SCENE.so]
+"""
+import collections
+import fnmatch
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+# Whatever an object of the core may call. All of it is bounded, reads and writes only what it is given, and allocates
+# nothing (qsort does, printf prints, getenv and time are hidden inputs: they are not here).
+CORE_MAY_IMPORT = [
+    "kt_*",
+    # mathematics
+    "fabs", "sqrt", "cbrt", "hypot", "fma", "fmod", "fmin", "fmax", "copysign", "ldexp", "frexp", "scalbn", "modf",
+    "nextafter", "sin", "cos", "tan", "sincos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh",
+    "atanh", "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "floor", "ceil", "trunc", "round", "rint",
+    "nearbyint", "lround", "llround", "remainder", "erf",
+    # memory and text
+    "memcpy", "memmove", "memset", "memcmp", "memchr", "strlen", "strnlen", "strcmp", "strncmp", "strchr", "strrchr",
+    "strstr", "strcspn", "strspn", "snprintf", "vsnprintf",
+    # linear algebra in the caller's workspace
+    "LAPACKE_d*_work", "cblas_d*",
+    # what compilers call by themselves
+    "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init",
+]
+# Sources that work before the first evaluation, or to make memory for those who do not bring their own.
+SET_UP = ["model/compile*.c", "model/check.c"]
+SET_UP_MAY_IMPORT = ["malloc", "calloc", "realloc", "free", "aligned_alloc", "qsort"]
+# The scene library reads files, and may allocate; it never prints or ends the program.
+SCENE_MAY_NOT_IMPORT = [
+    "printf", "vprintf", "puts", "putchar", "perror", "stdout", "stderr", "exit", "_exit", "_Exit", "quick_exit",
+    "abort", "__assert_fail", "atexit", "signal", "raise", "setlocale", "longjmp",
+]
+
+
+def run(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def matches(name, patterns):
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def plain(symbol):
+    """Without the version, and fortified names under their own: __memcpy_chk is memcpy."""
+    symbol = symbol.split("@")[0]
+    fortified = re.fullmatch(r"__(\w+)_chk", symbol)
+    return fortified[1] if fortified else symbol
+
+
+def imports(archive):
+    """(object, symbol) for what each object of an archive does not define itself."""
+    for line in run("nm", "-A", "--undefined-only", archive).splitlines():
+        place, kind, symbol = line.split()[0], *line.split()[-2:]
+        assert kind in "Uwv", line
+        yield place.rstrip(":").split(":")[-1].split("/")[-1], plain(symbol)
+
+
+def is_set_up(object_name):
+    return matches(object_name, [pattern.replace("/", "_") + ".o" for pattern in SET_UP])
+
+
+def writable_sections(archive):
+    """What an object would keep from one call to the next. Tables of pointers are in .data.rel.ro: constant once loaded."""
+    place = "?"
+    for line in run("size", "-A", "-d", archive).splitlines():
+        if "(ex " in line:
+            place = line.split()[0]
+        field = line.split()
+        if len(field) == 3 and field[1].isdigit() and int(field[1]) > 0:
+            name = field[0]
+            if re.match(r"\.(t?data|t?bss)\b", name) and not name.startswith(".data.rel.ro"):
+                yield f"{place}: {field[1]} bytes in {name}"
+
+
+def exports(shared):
+    return {line.split()[-1].split("@")[0] for line in run("nm", "-D", "--defined-only", shared).splitlines()}
+
+
+def declared(include):
+    """Names that follow KT_API in the headers, and their headers."""
+    names = {}
+    for header in sorted(include.glob("kinetree/*.h")):
+        text = re.sub(r"/\*.*?\*/|^#.*?(?<!\\)$", "", header.read_text(), flags=re.S | re.M)
+        for declaration in re.findall(r"\bKT_API\b([^;{]*)", text):
+            name = re.search(r"\b(kt_\w+)\s*(?:\(|$|\[|=)", declaration.strip())
+            names[name[1] if name else declaration.strip()] = header.name
+    return names
+
+
+def main():
+    include, core, core_shared, *scene = [pathlib.Path(argument) for argument in sys.argv[1:]]
+    problems = []
+    seen = collections.Counter()
+    for place, symbol in imports(core):
+        seen[place] += 1
+        allowed = CORE_MAY_IMPORT + (SET_UP_MAY_IMPORT if is_set_up(place) else [])
+        if not matches(symbol, allowed):
+            problems.append(f"{place} imports {symbol}")
+    note(f"{sum(seen.values())} imports of {len(seen)} objects")
+    claim("core_imports_only_what_computes", problems if seen else ["no imports were read"])
+    claim("core_keeps_nothing_between_calls", list(writable_sections(core)))
+
+    found = {core_shared.name: exports(core_shared)}
+    if scene:
+        claim("scene_library_never_prints_or_exits",
+              [f"{place} imports {symbol}" for place, symbol in imports(scene[0]) if symbol in SCENE_MAY_NOT_IMPORT])
+        claim("scene_library_keeps_nothing_between_calls", list(writable_sections(scene[0])))
+        found[scene[1].name] = exports(scene[1])
+    everything = set().union(*found.values())
+    public = declared(include)
+    note(f"{len(everything)} exported, {len(public)} declared")
+    claim("exports_begin_with_kt",
+          [f"{library} exports {name}" for library, names in found.items() for name in sorted(names)
+           if not name.startswith("kt_")] if everything else ["no exports were read"])
+    claim("exports_are_declared", [f"{name} is in no public header" for name in sorted(everything - public.keys())])
+    claim("declarations_are_exported",
+          [f"{header}: {name} is in no library" for name, header in public.items()
+           if name not in everything and (scene or header != "scene.h")])
+    finish()
+
+
+main()

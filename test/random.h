@@ -1,0 +1,38 @@
+/* Random numbers for tests: xoshiro256** (Blackman and Vigna, 2018) seeded by splitmix64. Equal on every machine, but
+ * for the last bits of the normal ones (log and sine).
+ *
+ * The seed is fixed unless the environment variable KT_SEED gives another, and is printed once by each program. A
+ * stream depends on the seed and on its name alone, so a test sees the same numbers when it is run by itself.
+ */
+#ifndef KT_TEST_RANDOM_H
+#define KT_TEST_RANDOM_H
+
+#include <stdint.h>
+
+typedef struct kt_random {
+    uint64_t s[4];
+} kt_random;
+
+uint64_t kt_random_seed(void);
+
+/* The stream of the test that is running. */
+kt_random kt_random_of_test(void);
+
+/* A stream of any name. */
+kt_random kt_random_named(const char *name);
+
+uint64_t kt_random_bits(kt_random *random);
+
+/* lower <= value < upper */
+double kt_random_uniform(kt_random *random, double lower, double upper);
+
+/* lower <= value <= upper */
+int kt_random_int(kt_random *random, int lower, int upper);
+
+/* Mean 0, variance 1. */
+double kt_random_normal(kt_random *random);
+
+/* A direction, uniform on the sphere in n dimensions (n = 3: an axis; n = 4: a rotation as a quaternion). */
+void kt_random_direction(kt_random *random, int n, double *x);
+
+#endif
