@@ -81,7 +81,7 @@ static int split_choices(const char *choices, char words[CHOICES_MAX][WORD_SIZE]
     int count = 0;
     for (const char *start = choices; start != NULL && count < CHOICES_MAX; count++) {
         const char *bar = strchr(start, '|');
-        snprintf(words[count], WORD_SIZE, "%.*s", bar != NULL ? (int)(bar - start) : WORD_SIZE, start);
+        snprintf(words[count], WORD_SIZE, "%.*s", bar != NULL ? (int)(bar - start) : WORD_SIZE - 1, start);
         start = bar != NULL ? bar + 1 : NULL;
     }
     return count;

@@ -12,8 +12,9 @@ static const kt_usage usage = {
     .operands = "SCENE...",
     .least = 1,
     .most = -1,
-    .about = "Reads and compiles each scene. Prints 'FILE: ok' for each that is right, and every fault of the others on\n"
-             "standard error as FILE:LINE:COLUMN: message. Exit status 2 where any is wrong.\n",
+    .about =
+        "Reads and compiles each scene. Prints 'FILE: ok' for each that is right, and every fault of the others on\n"
+        "standard error as FILE:LINE:COLUMN: message. Exit status 2 where any is wrong.\n",
 };
 
 int kt_command_check(int argc, char **argv) {

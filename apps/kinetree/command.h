@@ -55,6 +55,9 @@ bool kt_speaks_utf8(int descriptor);
  * with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, kt_scene *scene);
 
+/* Compiles a scene as its `simulate` asks for, and says what is wrong with it. */
+int kt_compile_scene(const kt_scene *scene, kt_model **model);
+
 /* Reads and compiles; both are released by the caller, and neither exists where the exit code is not KT_EXIT_DONE. */
 int kt_load_model(const char *path, kt_scene *scene, kt_model **model);
 

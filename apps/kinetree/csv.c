@@ -25,28 +25,32 @@ static bool make_room(kt_csv *csv, size_t more) {
     return true;
 }
 
-enum { CELL_SIZE = 512 };
+enum { NUMBER_SIZE = 32 };
 
 /* The name of a column in the header (record == NULL), its value in all other lines. */
 static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) KT_PRINTF(4, 5);
 
 static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) {
-    if (!make_room(csv, CELL_SIZE))
+    va_list arguments;
+    int length = NUMBER_SIZE;
+    if (record == NULL) {
+        va_start(arguments, format);
+        length = vsnprintf(NULL, 0, format, arguments);
+        va_end(arguments);
+    }
+    if (length < 0 || !make_room(csv, (size_t)length + 2)) /* a comma before it, a zero after it */
         return;
     if (csv->used > 0)
         csv->line[csv->used++] = ',';
     char *end = csv->line + csv->used;
-    int length;
     if (record != NULL) {
-        length = snprintf(end, CELL_SIZE - 1, "%.17g", value);
+        length = snprintf(end, NUMBER_SIZE, "%.17g", value);
     } else {
-        va_list arguments;
         va_start(arguments, format);
-        length = vsnprintf(end, CELL_SIZE - 1, format, arguments);
+        length = vsnprintf(end, (size_t)length + 1, format, arguments);
         va_end(arguments);
     }
-    if (length > 0)
-        csv->used += (size_t)length < CELL_SIZE - 1 ? (size_t)length : CELL_SIZE - 2;
+    csv->used += (size_t)length;
 }
 
 /* ---- the columns ------------------------------------------------------------------------------------------------- */
@@ -156,8 +160,7 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
         return KT_EXIT_INTEGRATION;
     }
     struct stat status;
-    csv->is_regular =
-        csv->file != STDOUT_FILENO && fstat(csv->file, &status) == 0 && S_ISREG(status.st_mode);
+    csv->is_regular = csv->file != STDOUT_FILENO && fstat(csv->file, &status) == 0 && S_ISREG(status.st_mode);
     add_line(csv, NULL);
     if (write_line(csv) == 0)
         return -1;

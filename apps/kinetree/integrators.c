@@ -3,7 +3,6 @@
 #include "command.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static const kt_usage usage = {
     .command = "integrators",
@@ -20,18 +19,14 @@ int kt_command_integrators(int argc, char **argv) {
     int code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
     if (code >= 0)
         return code;
-    int name_width = 4, title_width = 5;
-    for (int i = 0; i < kt_method_count(); i++) {
-        int name = (int)strlen(kt_method_at(i)->name), title = (int)strlen(kt_method_at(i)->title);
-        name_width = name > name_width ? name : name_width;
-        title_width = title > title_width ? title : title_width;
-    }
-    printf("%-*s  order  stages  adaptive  dense  %-*s  source\n", name_width, "name", title_width, "title");
+    printf("%-9s  %5s  %6s  %8s  %5s  %s\n", "name", "order", "stages", "adaptive", "dense", "title");
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *method = kt_method_at(i);
-        printf("%-*s  %5d  %6d  %8s  %5d  %-*s  %s\n", name_width, method->name, method->order, method->stages,
-               method->embedded_order > 0 ? "yes" : "no", kt_method_dense_order(method), title_width, method->title,
-               method->source);
+        printf("%-9s  %5d  %6d  %8s  %5d  %s\n", method->name, method->order, method->stages,
+               method->embedded_order > 0 ? "yes" : "no", kt_method_dense_order(method), method->title);
     }
+    puts("\nsources");
+    for (int i = 0; i < kt_method_count(); i++)
+        printf("%-9s  %s\n", kt_method_at(i)->name, kt_method_at(i)->source);
     return kt_finish_output(KT_EXIT_DONE);
 }

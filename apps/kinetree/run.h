@@ -21,10 +21,12 @@ typedef struct kt_run_arguments {
 /* Returns -1 to go on, or an exit code. */
 int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments);
 
-/* Puts the command line's words over the scene's. *run_markers is released by the caller with free (NULL: none).
+/* Puts the command line's words over the scene's, but for markers. Returns -1 to go on, or an exit code. */
+int kt_run_override(const kt_run_arguments *arguments, kt_run *run);
+
+/* The same for markers, which need the model; NULL: none were given. *run_markers is released by the caller with free.
  * Returns -1 to go on, or an exit code. */
-int kt_run_override(const kt_run_arguments *arguments, const kt_model *model, kt_run *run,
-                    kt_marker_pair **run_markers);
+int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run, kt_marker_pair **run_markers);
 
 /* ---- records as lines -------------------------------------------------------------------------------------------- */
 
@@ -35,11 +37,11 @@ typedef struct kt_csv {
     unsigned record;
     int file; /* descriptor; -1: closed */
     const char *path;
-    bool is_regular;  /* cut back to whole lines where a write fails */
-    long long whole;  /* bytes of whole lines */
-    char *line;       /* under way */
+    bool is_regular; /* cut back to whole lines where a write fails */
+    long long whole; /* bytes of whole lines */
+    char *line;      /* under way */
     size_t used, room;
-    bool full;        /* no memory for the line */
+    bool full; /* no memory for the line */
 } kt_csv;
 
 /* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
@@ -56,17 +58,17 @@ typedef struct kt_outcome {
     const kt_model *model;
     const kt_run *run; /* as run: the command line's words put in */
     kt_simulation *simulation;
-    const char *name;    /* the scene's, or else the file's */
-    int64_t records;     /* handed over */
-    bool has_energy;     /* the next three are known */
-    double energy_start; /* total, J */
-    double drift;        /* largest |total - total at the start|, J */
-    double energy_scale; /* largest |kinetic| + |potential|, J: what drift is small against */
+    const char *name;                                /* the scene's, or else the file's */
+    int64_t records;                                 /* handed over */
+    bool has_energy;                                 /* the next three are known */
+    double energy_start;                             /* total, J */
+    double drift;                                    /* largest |total - total at the start|, J */
     double constraint_position, constraint_velocity; /* largest residuals */
     double cpu_seconds;
 } kt_outcome;
 
-/* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after saying why. */
+/* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after saying why.
+ */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
 /* A few lines for people, on standard error. */

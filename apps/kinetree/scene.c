@@ -70,17 +70,25 @@ int kt_read_scene(const char *path, kt_scene *scene) {
     return kt_exit_code(status);
 }
 
-int kt_load_model(const char *path, kt_scene *scene, kt_model **model) {
+int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     kt_error error = {0};
+    kt_model_options options = kt_model_options_default();
+    options.reduction = scene->run.reduction;
+    options.metric = scene->run.metric;
+    kt_status status = kt_model_compile(&scene->description, &options, model, &error);
+    if (status != KT_OK)
+        kt_say_error(&error);
+    return kt_exit_code(status);
+}
+
+int kt_load_model(const char *path, kt_scene *scene, kt_model **model) {
     int code = kt_read_scene(path, scene);
     if (code != KT_EXIT_DONE)
         return code;
-    kt_status status = kt_model_compile(&scene->description, NULL, model, &error);
-    if (status == KT_OK)
-        return KT_EXIT_DONE;
-    kt_say_error(&error);
-    kt_scene_free(scene);
-    return kt_exit_code(status);
+    code = kt_compile_scene(scene, model);
+    if (code != KT_EXIT_DONE)
+        kt_scene_free(scene);
+    return code;
 }
 
 char *kt_base_name(const char *path) {

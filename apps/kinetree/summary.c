@@ -10,10 +10,10 @@ static json_t *list_markers(const kt_model *model, const kt_data *data) {
     json_t *object = json_object();
     for (int body = 0; body < kt_model_body_count(model); body++)
         for (int marker = 0; marker < kt_marker_count(model, body); marker++) {
-            char name[512];
-            snprintf(name, sizeof name, "%s.%s", kt_body_name(model, body), kt_marker_name(model, body, marker));
             kt_vec3 at = kt_point_position(model, data, body, kt_marker_at(model, body, marker));
-            json_object_set_new(object, name, kt_json_vector(at));
+            json_t *name = json_sprintf("%s.%s", kt_body_name(model, body), kt_marker_name(model, body, marker));
+            json_object_set_new(object, json_string_value(name), kt_json_vector(at));
+            json_decref(name);
         }
     return object;
 }
@@ -70,9 +70,9 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
     json_object_set_new(root, "marker", list_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));
-    json_object_set_new(root, "constraint",
-                        json_pack("{s:f, s:f}", "position", outcome->constraint_position, "velocity",
-                                  outcome->constraint_velocity));
+    json_object_set_new(
+        root, "constraint",
+        json_pack("{s:f, s:f}", "position", outcome->constraint_position, "velocity", outcome->constraint_velocity));
     json_object_set_new(root, "method", describe_method(outcome->run));
     json_object_set_new(root, "cost", count_cost(outcome));
     return root;

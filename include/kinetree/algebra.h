@@ -1,7 +1,11 @@
 /* Vectors, rotations, poses, twists, wrenches: small plain values. SI units and radians throughout.
  *
  * A rotation matrix is stored by columns: R.x, R.y and R.z are the axes of the turned frame, so that R u takes the
- * components of a vector from the turned frame to the reference frame. Quaternions are scalar first.
+ * components of a vector from the turned frame to the reference frame. Quaternions are scalar first. G is the map from
+ * the rates of a parametrisation to the angular velocity.
+ *
+ * Every call is a fixed number of operations and allocates nothing. Those without a status do not check: what is not
+ * finite comes out as NaN.
  */
 #ifndef KINETREE_ALGEBRA_H
 #define KINETREE_ALGEBRA_H
@@ -127,6 +131,12 @@ static inline kt_mat3 kt_mat3_skew(kt_vec3 u) {
     return m;
 }
 
+static inline bool kt_vec3_is_finite(kt_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
+
+static inline bool kt_mat3_is_finite(kt_mat3 a) {
+    return kt_vec3_is_finite(a.x) && kt_vec3_is_finite(a.y) && kt_vec3_is_finite(a.z);
+}
+
 /* |a| over the whole range of double: nothing overflows or underflows on the way. Slower than kt_vec3_norm. */
 static inline double kt_vec3_norm_wide(kt_vec3 a) { return hypot(hypot(a.x, a.y), a.z); }
 
@@ -142,8 +152,7 @@ static inline kt_vec3 kt_vec3_normalize(kt_vec3 a) {
     return kt_vec3_scale(1.0 / sqrt(n2), a);
 }
 
-/* ---- quaternions (Euler-Rodrigues parameters): R = I + 2 w v x + 2 v x v x, v = (x, y, z) [MSD A.24] --------------
- */
+/* ---- quaternions (Euler-Rodrigues parameters): R = I + 2 w v x + 2 v x v x, v = (x, y, z) [MSD A.24] ------------- */
 
 static inline kt_quat kt_quat_make(double w, double x, double y, double z) {
     kt_quat q;
@@ -212,7 +221,7 @@ KT_API kt_quat kt_quat_from_euler_vector(kt_vec3 theta);
 KT_API kt_vec3 kt_euler_vector_from_quat(kt_quat q);
 
 /* omega = 2 E qdot, in the reference frame [MSD A.32, A.33]; for a q that is not normalised, the angular velocity of
- * R(q / |q|), omega = 2 E qdot / |q|^2. Undefined where q = 0 (NaN). */
+ * R(q / |q|), omega = 2 E qdot / |q|^2, for |q| from 1e-140 to 1e140. */
 static inline kt_vec3 kt_quat_angular_world(kt_quat q, kt_quat rate) {
     const kt_quat p = kt_quat_multiply(rate, kt_quat_conjugate(q));
     return kt_vec3_scale(2.0 / kt_quat_norm_squared(q), kt_vec3_make(p.x, p.y, p.z));
@@ -254,23 +263,23 @@ static inline kt_mat3 kt_matrix_rate_world(kt_mat3 rotation, kt_vec3 omega) {
     return rate;
 }
 
-/* The rotation nearest to a matrix that is almost one (its polar factor), orthonormal to rounding. A matrix of zeros
- * and ones is returned unchanged. Converges where |R'R - I| < 1/2, and is not checked beyond. Cost: three products of 3
- * x 3 matrices for an error of 1e-6 (Higham, Functions of Matrices, 8.3: R <- R (3 I - R'R) / 2). */
+/* The rotation nearest to a matrix that is almost one (its polar factor), orthonormal to rounding. A matrix that is
+ * exactly orthonormal, such as a signed permutation, is returned unchanged. Converges where |R'R - I| < 1/2, and is not
+ * checked beyond. Cost: twelve products of 3 x 3 matrices (Higham, Functions of Matrices, 8.3). */
 KT_API kt_mat3 kt_matrix_orthonormalize(kt_mat3 almost);
 
 /* ---- Euler angles: R = Ri(a) Rj(b) Rk(c) for sequence ijk, composed left to right about carried axes --------------
  *
- * `sequence` is one of 121 123 131 132 212 213 231 232 312 313 321 323; the angles, rad, are in the order of the
- * sequence. Middle angles at which the first and third axes fall together are singular: b = 0 or pi where i = k, else
- * b = +-pi/2; "singular" below means within rounding, |sin b| or |cos b| <= 16 DBL_EPSILON. Any other sequence is
- * KT_ERROR_ARGUMENT. [MSD A.3-A.5, A.25-A.27] */
+ * `sequence` is one of 121 123 131 132 212 213 231 232 312 313 321 323, any other is KT_ERROR_ARGUMENT; the angles,
+ * rad, are in the order of the sequence. Where the first and third axes fall together the middle angle is singular: sin
+ * b = 0 for i = k, else cos b = 0; within rounding, so up to 16 DBL_EPSILON (times |b|, where b is given and above 1).
+ * KT_ERROR_NOT_FINITE for angles or entries that are not. [MSD A.3-A.5, A.25-A.27] */
 
 KT_API KT_CHECKED kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error);
 
 /* Angles with a and c in [-pi, pi] and b in [0, pi] where i = k, else in [-pi/2, pi/2]. At a singular middle angle only
- * a + c or a - c is determined: the call succeeds, returns c = 0, and sets *singular (which may be NULL) to true.
- * Whatever the middle angle, the angles reproduce the rotation to rounding. */
+ * a + c or a - c is determined: the call succeeds, returns the singular b and c = 0, and sets *singular (which may be
+ * NULL) to true. However near to it the middle angle is, the angles reproduce the rotation to rounding. */
 KT_API KT_CHECKED kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular,
                                                  kt_error *error);
 
@@ -288,8 +297,7 @@ KT_API kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular);
 KT_API kt_mat3 kt_rpy_map(kt_vec3 rpy);
 KT_API KT_CHECKED kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt_error *error);
 
-/* ---- Euler vector: theta = angle times axis, R = exp(theta x) [MSD A.6, A.28] --------------------------------------
- */
+/* ---- Euler vector: theta = angle times axis, R = exp(theta x) [MSD A.6, A.28] ------------------------------------ */
 
 KT_API kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta);
 
@@ -320,8 +328,7 @@ KT_API kt_vec3 kt_axis_angle_angular_world(kt_vec3 axis, double angle, kt_vec3 a
 KT_API KT_CHECKED kt_status kt_axis_angle_rate_world(kt_vec3 axis, double angle, kt_vec3 omega, kt_vec3 *axis_rate,
                                                      double *angle_rate, kt_error *error);
 
-/* ---- Cayley-Gibbs-Rodrigues parameters: g = 2 tan(angle / 2) axis [MSD A.17, A.18, A.30] ----------------------------
- */
+/* ---- Cayley-Gibbs-Rodrigues parameters: g = 2 tan(angle / 2) axis [MSD A.17, A.18, A.30] ------------------------- */
 
 KT_API kt_mat3 kt_matrix_from_cgr(kt_vec3 cgr);
 

@@ -48,9 +48,9 @@ enum {
  * Dense output, theta = (t - t0) / h in [0, 1], is the cubic through y0, y1 with the slopes k_1 and f(t1, y1), plus
  * terms that vanish at both ends together with their slopes (the form of HNW's codes DOPRI5 and DOP853):
  *
- *     y(theta) = y0 + theta (F0 + (1 - theta) (F1 + theta (F2 + (1 - theta) (F3 + theta (F4 + (1 - theta) (F5 +
- * ...)))))) F0 = y1 - y0,  F1 = h k_1 - F0,  F2 = F0 - h f(t1, y1) - F1,  F_{3+m} = h sum_i d_mi k_i,  m = 0 ..
- * dense_terms - 1
+ *     y(theta) = y0 + theta (F0 + theta' (F1 + theta (F2 + theta' (F3 + theta (F4 + theta' (F5 + ...)))))),
+ *     theta' = 1 - theta,  F0 = y1 - y0,  F1 = h k_1 - F0,  F2 = F0 - h f(t1, y1) - F1,
+ *     F_{3+m} = h sum_i d_mi k_i,  m = 0 .. dense_terms - 1
  *
  * so that it is C1 across steps, whatever a projection did to y1. The sum over i runs over the s stages, the slope
  * f(t1, y1) (which is the last stage itself where fsal is set), and dense_stages further stages, in this order.
@@ -93,17 +93,18 @@ KT_API const kt_method *kt_method_at(int index);
  * NULL if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
-/* The order of the method's dense output, uniformly in theta: the interpolated value is off by O(h^(q+1)). An order q =
- * p - 1 does not spoil the order p of what is recorded, since the interpolation error is not carried on. */
+/* The order of the method's dense output, uniformly in theta: the interpolated value is off by O(h^(q+1)). An order q
+ * = p - 1 does not spoil the order p of what is recorded, since the interpolation error is not carried on. */
 KT_API int kt_method_dense_order(const kt_method *method);
 
-/* Checks a table: sizes; finite entries; row sums c_i = sum_j a_ij; for every rooted tree t of up to `order` nodes the
- * order condition sum_i b_i Phi_i(t) = 1 / gamma(t) (HNW II.2, theorem 2.13); the embedded weights to their order; the
- * dense output to its order for all theta (HNW II.6, (6.3)). A residual passes that rounding of the coefficients to
- * double explains: nodes
- * * eps * (the sum of the absolute values of the terms).
+/* Checks a table: sizes; finite entries; row sums c_i = sum_j a_ij; for every rooted tree t of up to `order` nodes
+ * the order condition sum_i b_i Phi_i(t) = 1 / gamma(t) (HNW II.2, theorem 2.13); the embedded weights to their
+ * order; the dense output to its order for all theta (HNW II.6). A residual passes that rounding of the coefficients
+ * to double explains: nodes * eps * (the sum of the absolute values of the terms).
+ *
  * Errors: KT_ERROR_ARGUMENT, naming the first condition that fails and its residual.
- * Cost: 8 trees for order 4, 200 for order 8: below a millisecond. Allocates nothing. */
+ *
+ * Cost: 8 trees for order 4, 200 for order 8, each O(nodes s^2). Allocates nothing; 40 kB of stack. */
 KT_CHECKED KT_API kt_status kt_method_check(const kt_method *method, kt_error *error);
 
 /* ---- integrator -------------------------------------------------------------------------------------------------- */
@@ -111,8 +112,8 @@ KT_CHECKED KT_API kt_status kt_method_check(const kt_method *method, kt_error *e
 typedef struct kt_integrator kt_integrator;
 
 /* Callbacks return 0: go on; > 0: recoverable, a smaller step may help (adaptive: the try is rejected; fixed: an
- * error); < 0: stop. A stopped step leaves the integrator as it was and may be taken again. A caller who wants its own
- * words in the message keeps them behind `user`.
+ * error); < 0: stop. A stopped step leaves the integrator as it was and may be taken again. A caller who wants its
+ * own words in the message keeps them behind `user`.
  *
  * rhs: dydt = f(t, y), n values, of its arguments alone. It is never asked for a t beyond the limit given to
  * kt_integrator_step (as long as 0 <= c_i <= 1, as in all built-in methods).
@@ -136,12 +137,12 @@ typedef struct kt_integrator_options {
     double absolute_tolerance;
     const double *absolute_tolerances; /* n, instead of absolute_tolerance; NULL: none. Stays the caller's */
 
-    double initial_step; /* > 0; 0: found from f and its change, HNW II.4 */
+    double initial_step; /* > 0; 0: found from f and its change, after HNW II.4 */
     double min_step;     /* s; never below 16 eps |t| anyway */
     double max_step;     /* s; 0: no limit */
 
-    /* PI control, HNW IV.2 (2.43c): h_new = h safety err^(-alpha/k) err_last^(beta/k), err ~ h^k, within the two
-     * factors. */
+    /* PI control, Hairer and Wanner, Solving ODE II, IV.2: h_new = h safety err^(-alpha/k) err_last^(beta/k), err ~
+     * h^k, within the two factors. */
     double safety;
     double alpha, beta;
     double factor_min, factor_max;
@@ -154,48 +155,65 @@ typedef struct kt_integrator_options {
 KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
- * of range or the size overflows. About (s + 6 + dense_stages) n doubles. The memory needs no alignment. */
+ * of range or the size overflows. About (s + 5 + dense_stages) n doubles, n fewer with fsal. The memory needs no
+ * alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Lays an integrator out in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
- * options and, if the method is none of the built-in ones, the method. Needs kt_integrator_start next. Errors:
- * KT_ERROR_ARGUMENT (options, n, the method, adaptive without an estimate), KT_ERROR_MEMORY (size too small). */
+ * options and, if the method is none of the built-in ones, the method. Needs kt_integrator_start next.
+ *
+ * Errors: KT_ERROR_ARGUMENT (options, n, the method, adaptive without an estimate), KT_ERROR_MEMORY (size too small).
+ */
 KT_CHECKED KT_API kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method, size_t n,
                                                 const kt_integrator_options *options, kt_integrator **integrator,
                                                 kt_error *error);
 
-/* Starts at time t from y (n values, copied), forgets all that was before, zeroes the counts. The callbacks are copied.
- * Calls none. Errors: KT_ERROR_ARGUMENT (no rhs), KT_ERROR_NOT_FINITE (t or y); the integrator is then as before. */
+/* Starts at time t from y (n values, copied), forgets all that was before, zeroes the counts. The callbacks are
+ * copied. Calls none.
+ *
+ * Errors: KT_ERROR_ARGUMENT (no rhs), KT_ERROR_NOT_FINITE (t or y); the integrator is then as before. */
 KT_CHECKED KT_API kt_status kt_integrator_start(kt_integrator *integrator, double t, const double *y,
                                                 const kt_integrator_callbacks *callbacks, kt_error *error);
 
 /* Replaces the state at the current time, as an event does: keeps time, grid, counts and the proposed step; forgets
- * slopes, the control's error memory, and the interpolant of the last step (interpolate up to the event first). Errors:
- * as kt_integrator_start. */
+ * slopes, the control's error memory, and the interpolant of the last step (interpolate up to the event first).
+ *
+ * Errors: as kt_integrator_start. */
 KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const double *y, kt_error *error);
 
 /* One accepted step towards t_limit, never beyond it, with as many rejected tries as it needs. t_limit is INFINITY
- * where there is none; a t_limit before the current time integrates backwards. The step that reaches t_limit ends at it
- * exactly. Fixed step: ends at t0 + k h, without accumulated rounding; a t_limit between two of these is an extra stop,
- * after which the steps return to the same grid. A t_limit within rounding of a grid point is that grid point.
+ * where there is none; a t_limit before the current time integrates backwards. The step that reaches t_limit ends at
+ * it exactly.
+ *
+ * Fixed step: ends at t0 + k h, without accumulated rounding; a t_limit between two of these is an extra stop, after
+ * which the steps return to the same grid. A t_limit within rounding of a grid point is that grid point.
+ *
  * Adaptive: where less than two steps are left, they are made equal.
+ *
  * On failure time, state, control and interpolant are to the bit what they were; only the counts of work done have
- * grown. Errors: KT_ERROR_ARGUMENT (not started, t_limit is NaN or the current time), KT_ERROR_NOT_FINITE (a slope or
- * the new state is not finite: at once in fixed mode, at the current state in either mode), KT_ERROR_STEP (the step
+ * grown.
+ *
+ * Errors: KT_ERROR_ARGUMENT (not started, t_limit is NaN or the current time), KT_ERROR_NOT_FINITE (a slope or the
+ * new state is not finite: at once in fixed mode, at the current state in either mode), KT_ERROR_STEP (the step
  * became too small, or max_steps are used up), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the
- * step is fixed). Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try. */
+ * step is fixed).
+ *
+ * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try. */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
 /* y(t), n values, at a time within the last accepted step, its ends included (at the ends the very states, bit for
- * bit); right after the start only at the start. y_out must not be inside the integrator. Between the ends the value is
- * not projected. Changes no bit of any later step. Methods without fsal evaluate f(t1, y1) here, which the next step
- * then need not; dop853 adds 3 evaluations, once a step. Errors: KT_ERROR_ARGUMENT (t outside), KT_ERROR_CALLBACK,
- * KT_ERROR_NOT_FINITE; y_out is then untouched. Cost: O(s n). */
+ * bit); right after the start only at the start. y_out must not be inside the integrator. Between the ends the value
+ * is not projected. Changes no bit of any later step. Methods without fsal evaluate f(t1, y1) here, which the next
+ * step then need not; dop853 adds 3 evaluations, once a step.
+ *
+ * Errors: KT_ERROR_ARGUMENT (t outside), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; y_out is then untouched.
+ *
+ * Cost: O(s n). */
 KT_CHECKED KT_API kt_status kt_integrator_interpolate(kt_integrator *integrator, double t, double *y_out,
                                                       kt_error *error);
 
-/* The current time; the current state (n values, valid until the next call that takes a non-const integrator); the time
- * where the last step began (the current time before any). */
+/* The current time; the current state (n values, valid until the next call that takes a non-const integrator); the
+ * time where the last step began (the current time before any). */
 KT_API double kt_integrator_time(const kt_integrator *integrator);
 KT_API const double *kt_integrator_state(const kt_integrator *integrator);
 KT_API double kt_integrator_previous_time(const kt_integrator *integrator);
@@ -211,7 +229,8 @@ typedef struct kt_integrator_counts {
 
 KT_API kt_integrator_counts kt_integrator_counts_get(const kt_integrator *integrator);
 
-/* All that an integrator remembers besides y, previous_y and what can be computed again from them. */
+/* All that an integrator remembers besides y, previous_y and what can be computed again from them. Without padding,
+ * and plain: it may be written out as it stands. */
 typedef struct kt_integrator_memory {
     double t;             /* current time */
     double previous_t;    /* where the last step began */
@@ -221,8 +240,8 @@ typedef struct kt_integrator_memory {
     double next_step;     /* adaptive: proposed size, > 0; 0: not yet chosen */
     double last_error;    /* adaptive: weighted norm of the last accepted step's error estimate; NaN: none */
     double control_error; /* adaptive: err_last of the PI control */
-    bool on_grid;         /* fixed step: t is t0 + grid h */
-    bool has_previous;    /* previous_y is known */
+    int32_t on_grid;      /* fixed step: whether t is t0 + grid h */
+    int32_t has_previous; /* whether previous_y is known */
     kt_integrator_counts counts;
 } kt_integrator_memory;
 
@@ -233,9 +252,11 @@ KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator 
 KT_API void kt_integrator_save(const kt_integrator *integrator, kt_integrator_memory *memory, double *y,
                                double *previous_y);
 
-/* Takes a checkpoint back, into an integrator placed with the same method, n and options: every later step has the same
- * bits as without the break. With previous_y the last step can be interpolated again (its stages are evaluated anew,
- * once); with NULL not. Errors: as kt_integrator_start. */
+/* Takes a checkpoint back, into an integrator placed with the same method, n and options: every later step has the
+ * same bits as without the break. With previous_y the last step can be interpolated again (its stages are evaluated
+ * anew, once); with NULL not.
+ *
+ * Errors: as kt_integrator_start. */
 KT_CHECKED KT_API kt_status kt_integrator_restore(kt_integrator *integrator, const kt_integrator_memory *memory,
                                                   const double *y, const double *previous_y,
                                                   const kt_integrator_callbacks *callbacks, kt_error *error);

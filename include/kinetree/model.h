@@ -290,8 +290,15 @@ typedef struct kt_data kt_data;
 /* Instruction sets that the recursions are built for. The same numbers come out of each, to the last bit. */
 typedef enum kt_level { KT_LEVEL_AUTO = 0, KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_V4 } kt_level;
 
+/* How the equations of loops are solved for the freedoms that are left, and in which metric a state that has left the
+ * constraint manifold moves back to it (identity: the least change of coordinates; mass: of kinetic energy). */
+typedef enum kt_reduction { KT_REDUCTION_QR = 0, KT_REDUCTION_PARTITION, KT_REDUCTION_SVD } kt_reduction;
+typedef enum kt_metric { KT_METRIC_IDENTITY = 0, KT_METRIC_MASS } kt_metric;
+
 typedef struct kt_model_options {
     kt_level level; /* auto: the best that this processor has */
+    kt_reduction reduction;
+    kt_metric metric;
 } kt_model_options;
 
 KT_API kt_model_options kt_model_options_default(void);

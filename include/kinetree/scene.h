@@ -1,4 +1,31 @@
 /* Scene files: YAML to a description and back. A library of its own, libkinetree-scene.
+ *
+ *     static void print_fault(void *user, const kt_error *fault) {
+ *         fprintf(user, "%s: %s\n", fault->where, fault->message);
+ *     }
+ *
+ *     kt_scene scene;
+ *     if (kt_scene_read("four-bar.yaml", &scene, print_fault, stderr, NULL) != KT_OK)
+ *         return 2;
+ *     status = kt_model_compile(&scene.description, NULL, &model, &error);
+ *     status = kt_simulation_create(model, &scene.run, NULL, &simulation, &error);
+ *     kt_scene_free(&scene);
+ *
+ * The format is version 1 of SCENE.md. What that page leaves open is settled here:
+ * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
+ *   merge keys are refused, so that a small file cannot stand for a large one; nesting ends at 32 levels.
+ * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, idle
+ *   leading zeros (017), underscores and quotes are refused. The process's locale plays no part.
+ * - An angle may end in ` deg` or ` rad`, and so may an initial rate of turning (then per second); a length
+ *   may not.
+ * - Text that YAML reads as a number, boolean or null needs quotes.
+ * - A `joint` and a `shape` name their `type`; a key that the type has no use for is refused. `pitch`, `to` of
+ *   a rod, `size` of a box, `radius` of a sphere, `radius` and `length` of a cylinder have no default.
+ * - Com and inertia are those of the shape where `mass` and `shape` both stand there and `com` or `inertia`
+ *   does not.
+ * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
+ * - Where `simulate` or `output`, or one of their keys, is missing, kt_run_default stands.
+ * What SCENE.md describes and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
  */
 #ifndef KINETREE_SCENE_H
 #define KINETREE_SCENE_H
@@ -11,28 +38,41 @@
 extern "C" {
 #endif
 
-/* What a scene file says. All strings and arrays in it belong to it. */
+/* What a scene file says. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
     kt_description description;
     kt_run run;
     void *memory; /* where the arrays and strings live; for kt_scene_free */
 } kt_scene;
 
-/* Called once for each fault of a file, in the order of their lines. error->where is "FILE:LINE:COLUMN". */
-typedef void kt_scene_report(void *user, const kt_error *error);
+/* No mechanism, and kt_run_default. */
+KT_API kt_scene kt_scene_default(void);
 
-/* Reads a scene from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages). The file's
- * form and the mechanism are both checked (kt_description_check); every fault is reported (report may be NULL).
- * On success *scene is released with kt_scene_free. Errors: KT_ERROR_FILE, KT_ERROR_SCENE, KT_ERROR_MODEL,
- * KT_ERROR_UNSUPPORTED, KT_ERROR_MEMORY, with the first fault in *error. */
+/* Called once for each fault of a file, in the order of lines and columns. fault->where is "FILE:LINE:COLUMN", both
+ * counted from 1 and columns in characters; fault->message says what is wrong with which text and how to mend it. */
+typedef void kt_scene_report(void *user, const kt_error *fault);
+
+/* Reads a scene from a regular file (`path`), or from `size` bytes of text (`path` is then only its name in messages;
+ * NULL: "scene"). The file's form and the mechanism are both checked, and every fault of both is reported in one go;
+ * only YAML's own syntax ends the reading at the first, and of more than 1000 faults the rest is counted. A fault that
+ * another one brings about is not told. report may be NULL.
+ * On success *scene is filled, to be released with kt_scene_free; on failure it is untouched. Errors, *error being the
+ * first fault: KT_ERROR_FILE (the file cannot be read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL (the mechanism, as
+ * kt_description_check), KT_ERROR_UNSUPPORTED, KT_ERROR_MEMORY, KT_ERROR_ARGUMENT.
+ * Time and memory grow in proportion to the size of the file. */
 KT_API KT_CHECKED kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user,
                                           kt_error *error);
 KT_API KT_CHECKED kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene,
                                            kt_scene_report *report, void *user, kt_error *error);
+
+/* Releases what reading took, and makes *scene that of kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);
 
-/* Writes a scene file: numbers with as many digits as read back to the same bits, defaults left out;
- * write(read(write(x))) equals write(x) to the byte. Errors: KT_ERROR_FILE. */
+/* Writes a scene, read or made by the caller, as a scene file: SI units and radians, defaults left out, numbers with as
+ * many digits as read back to the same bits. Reading what was written gives the same description and run to the bit
+ * (of each struct the members of its type; a parent, or the body of an end, that is "world" comes back as NULL), and
+ * writing that gives the same bytes. The scene is checked first and nothing is written of one that is wrong: errors of
+ * kt_description_check, KT_ERROR_ARGUMENT (the run), KT_ERROR_UNSUPPORTED; KT_ERROR_FILE where the stream fails. */
 KT_API KT_CHECKED kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error);
 
 #ifdef __cplusplus

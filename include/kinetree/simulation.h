@@ -31,6 +31,7 @@ extern "C" {
 #define KT_FORMULATION_LIST(X)                                                                                         \
     X(KT_FORMULATION_TREE, tree)                                                                                       \
     X(KT_FORMULATION_ABSOLUTE, absolute)
+/* The names of kt_reduction and kt_metric (model.h). */
 #define KT_REDUCTION_LIST(X)                                                                                           \
     X(KT_REDUCTION_QR, qr)                                                                                             \
     X(KT_REDUCTION_PARTITION, partition)                                                                               \
@@ -39,11 +40,12 @@ extern "C" {
     X(KT_METRIC_IDENTITY, identity)                                                                                    \
     X(KT_METRIC_MASS, mass)
 
-#define KT_RUN_ENUM(id, name) id,
-typedef enum kt_formulation { KT_FORMULATION_LIST(KT_RUN_ENUM) KT_FORMULATION_COUNT } kt_formulation;
-typedef enum kt_reduction { KT_REDUCTION_LIST(KT_RUN_ENUM) KT_REDUCTION_COUNT } kt_reduction;
-typedef enum kt_metric { KT_METRIC_LIST(KT_RUN_ENUM) KT_METRIC_COUNT } kt_metric;
-#undef KT_RUN_ENUM
+typedef enum kt_formulation {
+#define KT_FORMULATION_ENUM(id, name) id,
+    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
+#undef KT_FORMULATION_ENUM
+        KT_FORMULATION_COUNT
+} kt_formulation;
 
 /* What is recorded, as bits. id, bit, name in scene files, in the order in which records are written. */
 #define KT_RECORD_LIST(X)                                                                                              \
@@ -75,7 +77,7 @@ typedef struct kt_run {
     double relative;        /* tolerances of an adaptive method */
     double absolute;
     kt_formulation formulation;
-    kt_reduction reduction;
+    kt_reduction reduction; /* these two are for kt_model_options: a simulation does what its model was compiled for */
     kt_metric metric;
     double interval; /* s between records; 0: about 1000 records */
     unsigned record; /* KT_RECORD_ bits */

@@ -22,6 +22,7 @@
 #include <float.h>
 #include <stddef.h>
 
+static const double PI = 3.14159265358979323846;
 static const double SINGULAR = 16.0 * DBL_EPSILON;
 
 typedef struct axes {
@@ -51,7 +52,7 @@ static kt_status unknown_sequence(int sequence, kt_error *error) {
 static kt_status check(int sequence, kt_vec3 angles, axes *a, kt_error *error) {
     if (!axes_of(sequence, a))
         return unknown_sequence(sequence, error);
-    if (!isfinite(angles.x) || !isfinite(angles.y) || !isfinite(angles.z))
+    if (!kt_vec3_is_finite(angles))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the Euler angles [%g, %g, %g] are not finite", angles.x,
                             angles.y, angles.z);
     return KT_OK;
@@ -86,7 +87,7 @@ static kt_vec3 angles_of(const axes *s, kt_mat3 r, bool *singular) {
     const double b = s->proper ? atan2(lever, c[0][0]) : atan2(c[0][2], lever);
     *singular = lever <= SINGULAR;
     if (*singular)
-        return kt_vec3_make(atan2(c[2][1], c[1][1]), b, 0.0);
+        return kt_vec3_make(atan2(c[2][1], c[1][1]), s->proper ? rint(b / PI) * PI : copysign(0.5 * PI, b), 0.0);
     const double a = atan2(sin_a, cos_a);
     double third; /* c or e c */
     if (lever > 0.5) {
@@ -111,11 +112,10 @@ kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, 
     axes a;
     if (!axes_of(sequence, &a))
         return unknown_sequence(sequence, error);
-    bool at_singularity;
-    const kt_vec3 found = angles_of(&a, rotation, &at_singularity);
-    if (!isfinite(found.x) || !isfinite(found.y) || !isfinite(found.z))
+    if (!kt_mat3_is_finite(rotation))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the rotation matrix has an entry that is not finite");
-    *angles = found;
+    bool at_singularity;
+    *angles = angles_of(&a, rotation, &at_singularity);
     if (singular != NULL)
         *singular = at_singularity;
     return KT_OK;
@@ -187,12 +187,11 @@ kt_mat3 kt_rpy_map(kt_vec3 rpy) {
 }
 
 kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt_error *error) {
-    kt_mat3 m;
-    const kt_status status = kt_euler_map_inverse(321, backwards(rpy), &m, error);
-    if (status != KT_OK)
-        return status;
-    inverse->x = backwards(m.x);
-    inverse->y = backwards(m.y);
-    inverse->z = backwards(m.z);
-    return KT_OK;
+    const kt_status status = kt_euler_map_inverse(321, backwards(rpy), inverse, error);
+    if (status == KT_OK) {
+        inverse->x = backwards(inverse->x);
+        inverse->y = backwards(inverse->y);
+        inverse->z = backwards(inverse->z);
+    }
+    return status;
 }

@@ -1,17 +1,17 @@
 /* The Euler vector theta = angle times axis, t = |theta|, and axis and angle apart.
  *
  * R = exp(theta x) = I + (sin t / t) theta x + ((1 - cos t) / t^2) theta x theta x                     [MSD A.6]
- * With h = sin(t/2) / (t/2), (1 - cos t) / t^2 = h^2 / 2: nothing cancels at small t, and with u = h theta, |u| <= 2,
- * nothing overflows at large t: R = I + (sin t / t) theta x + u x u x / 2 The way back goes through the quaternion,
- * which is well conditioned at every angle, half turns included.
+ * is the matrix of the unit quaternion (cos(t/2), h theta / 2), h = sin(t/2) / (t/2): there nothing cancels at small t,
+ * and a rounded t turns R but does not stretch it. The way back goes through the quaternion as well, which is well
+ * conditioned at every angle, half turns included.
  *
  * omega = G thetadot,
- *     G = I + (h / 2) u x + c theta x theta x,    c = (t - sin t) / t^3                                 [MSD A.28]
- * (the notes' 1/t^2 - sin t / t^3). As t goes to 0, c is a difference of equal numbers, so it is summed as
- *     c = 1/6 (1 - t^2 / (4 5) (1 - t^2 / (6 7) (1 - ...)))
- * The inverse, sought as I - theta x / 2 + e theta x theta x: multiply out with (theta x)^3 = -t^2 theta x to find,
- * with y = t/2, e = (1 - y cot y) / t^2 = (sin y - y cos y) / (4 y^2 sin y) sin y - y cos y = y^3 / 3 (1 - y^2 / (2 5)
- * (1 - y^2 / (4 7) (1 - y^2 / (6 9) ...))) It is singular at full turns, sin y = 0.
+ *     G = I + (h^2 / 2) theta x + c theta x theta x,    c = (t - sin t) / t^3                           [MSD A.28]
+ * (the notes' 1/t^2 - sin t / t^3, and h^2 / 2 = (1 - cos t) / t^2). As t goes to 0, c is a difference of equal
+ * numbers, so it is summed as c = 1/6 (1 - t^2 / (4 5) (1 - t^2 / (6 7) (1 - ...))) The inverse, sought as I - theta x
+ * / 2 + e theta x theta x: multiply out with (theta x)^3 = -t^2 theta x to find, with y = t/2, e = (1 - y cot y) / t^2
+ * = (sin y - y cos y) / (4 y^2 sin y) sin y - y cos y = y^3 / 3 (1 - y^2 / (2 5) (1 - y^2 / (4 7) (1 - y^2 / (6 9)
+ * ...))) It is singular at full turns, sin y = 0.
  *
  * Axis n and angle a: differentiating R(a n) along a and n (n'ndot = 0),
  *     omega = n adot + sin a ndot + (1 - cos a) n x ndot
@@ -25,19 +25,6 @@
 
 static double sinc(double x) { return x != 0.0 ? sin(x) / x : 1.0; }
 
-static bool all_finite(kt_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
-
-/* I + p x + u x u x / 2 */
-static kt_mat3 turned(kt_vec3 p, kt_vec3 u) {
-    const double xx = 0.5 * u.x * u.x, yy = 0.5 * u.y * u.y, zz = 0.5 * u.z * u.z;
-    const double xy = 0.5 * u.x * u.y, xz = 0.5 * u.x * u.z, yz = 0.5 * u.y * u.z;
-    kt_mat3 r;
-    r.x = kt_vec3_make(1.0 - (yy + zz), xy + p.z, xz - p.y);
-    r.y = kt_vec3_make(xy - p.z, 1.0 - (xx + zz), yz + p.x);
-    r.z = kt_vec3_make(xz + p.y, yz - p.x, 1.0 - (xx + yy));
-    return r;
-}
-
 /* I + p x + c u x u x */
 static kt_mat3 map_of(kt_vec3 p, double c, kt_vec3 u) {
     const kt_vec3 cu = kt_vec3_scale(c, u);
@@ -46,11 +33,6 @@ static kt_mat3 map_of(kt_vec3 p, double c, kt_vec3 u) {
     g.y = kt_vec3_make(cu.x * u.y - p.z, 1.0 - (cu.x * u.x + cu.z * u.z), cu.y * u.z + p.x);
     g.z = kt_vec3_make(cu.x * u.z + p.y, cu.y * u.z - p.x, 1.0 - (cu.x * u.x + cu.y * u.y));
     return g;
-}
-
-kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta) {
-    const double t = kt_vec3_norm_wide(theta);
-    return turned(kt_vec3_scale(sinc(t), theta), kt_vec3_scale(sinc(0.5 * t), theta));
 }
 
 kt_quat kt_quat_from_euler_vector(kt_vec3 theta) {
@@ -68,6 +50,8 @@ kt_vec3 kt_euler_vector_from_quat(kt_quat q) {
     return kt_vec3_scale(n > 0.0 ? 2.0 * (atan2(n, w) / n) : 2.0 / w, v);
 }
 
+kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta) { return kt_matrix_from_quat(kt_quat_from_euler_vector(theta)); }
+
 kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation) {
     return kt_euler_vector_from_quat(kt_quat_from_matrix(rotation));
 }
@@ -84,7 +68,7 @@ kt_mat3 kt_euler_vector_map(kt_vec3 theta) {
 }
 
 kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error *error) {
-    if (!all_finite(theta))
+    if (!kt_vec3_is_finite(theta))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the Euler vector [%g, %g, %g] is not finite", theta.x,
                             theta.y, theta.z);
     const double t = kt_vec3_norm_wide(theta), y = 0.5 * t;
@@ -107,7 +91,7 @@ kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error 
 }
 
 kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error) {
-    if (!all_finite(axis) || !isfinite(angle))
+    if (!kt_vec3_is_finite(axis) || !isfinite(angle))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "axis [%g, %g, %g] or angle %g is not finite", axis.x,
                             axis.y, axis.z, angle);
     if (axis.x == 0.0 && axis.y == 0.0 && axis.z == 0.0)
@@ -115,7 +99,8 @@ kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotatio
             error, KT_ERROR_ARGUMENT, NULL,
             "the rotation axis [0, 0, 0] has no direction: give one that is not zero, such as [0, 0, 1]");
     const kt_vec3 n = kt_vec3_normalize(axis);
-    *rotation = turned(kt_vec3_scale(sin(angle), n), kt_vec3_scale(2.0 * sin(0.5 * angle), n));
+    const double s = sin(0.5 * angle);
+    *rotation = kt_matrix_from_quat(kt_quat_make(cos(0.5 * angle), s * n.x, s * n.y, s * n.z));
     return KT_OK;
 }
 
@@ -135,7 +120,7 @@ kt_vec3 kt_axis_angle_angular_world(kt_vec3 n, double angle, kt_vec3 axis_rate, 
 
 kt_status kt_axis_angle_rate_world(kt_vec3 n, double angle, kt_vec3 omega, kt_vec3 *axis_rate, double *angle_rate,
                                    kt_error *error) {
-    if (!all_finite(n) || !isfinite(angle) || !all_finite(omega))
+    if (!kt_vec3_is_finite(n) || !isfinite(angle) || !kt_vec3_is_finite(omega))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
                             "axis [%g, %g, %g], angle %g or angular velocity [%g, %g, %g] is not finite", n.x, n.y, n.z,
                             angle, omega.x, omega.y, omega.z);

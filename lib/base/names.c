@@ -17,7 +17,7 @@
 
 static size_t slot_count(size_t count) {
     size_t slots = 4;
-    while (slots / 3 * 2 < count)
+    while (slots * 2 / 3 < count)
         slots *= 2;
     return slots;
 }

@@ -77,9 +77,15 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
         const kt_link_motion *m = &data->motion[i];
         double *column = jacobian + 6 * (size_t)link->v;
         switch ((kt_motion)link->motion) {
-        case KT_MOTION_TURN: write_column(column, m->axis, none, arm); break;
-        case KT_MOTION_SLIDE: write_column(column, none, m->axis, arm); break;
-        case KT_MOTION_HELIX: write_column(column, m->axis, kt_v4_splat(link->pitch) * m->axis, arm); break;
+        case KT_MOTION_TURN:
+            write_column(column, m->axis, none, arm);
+            break;
+        case KT_MOTION_SLIDE:
+            write_column(column, none, m->axis, arm);
+            break;
+        case KT_MOTION_HELIX:
+            write_column(column, m->axis, kt_v4_splat(link->pitch) * m->axis, arm);
+            break;
         case KT_MOTION_FREE: {
             kt_v4 base[3];
             kt_v4_multiply(data->motion[link->parent].axes, link->turn, base);
@@ -90,7 +96,8 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
             for (int k = 0; k < 3; k++, column += 6)
                 write_column(column, m->axes[k], none, arm);
             break;
-        case KT_MOTION_NONE: break;
+        case KT_MOTION_NONE:
+            break;
         }
         arm += m->offset;
     }

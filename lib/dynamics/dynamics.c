@@ -48,7 +48,7 @@ static const char *body_of_velocity(const kt_model *model, size_t v) {
 }
 
 /* Copies a result that is finite; else says which joint it is not. */
-static kt_status commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error) {
+kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error) {
     const size_t n = model->n.v;
     if (all_finite(from, n)) {
         memcpy(to, from, n * sizeof *to);
@@ -60,8 +60,8 @@ static kt_status commit(const kt_model *model, const double *from, double *to, c
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.100s'", body_of_velocity(model, i));
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        "its %s is %g; look for a position, velocity, force or torque that is not finite or is huge", what,
-                        from[i]);
+                        "its %s is %g; look for a position, velocity, force or torque that is not finite or is huge",
+                        what, from[i]);
 }
 
 kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
@@ -69,7 +69,7 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
     const size_t failed = kernels_of(model)->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero,
                                                      external, data->scratch);
     if (!failed)
-        return commit(model, data->scratch, a, "acceleration", error);
+        return kt_commit(model, data->scratch, a, "acceleration", error);
     const kt_body_record *body = &model->body[model->link[failed].body];
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + body->name);
@@ -82,7 +82,7 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
 kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                               const kt_wrench *external, double *tau, kt_error *error) {
     kernels_of(model)->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
-    return commit(model, data->scratch, tau, "force", error);
+    return kt_commit(model, data->scratch, tau, "force", error);
 }
 
 kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {

@@ -11,253 +11,32 @@
  * Ball: the moment is the applied one, tau; alpha = J^-1 (tau - n_b - H a). Free: nothing is passed but the wrench tau.
  * Way out again: accelerations.
  */
+#include "dynamics/articulated.h"
 #include "dynamics/kernel.h"
-#include "dynamics/sweep.h"
 
 #include <string.h>
-
-/* Inverse of a symmetric matrix by Cholesky, or false where it is not positive definite beyond rounding of `scale`. */
-static inline bool invert(const kt_v4 a[3], double scale, kt_v4 out[3]) {
-    const double least = 1e-14 * scale;
-    const double l00 = a[0][0];
-    if (!(l00 > least))
-        return false;
-    const double l10 = a[0][1] / l00, l20 = a[0][2] / l00; /* a = L D L' */
-    const double d1 = a[1][1] - l10 * a[0][1];
-    if (!(d1 > least))
-        return false;
-    const double b21 = a[1][2] - l10 * a[0][2], l21 = b21 / d1;
-    const double d2 = a[2][2] - l20 * a[0][2] - l21 * b21;
-    if (!(d2 > least))
-        return false;
-    const double m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
-    const double e0 = 1.0 / l00, e1 = 1.0 / d1, e2 = 1.0 / d2;
-    const double xy = -l10 * e1 - m20 * l21 * e2, xz = m20 * e2, yz = -l21 * e2;
-    out[0] = (kt_v4){e0 + l10 * l10 * e1 + m20 * m20 * e2, xy, xz, 0.0};
-    out[1] = (kt_v4){xy, e1 + l21 * l21 * e2, yz, 0.0};
-    out[2] = (kt_v4){xz, yz, e2, 0.0};
-    return true;
-}
-
-KT_INLINE double trace(const kt_v4 a[3]) { return a[0][0] + a[1][1] + a[2][2]; }
-
-/* The link's own inertia and bias wrench. */
-KT_INLINE void rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    const kt_v4 h = kt_v4_apply(m->axes, link->moment);
-    kt_v4_turn(m->axes, link->inertia, out->j);
-    out->h[0] = (kt_v4){0.0, h[2], -h[1], 0.0}; /* [h] */
-    out->h[1] = (kt_v4){-h[2], 0.0, h[0], 0.0};
-    out->h[2] = (kt_v4){h[1], -h[0], 0.0, 0.0};
-    for (int k = 0; k < 3; k++) {
-        out->g[k] = -out->h[k];
-        out->m[k] = none;
-        out->m[k][k] = link->mass;
-    }
-    out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + m->moment;
-    out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + m->force;
-}
-
-KT_INLINE void add(kt_articulated *to, const kt_articulated *from) {
-    for (int k = 0; k < 3; k++) {
-        to->j[k] += from->j[k];
-        to->g[k] += from->g[k];
-        to->h[k] += from->h[k];
-        to->m[k] += from->m[k];
-    }
-    to->moment += from->moment;
-    to->force += from->force;
-}
-
-/* From the child's origin to the parent's. */
-KT_INLINE void shift(kt_articulated *x, kt_v4 r) {
-    const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
-    x->j[0] -= rz * x->h[1] - ry * x->h[2];
-    x->j[1] -= rx * x->h[2] - rz * x->h[0];
-    x->j[2] -= ry * x->h[0] - rx * x->h[1];
-    x->g[0] -= rz * x->m[1] - ry * x->m[2];
-    x->g[1] -= rx * x->m[2] - rz * x->m[0];
-    x->g[2] -= ry * x->m[0] - rx * x->m[1];
-    for (int k = 0; k < 3; k++) {
-        x->j[k] += kt_v4_cross(r, x->g[k]);
-        x->h[k] += kt_v4_cross(r, x->m[k]);
-    }
-    x->moment += kt_v4_cross(r, x->force);
-}
-
-/* One freedom: takes it out of x, and keeps the joint's response, shifted to the parent's origin. */
-KT_INLINE bool absorb_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
-                           kt_response *response) {
-    const kt_v4 s = m->axis, cn = m->alpha, cf = m->linear;
-    const kt_v4 sx = kt_v4_splat(s[0]), sy = kt_v4_splat(s[1]), sz = kt_v4_splat(s[2]);
-    kt_v4 un, uf;
-    double inertia, bias, scale;
-    if (link->motion == KT_MOTION_TURN) {
-        un = x->j[0] * sx + x->j[1] * sy + x->j[2] * sz;
-        uf = x->g[0] * sx + x->g[1] * sy + x->g[2] * sz;
-        inertia = kt_v4_dot(s, un);
-        bias = kt_v4_dot(s, x->moment);
-        scale = trace(x->j);
-    } else {
-        un = x->h[0] * sx + x->h[1] * sy + x->h[2] * sz;
-        uf = x->m[0] * sx + x->m[1] * sy + x->m[2] * sz;
-        inertia = kt_v4_dot(s, uf);
-        bias = kt_v4_dot(s, x->force);
-        scale = trace(x->m);
-        if (link->motion == KT_MOTION_HELIX) {
-            const kt_v4 p = kt_v4_splat(link->pitch);
-            un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
-            uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
-            inertia = kt_v4_dot(s, un + p * uf);
-            bias = kt_v4_dot(s, x->moment + p * x->force);
-            scale = trace(x->j) + link->pitch * link->pitch * scale;
-        }
-    }
-    if (!(inertia > 1e-14 * scale))
-        return false;
-    const double d = 1.0 / inertia;
-    const kt_v4 dd = kt_v4_splat(d);
-    const double y = (tau - bias - kt_v4_dot(un, cn) - kt_v4_dot(uf, cf)) * d;
-    const kt_v4 yy = kt_v4_splat(y);
-    x->moment += kt_v4_apply(x->j, cn) + kt_v4_apply(x->h, cf) + un * yy;
-    x->force += kt_v4_apply(x->g, cn) + kt_v4_apply(x->m, cf) + uf * yy;
-    const kt_v4 vn = un * dd, vf = uf * dd;
-    for (int k = 0; k < 3; k++) {
-        const kt_v4 nk = kt_v4_splat(vn[k]), fk = kt_v4_splat(vf[k]);
-        x->j[k] -= un * nk;
-        x->g[k] -= uf * nk;
-        x->h[k] -= un * fk;
-        x->m[k] -= uf * fk;
-    }
-    response->base = y;
-    response->angular = vn + kt_v4_cross(m->offset, vf);
-    response->linear = vf;
-    return true;
-}
-
-/* Three turns at once. Keeps J^-1 in `kept->j`, H in `kept->h`, tau - n_b in `kept->moment`. */
-static inline bool absorb_ball(const kt_link *link, const kt_link_motion *m, const double *tau, kt_articulated *x,
-                               kt_articulated *kept) {
-    const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
-    kt_v4 k[3]; /* J^-1 H */
-    if (!invert(x->j, trace(x->j), kept->j))
-        return false;
-    kept->moment = applied - x->moment;
-    kt_v4_multiply(kept->j, x->h, k);
-    const kt_v4 alpha = kt_v4_apply(kept->j, kept->moment);
-    x->force += kt_v4_apply(x->g, alpha);
-    for (int i = 0; i < 3; i++)
-        x->m[i] -= kt_v4_apply(x->g, k[i]);
-    x->force += kt_v4_apply(x->m, m->linear);
-    for (int i = 0; i < 3; i++) {
-        kept->h[i] = x->h[i];
-        x->j[i] = x->g[i] = x->h[i] = none;
-    }
-    x->moment = applied;
-    return true;
-}
-
-/* All six. Leaves the acceleration itself in `kept`: alpha in moment, a in force. By blocks, the mass first:
- *   a = M^-1 (f - G alpha),  (J - H M^-1 G) alpha = n - H M^-1 f. */
-static inline bool absorb_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
-                               const double *tau, kt_articulated *x, kt_articulated *kept) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    kt_v4 base[3], mass[3], k[3], about[3], inverse[3];
-    kt_rest_axes(link, parent->axes, base);
-    const kt_v4 force = kt_v4_apply(base, kt_load3(tau + link->v));
-    const kt_v4 moment = kt_v4_apply(m->axes, kt_load3(tau + link->v + 3));
-    if (!invert(x->m, trace(x->m), mass))
-        return false;
-    kt_v4_multiply(mass, x->g, k); /* M^-1 G */
-    for (int i = 0; i < 3; i++)
-        about[i] = x->j[i] - kt_v4_apply(x->h, k[i]);
-    if (!invert(about, trace(x->j), inverse))
-        return false;
-    const kt_v4 f = force - x->force, n = moment - x->moment;
-    const kt_v4 alpha = kt_v4_apply(inverse, n - kt_v4_apply(x->h, kt_v4_apply(mass, f)));
-    kept->moment = alpha;
-    kept->force = kt_v4_apply(mass, f - kt_v4_apply(x->g, alpha));
-    for (int i = 0; i < 3; i++)
-        x->j[i] = x->g[i] = x->h[i] = x->m[i] = none;
-    x->moment = moment;
-    x->force = force;
-    return true;
-}
-
-KT_INLINE bool absorb(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
-    const kt_link *link = &model->link[i];
-    const kt_link_motion *m = &data->motion[i];
-    if (link->motion == KT_MOTION_BALL)
-        return absorb_ball(link, m, tau, x, &data->articulated[i]);
-    if (link->motion == KT_MOTION_FREE)
-        return absorb_free(link, &data->motion[link->parent], m, tau, x, &data->articulated[i]);
-    return absorb_axis(link, m, tau[link->v], x, &data->response[i]);
-}
 
 static inline size_t way_back(const kt_model *model, kt_data *data, const double *tau) {
     kt_articulated x, carried;
     memset(&carried, 0, sizeof carried);
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
-        rigid(link, &data->motion[i], &x);
+        kt_articulated_rigid(link, &data->motion[i], &x);
         if (link->leads)
-            add(&x, &carried);
+            kt_articulated_add(&x, &carried);
         if (link->branches)
-            add(&x, &data->articulated[i]);
-        if (!absorb(model, data, i, tau, &x))
+            kt_articulated_add(&x, &data->articulated[i]);
+        if (!kt_joint_absorb(model, data, i, tau, &x))
             return i;
         if (link->parent == 0)
             continue;
-        shift(&x, data->motion[i].offset);
+        kt_articulated_shift(&x, data->motion[i].offset);
         if (link->follows)
             carried = x;
         else
-            add(&data->articulated[link->parent], &x);
+            kt_articulated_add(&data->articulated[link->parent], &x);
     }
     return 0;
-}
-
-/* Joint accelerations of a ball or free link from the link's and the parent's; c has been added to alpha and linear. */
-static inline void relative(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
-                            const kt_articulated *kept, double *a) {
-    kt_v4 alpha = kept->moment, linear = m->linear;
-    if (link->motion == KT_MOTION_BALL) {
-        alpha = kt_v4_apply(kept->j, kept->moment - kt_v4_apply(kept->h, m->linear));
-    } else {
-        kt_v4 base[3];
-        kt_rest_axes(link, parent->axes, base);
-        linear = kept->force;
-        for (int k = 0; k < 3; k++)
-            a[k] = kt_v4_dot(base[k], linear - m->linear);
-        a += 3;
-    }
-    for (int k = 0; k < 3; k++)
-        a[k] = kt_v4_dot(m->axes[k], alpha - m->alpha);
-    m->alpha = alpha;
-    m->linear = linear;
-}
-
-static inline void way_out(const kt_model *model, kt_data *data, double *a) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_link_motion *parent = &data->motion[link->parent];
-        kt_link_motion *m = &data->motion[i];
-        m->alpha += parent->alpha;
-        m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
-        if (link->motion >= KT_MOTION_BALL) {
-            relative(link, parent, m, &data->articulated[i], a + link->v);
-            continue;
-        }
-        const kt_response *response = &data->response[i];
-        const double x =
-            response->base - (kt_v4_dot(response->angular, parent->alpha) + kt_v4_dot(response->linear, parent->linear));
-        a[link->v] = x;
-        const kt_v4 along = kt_v4_splat(x) * m->axis;
-        if (link->motion != KT_MOTION_SLIDE)
-            m->alpha += along;
-        if (link->motion != KT_MOTION_TURN)
-            m->linear += link->motion == KT_MOTION_HELIX ? kt_v4_splat(link->pitch) * along : along;
-    }
 }
 
 size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
@@ -278,7 +57,7 @@ size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double 
     if (external)
         kt_external_subtract(model, motion, external);
     const size_t failed = way_back(model, data, tau);
-    if (!failed)
-        way_out(model, data, a);
+    for (size_t i = 1; i < model->n.link && !failed; i++)
+        kt_link_respond(model, data, i, a);
     return failed;
 }

@@ -1,5 +1,5 @@
-/* Inverse dynamics: the recursive Newton-Euler algorithm (Luh, Walker & Paul 1980; Featherstone 2008, 5.3), in world axes
- * about each link's own origin.
+/* Inverse dynamics: the recursive Newton-Euler algorithm (Luh, Walker & Paul 1980; Featherstone 2008, 5.3), in world
+ * axes about each link's own origin.
  *
  * Out:   motion of each link from its parent's (sweep.h), a_0 = -gravity; then, with J about the origin, h = m c,
  *          n = J alpha + w x J w + h x a,      f = m a + alpha x h + w x (w x h)      (less what acts from outside)
@@ -22,9 +22,15 @@ KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
 KT_INLINE void project(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m, double *tau) {
     const int k = link->v;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN: tau[k] = kt_v4_dot(m->axis, m->moment); break;
-    case KT_MOTION_SLIDE: tau[k] = kt_v4_dot(m->axis, m->force); break;
-    case KT_MOTION_HELIX: tau[k] = kt_v4_dot(m->axis, m->moment + kt_v4_splat(link->pitch) * m->force); break;
+    case KT_MOTION_TURN:
+        tau[k] = kt_v4_dot(m->axis, m->moment);
+        break;
+    case KT_MOTION_SLIDE:
+        tau[k] = kt_v4_dot(m->axis, m->force);
+        break;
+    case KT_MOTION_HELIX:
+        tau[k] = kt_v4_dot(m->axis, m->moment + kt_v4_splat(link->pitch) * m->force);
+        break;
     case KT_MOTION_BALL:
         for (int i = 0; i < 3; i++)
             tau[k + i] = kt_v4_dot(m->axes[i], m->moment);
@@ -38,7 +44,8 @@ KT_INLINE void project(const kt_link *link, const kt_link_motion *parent, const 
         }
         break;
     }
-    case KT_MOTION_NONE: break;
+    case KT_MOTION_NONE:
+        break;
     }
 }
 

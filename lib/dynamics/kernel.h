@@ -1,11 +1,12 @@
 /* The recursions' inner loops, compiled once for each instruction-set level (KT_LEVEL names it).
  *
- * A kernel checks nothing about its arguments: every pointer is there, and outputs are scratch of the data. Those that can
- * fail return the link at which they did, or 0.
+ * A kernel checks nothing about its arguments: every pointer is there, and outputs are scratch of the data. Those that
+ * can fail return the link at which they did, or 0.
  */
 #ifndef KT_DYNAMICS_KERNEL_H
 #define KT_DYNAMICS_KERNEL_H
 
+#include "base/level.h"
 #include "model/internal.h"
 
 typedef struct kt_kernels {
@@ -22,10 +23,6 @@ typedef struct kt_kernels {
     void (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
 } kt_kernels;
 
-#define KT_PASTE_(a, b) a##b
-#define KT_PASTE(a, b) KT_PASTE_(a, b)
-#define KT_KERNEL(name) KT_PASTE(name##_, KT_LEVEL)
-
 #define KT_KERNELS_DECLARE(level)                                                                                      \
     extern const kt_kernels kt_kernels_##level;                                                                        \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
@@ -34,6 +31,9 @@ typedef struct kt_kernels {
                             const kt_wrench *, double *);                                                              \
     void kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                       \
     void kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+
+/* Copies a result of nv numbers that is finite; else says of which joint it is not. */
+kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
 
 KT_KERNELS_DECLARE(baseline)
 KT_KERNELS_DECLARE(v3)

@@ -2,8 +2,7 @@
 #include "dynamics/kernel.h"
 #include "dynamics/sweep.h"
 
-void KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                              const double *a) {
+void KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_link_motion *motion = data->motion;
     kt_link_place *place = data->place;

@@ -1,10 +1,10 @@
-/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2), in world axes about each
- * link's own origin.
+/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2), in world axes about
+ * each link's own origin.
  *
  * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin it is
  *   J + [h, r] + [r, h] + m [r, r]  with [u, w] = (u . w) I - w u',    h + m r,    m.
- * Its wrench for a unit acceleration of freedom k, F = (J s + h x s_f, m s_f + s x h), is carried to each ancestor, where
- * M_jk = S_j . F.
+ * Its wrench for a unit acceleration of freedom k, F = (J s + h x s_f, m s_f + s x h), is carried to each ancestor,
+ * where M_jk = S_j . F.
  */
 #include "dynamics/kernel.h"
 #include "dynamics/sweep.h"
@@ -18,8 +18,12 @@ KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const 
     for (int k = 0; k < FREEDOM_MAX; k++)
         angular[k] = linear[k] = none;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN: angular[0] = m->axis; return 1;
-    case KT_MOTION_SLIDE: linear[0] = m->axis; return 1;
+    case KT_MOTION_TURN:
+        angular[0] = m->axis;
+        return 1;
+    case KT_MOTION_SLIDE:
+        linear[0] = m->axis;
+        return 1;
     case KT_MOTION_HELIX:
         angular[0] = m->axis;
         linear[0] = kt_v4_splat(link->pitch) * m->axis;
@@ -33,12 +37,14 @@ KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const 
         for (int k = 0; k < 3; k++)
             angular[3 + k] = m->axes[k];
         return 6;
-    case KT_MOTION_NONE: break;
+    case KT_MOTION_NONE:
+        break;
     }
     return 0;
 }
 
-/* Adds the composite of link i to its parent's. The composite lies in articulated: j, and moment = h, force = (m, ...). */
+/* Adds the composite of link i to its parent's. The composite lies in articulated: j, and moment = h, force = (m, ...).
+ */
 KT_INLINE void add_to_parent(const kt_articulated *c, kt_v4 r, kt_articulated *parent) {
     const kt_v4 h = c->moment;
     const double m = c->force[0];
@@ -69,7 +75,8 @@ static inline void columns(const kt_model *model, const kt_data *data, size_t i,
         moment[k] = kt_v4_apply(c->j, angular[k]) + kt_v4_cross(c->moment, linear[k]);
         force[k] = kt_v4_splat(c->force[0]) * linear[k] + kt_v4_cross(angular[k], c->moment);
         for (int l = k; l < freedoms; l++) /* lower triangle: row l, column k */
-            mass[(size_t)(link->v + k) * nv + (size_t)(link->v + l)] = along(angular[l], linear[l], moment[k], force[k]);
+            mass[(size_t)(link->v + k) * nv + (size_t)(link->v + l)] =
+                along(angular[l], linear[l], moment[k], force[k]);
     }
     for (size_t j = i; link->parent != 0; j = (size_t)link->parent, link = &model->link[j]) {
         const kt_link *up = &model->link[link->parent];

@@ -1,7 +1,7 @@
 /* The way out from the ground to the tips: how a link's motion follows from its parent's.
  *
- * World axes, each link about its own origin; r = origin minus the parent's origin, s = the motion's axis, x its position.
- * Accelerations are classical (not spatial) ones of the origins, so that the shift from parent to child is
+ * World axes, each link about its own origin; r = origin minus the parent's origin, s = the motion's axis, x its
+ * position. Accelerations are classical (not spatial) ones of the origins, so that the shift from parent to child is
  *   alpha = alpha_p + c_n + [alpha of the joint],   a = a_p + alpha_p x r + c_f + [a of the joint]
  *   c_n = w_p x (joint's angular velocity),          c_f = w_p x (w_p x r) + 2 w_p x (joint's linear velocity).
  */
@@ -51,9 +51,15 @@ KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, c
     case KT_MOTION_HELIX: {
         const double c = cosine[link->angle], s = sine[link->angle];
         switch (link->axis) {
-        case 0: kt_turn_axes(0, base, c, s, out->axes), out->axis = base[0]; break;
-        case 1: kt_turn_axes(1, base, c, s, out->axes), out->axis = base[1]; break;
-        default: kt_turn_axes(2, base, c, s, out->axes), out->axis = base[2]; break;
+        case 0:
+            kt_turn_axes(0, base, c, s, out->axes), out->axis = base[0];
+            break;
+        case 1:
+            kt_turn_axes(1, base, c, s, out->axes), out->axis = base[1];
+            break;
+        default:
+            kt_turn_axes(2, base, c, s, out->axes), out->axis = base[2];
+            break;
         }
         if (link->motion == KT_MOTION_HELIX)
             out->offset += kt_v4_splat(link->pitch * q[link->q]) * out->axis;
@@ -65,12 +71,15 @@ KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, c
         out->axis = base[link->axis];
         out->offset += kt_v4_splat(q[link->q]) * out->axis;
         break;
-    case KT_MOTION_BALL: kt_quaternion_axes(q + link->q, base, out->axes); break;
+    case KT_MOTION_BALL:
+        kt_quaternion_axes(q + link->q, base, out->axes);
+        break;
     case KT_MOTION_FREE:
         kt_quaternion_axes(q + link->q + 3, base, out->axes);
         out->offset += kt_v4_apply(base, kt_load3(q + link->q));
         break;
-    case KT_MOTION_NONE: break;
+    case KT_MOTION_NONE:
+        break;
     }
 }
 
@@ -81,13 +90,19 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
     *angular = none;
     *linear = none;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN: *angular = kt_v4_splat(v[link->v]) * self->axis; break;
-    case KT_MOTION_SLIDE: *linear = kt_v4_splat(v[link->v]) * self->axis; break;
+    case KT_MOTION_TURN:
+        *angular = kt_v4_splat(v[link->v]) * self->axis;
+        break;
+    case KT_MOTION_SLIDE:
+        *linear = kt_v4_splat(v[link->v]) * self->axis;
+        break;
     case KT_MOTION_HELIX:
         *angular = kt_v4_splat(v[link->v]) * self->axis;
         *linear = kt_v4_splat(link->pitch * v[link->v]) * self->axis;
         break;
-    case KT_MOTION_BALL: *angular = kt_v4_apply(self->axes, kt_load3(v + link->v)); break;
+    case KT_MOTION_BALL:
+        *angular = kt_v4_apply(self->axes, kt_load3(v + link->v));
+        break;
     case KT_MOTION_FREE: {
         kt_v4 base[3];
         kt_rest_axes(link, parent->axes, base);
@@ -95,7 +110,8 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
         *linear = kt_v4_apply(base, kt_load3(v + link->v));
         break;
     }
-    case KT_MOTION_NONE: break;
+    case KT_MOTION_NONE:
+        break;
     }
 }
 

@@ -1,4 +1,5 @@
-/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order.
+/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; those that are
+ * fixed to the world have no part in them.
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c,   p = sum m v_c,   L = sum c x m v_c + I_c w
  */
@@ -29,6 +30,8 @@ double kt_potential_energy(const kt_model *model, const kt_data *data) {
     double energy = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
+        if (b->link == 0)
+            continue;
         energy -= b->mass * kt_vec3_dot(g, kt_point_position(model, data, i, b->com));
     }
     return energy;
@@ -81,27 +84,33 @@ static kt_wrench body_wrench(const kt_model *model, const kt_data *data, int i, 
     return out;
 }
 
-/* From one body frame's origin to a point at `arm` before it. */
+/* From one point to another that lies `arm` before it. */
 static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
     w.moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
     return w;
 }
 
+/* How far the joint has slid: from the origin of the joint frame to that of body i. From offsets between links alone;
+ * where they are in the world, which may be far away, does not enter. */
+static kt_vec3 slid(const kt_model *model, const kt_data *data, int i) {
+    const int32_t end = model->body[model->body[i].parent].link;
+    kt_v4 sum = kt_v4_splat(0.0);
+    for (int32_t l = model->body[i].link; l != end; l = model->link[l].parent)
+        sum += data->motion[l].offset - kt_v4_apply(data->motion[model->link[l].parent].axes, model->link[l].at);
+    return kt_v4_vec3(sum);
+}
+
 void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches) {
-    const kt_vec3 none = {0.0, 0.0, 0.0};
     kt_wrench *sum = data->wrench;
     const int count = (int)model->n.body;
+    memset(&sum[0], 0, sizeof sum[0]);
     for (int i = 1; i < count; i++)
         sum[i] = body_wrench(model, data, i, external);
     for (int i = count - 1; i > 0; i--) {
-        const kt_body_record *b = &model->body[i];
-        const kt_vec3 self = kt_point_position(model, data, i, none);
-        const kt_vec3 joint = kt_point_position(model, data, b->parent, b->joint.position);
-        wrenches[i] = carry_back(sum[i], kt_vec3_sub(self, joint));
-        if (b->parent == 0)
-            continue;
-        const kt_vec3 parent = kt_point_position(model, data, b->parent, none);
-        const kt_wrench up = carry_back(sum[i], kt_vec3_sub(self, parent));
+        const kt_body_record *b = &model->body[i], *parent = &model->body[b->parent];
+        const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[parent->link].axes), parent->in_link.rotation);
+        wrenches[i] = carry_back(sum[i], slid(model, data, i));
+        const kt_wrench up = carry_back(wrenches[i], kt_mat3_apply(r, b->joint.position));
         sum[b->parent].force = kt_vec3_add(sum[b->parent].force, up.force);
         sum[b->parent].moment = kt_vec3_add(sum[b->parent].moment, up.moment);
     }

@@ -7,8 +7,8 @@
 
 #include <math.h>
 
-/* x = m 2^k with sqrt(1/2) <= m < sqrt(2): log2 x = k + 2 / ln 2 (z + z^3/3 + z^5/5 + ...), z = (m - 1) / (m + 1), |z|
- * < 0.172; terms to z^13 leave 2e-13. Then 2^u = 2^k e^w, |w| <= ln 2 / 2; terms to w^10 leave 3e-13. */
+/* x = m 2^k with sqrt(1/2) <= m < sqrt(2): log2 x = k + 2 / ln 2 (z + z^3/3 + z^5/5 + ...), z = (m - 1) / (m + 1),
+ * |z| < 0.172; terms to z^13 leave 7e-13. Then 2^u = 2^k e^w, |w| <= ln 2 / 2; terms to w^10 leave 3e-13. */
 double kt_power(double x, double p) {
     const double ln2 = 0.693147180559945309417;
     int exponent;
@@ -53,14 +53,30 @@ double kt_control_rejected(const kt_integrator *it, double error) {
     return clamp(o->safety * kt_power(error, -o->alpha / it->error_order), o->factor_min, o->safety);
 }
 
-/* An Euler step of a hundredth of |y| / |f| shows the second derivative; the step is chosen so that h^k max(|f|, |f'|)
- * is a hundredth, in the weighted norm. */
+/* A step that should pass. The error of a method with err ~ h^k is about h^k times a k-th derivative, and that about
+ * |f| lambda^(k-1) if the motion changes at the rate lambda; h makes it a hundredth of the tolerance, in the weighted
+ * norm. lambda is |f'| / |f| by an Euler step of a hundredth of |y| / |f|, and at least |f| / |y|. (HNW II.4 takes
+ * h^k max(|f|, |f'|) = 1/100, which depends on the unit of time: a motion ten thousand times faster then begins with
+ * a step ten times too long, a slower one with one too short.) */
+static double first_guess(const kt_integrator *it, double h0, double size, double slope, double bend) {
+    const double k = it->error_order;
+    double rate = bend / slope;
+    if (size > 0.0 && slope / size > rate)
+        rate = slope / size;
+    if (slope > 0.0 && rate > 0.0 && isfinite(slope) && isfinite(rate))
+        return kt_power(0.01 / slope, 1.0 / k) * kt_power(rate, (1.0 - k) / k);
+    if (bend > 0.0 && isfinite(bend))
+        return kt_power(0.01 / bend, 0.5); /* f = 0 here: err ~ |f'| h^2 */
+    return h0;
+}
+
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result) {
     const size_t n = it->sizes.n;
     const double *f0 = it->k[0];
     const double size = kt_scaled_norm(it, it->y, NULL), slope = kt_scaled_norm(it, f0, NULL);
-    double h0 = size < 1e-5 || slope < 1e-5 || !isfinite(slope) ? 1e-6 : 0.01 * size / slope;
-    h0 = h0 < limit ? h0 : limit;
+    const bool has_scale = size >= 1e-5 && slope >= 1e-5 && isfinite(slope);
+    double h0 = has_scale ? 0.01 * size / slope : 1e-6;
+    h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* and not a rounding beyond it */
 
     /* Where f cannot be had so far away, a hundredth of the way is tried, a few times. */
     kt_try_result reached = KT_TRY_RECOVERABLE;
@@ -77,10 +93,8 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     if (reached != KT_TRY_PASSED)
         return h0;
 
-    const double bend = kt_scaled_norm(it, it->k[1], f0) / h0, most = slope > bend ? slope : bend;
-    const double h1 = most <= 1e-15    ? (1e-3 * h0 > 1e-6 ? 1e-3 * h0 : 1e-6)
-                      : isfinite(most) ? kt_power(0.01 / most, 1.0 / it->error_order)
-                                       : h0;
+    const double bend = kt_scaled_norm(it, it->k[1], f0) / h0;
+    const double h1 = first_guess(it, h0, has_scale ? size : 0.0, slope, bend);
     const double h = 100.0 * h0 < h1 ? 100.0 * h0 : h1;
     return h < limit ? h : limit;
 }

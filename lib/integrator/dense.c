@@ -6,8 +6,9 @@
  *     A = theta^2 (3 - 2 theta)
  *     D_i = d_0i + theta (d_1i + theta' (d_2i + theta (d_3i + ...)))
  *
- * a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection. Behind the middle the
- * sum starts from y1, with A - 1 = -theta'^2 (1 + 2 theta) in the place of A, so that the ends come out to the bit.
+ * a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection. Behind the middle
+ * the sum starts from y1, with A - 1 = -theta'^2 (1 + 2 theta) in the place of A, so that the ends come out to the
+ * bit.
  *
  * Slopes that are missing are evaluated here: f1 where the method is not fsal or a projection moved y1 (the next step
  * then has it), the stages of the dense output; and, after a failed step or a restore, the stages of the last step
@@ -26,7 +27,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_interval in = {memory->previous_t, memory->last_step, memory->t, it->previous_y};
 
     if (!it->stages_known) {
-        if (it->slope_slot == 0 && fresh > 0) { /* a failed step left it there */
+        if (it->slope_slot == 0) { /* a failed step left it there */
             double *k = it->k[0];
             it->k[0] = it->k[fresh];
             it->k[fresh] = k;

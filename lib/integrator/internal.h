@@ -17,8 +17,7 @@
 
 #include "kinetree/integrator.h"
 
-/* ---- methods ------------------------------------------------------------------------------------------------------
- */
+/* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 /* One line a method, in rising order. */
 #define KT_METHOD_LIST(X)                                                                                              \
@@ -50,8 +49,7 @@ static inline int kt_method_slots(const kt_method *method) {
     return kt_method_fresh(method) + 1 + method->dense_stages;
 }
 
-/* ---- integrator ---------------------------------------------------------------------------------------------------
- */
+/* ---- integrator -------------------------------------------------------------------------------------------------- */
 
 /* weight * k_slot */
 typedef struct kt_term {
@@ -101,15 +99,14 @@ struct kt_integrator {
 
 /* For tests: fills all that is scratch with a byte, and forgets what was known of it. Changes no bit of what follows.
  */
-void kt_integrator_poison(kt_integrator *integrator, unsigned char byte);
+void kt_integrator_poison(kt_integrator *it, unsigned char byte);
 
 static inline size_t kt_row_stage(size_t stage) { return stage; }
 static inline size_t kt_row_after_stages(const kt_integrator *it, size_t row) {
     return (size_t)it->method->stages + row;
 }
 
-/* ---- tries --------------------------------------------------------------------------------------------------------
- */
+/* ---- tries ------------------------------------------------------------------------------------------------------- */
 
 typedef enum kt_try_result {
     KT_TRY_PASSED = 0,
@@ -157,8 +154,7 @@ double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v)
 /* A try that failed, as an error: code, where, words. */
 kt_status kt_try_report(const kt_try *result, const char *advice, kt_error *error);
 
-/* ---- step size ----------------------------------------------------------------------------------------------------
- */
+/* ---- step size --------------------------------------------------------------------------------------------------- */
 
 /* x^p for x > 0, to about 1e-12, by arithmetic alone: the same bits everywhere, which no libm promises. */
 double kt_power(double x, double p);

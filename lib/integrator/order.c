@@ -10,12 +10,12 @@
  * theta (HNW II.6). The last is an identity between polynomials of degree 3 + dense_terms that both vanish at 0:
  * checked at as many further points.
  *
- * Trees are level sequences (the depth of each node in preorder), made one from the other by the algorithm of T. Beyer
- * and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.
+ * Trees are level sequences (the depth of each node in preorder), made one from the other by the algorithm of T.
+ * Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.
  *
- * What rounding explains: a coefficient rounded to double is off by eps/2 of itself, a term of a tree of rho nodes is a
- * product of rho coefficients. So a residual of rho eps sum |terms| passes, with a factor of 2 in hand; sums are formed
- * in long double.
+ * What rounding explains: a coefficient rounded to double is off by eps/2 of itself, a term of a tree of rho nodes is
+ * a product of rho coefficients. So a residual of rho eps sum |terms| passes, with a factor of 2 in hand; sums are
+ * formed in long double.
  */
 #include "integrator/internal.h"
 
@@ -88,6 +88,12 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
                         (m->dense_terms == 0 || all_finite(m->dense_d, m->dense_terms * (w + d)));
     if (!finite)
         return refuse(m, error, "a coefficient is not finite");
+    bool estimates = m->e == NULL;
+    for (int i = 0; !estimates && i < s; i++)
+        estimates = m->e[i] != 0.0;
+    if (!estimates)
+        return refuse(m, error,
+                      "all error weights are 0: leave e and embedded_order out, or give b minus the embedded weights");
     if (!m->fsal)
         return KT_OK;
     bool same = m->c[s - 1] == 1.0 && m->b[s - 1] == 0.0;
@@ -174,8 +180,8 @@ static kt_status check_row_sums(const extended *x, kt_error *error) {
     return KT_OK;
 }
 
-/* The tree after this one among those of as many nodes: L_p is the last level above 1, q the parent of p; what hangs at
- * q before p is repeated from p on. */
+/* The tree after this one among those of as many nodes: L_p is the last level above 1, q the parent of p; what hangs
+ * at q before p is repeated from p on. */
 static bool next_tree(tree *t) {
     int p = t->nodes - 1;
     while (p > 0 && t->level[p] <= 1)

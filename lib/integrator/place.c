@@ -5,11 +5,10 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- layout -------------------------------------------------------------------------------------------------------
- */
+/* ---- layout ------------------------------------------------------------------------------------------------------ */
 
-/* Arrays begin on cache lines. Slopes lie one line more than that apart, so that the same component of all of them does
- * not fall into one set of the cache where n is a power of two. */
+/* Arrays begin on cache lines. Slopes lie one line more than that apart, so that the same component of all of them
+ * does not fall into one set of the cache where n is a power of two. */
 enum { LINE = 64, LINE_DOUBLES = 8 };
 
 static size_t round_up(size_t bytes) { return (bytes + (LINE - 1)) / LINE * LINE; }
@@ -60,8 +59,7 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
     it->slope_slot = -1;
 }
 
-/* ---- the compiled table -------------------------------------------------------------------------------------------
- */
+/* ---- the compiled table ------------------------------------------------------------------------------------------ */
 
 /* Appends a row of `count` weights; zeros drop out. */
 static void compile_row(kt_integrator *it, size_t row, const double *weights, size_t count) {
@@ -91,8 +89,7 @@ static void compile(kt_integrator *it) {
     }
 }
 
-/* ---- options ------------------------------------------------------------------------------------------------------
- */
+/* ---- options ----------------------------------------------------------------------------------------------------- */
 
 kt_integrator_options kt_integrator_options_default(void) {
     const kt_integrator_options options = {
@@ -148,8 +145,7 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
     return check_tolerances(o, n, error);
 }
 
-/* ---- place and start ----------------------------------------------------------------------------------------------
- */
+/* ---- place and start --------------------------------------------------------------------------------------------- */
 
 kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method, size_t n,
                               const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
@@ -225,7 +221,7 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
         .previous_t = t,
         .origin = t,
         .next_step = it->options.initial_step,
-        .last_error = NAN,
+        .last_error = (double)NAN,
         .control_error = KT_CONTROL_ERROR_FLOOR,
         .on_grid = true,
     };
@@ -243,15 +239,14 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
         return status;
     it->memory.previous_t = it->memory.t;
     it->memory.last_step = 0.0;
-    it->memory.last_error = NAN;
+    it->memory.last_error = (double)NAN;
     it->memory.control_error = KT_CONTROL_ERROR_FLOOR;
     it->memory.has_previous = false;
     set_state(it, y);
     return KT_OK;
 }
 
-/* ---- checkpoints and looks ----------------------------------------------------------------------------------------
- */
+/* ---- checkpoints and looks --------------------------------------------------------------------------------------- */
 
 void kt_integrator_save(const kt_integrator *it, kt_integrator_memory *memory, double *y, double *previous_y) {
     *memory = it->memory;
@@ -270,6 +265,10 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     const size_t n = it->sizes.n;
     if (previous_y != NULL && kt_first_not_finite(previous_y, n) < n)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the previous state is not finite");
+    if (!isfinite(memory->previous_t) || !isfinite(memory->origin) || !isfinite(memory->last_step) ||
+        !not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)))
+        return refuse(error, "kt_integrator_restore",
+                      "the memory is damaged: a time, step or error in it is out of range");
     it->callbacks = *callbacks;
     it->memory = *memory;
     set_state(it, y);

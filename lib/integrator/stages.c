@@ -91,8 +91,7 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_
     return KT_TRY_PASSED;
 }
 
-/* ---- the error ----------------------------------------------------------------------------------------------------
- */
+/* ---- the error --------------------------------------------------------------------------------------------------- */
 
 static inline double scale_of(double absolute, double relative, double y0, double y1) {
     const double a = fabs(y0), b = fabs(y1);
@@ -149,8 +148,7 @@ double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v)
     return sqrt(sum / (double)it->sizes.n);
 }
 
-/* ---- the try ------------------------------------------------------------------------------------------------------
- */
+/* ---- the try ----------------------------------------------------------------------------------------------------- */
 
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t s = (size_t)it->method->stages, n = it->sizes.n;

@@ -35,12 +35,11 @@ kt_status kt_try_report(const kt_try *r, const char *advice, kt_error *error) {
     }
 }
 
-/* ---- where to -----------------------------------------------------------------------------------------------------
- */
+/* ---- where to ---------------------------------------------------------------------------------------------------- */
 
 /* Fixed step: to the next point t0 + k h of the grid, or to t_limit where that comes first. A whole step is h itself
- * and not the difference of two rounded times: so autonomous problems give the same bits wherever on the time axis they
- * start. */
+ * and not the difference of two rounded times: so autonomous problems give the same bits wherever on the time axis
+ * they start. */
 static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt_error *error) {
     const kt_integrator_memory *m = &it->memory;
     const double h = it->options.step, direction = t_limit > m->t ? 1.0 : -1.0;
@@ -55,7 +54,7 @@ static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt
     p->grid = p->on_grid ? next : next - (direction > 0.0 ? 1 : 0);
     p->interval.h = p->on_grid && m->on_grid ? direction * h : end - m->t;
     p->interval.end = end;
-    if (direction * (end - m->t) > 0.0)
+    if (h > 2.0 * rounding && direction * (end - m->t) > 0.0)
         return KT_OK;
     char where[64];
     snprintf(where, sizeof where, "t = %.17g", m->t);
@@ -76,14 +75,14 @@ static void plan_adaptive(const kt_integrator *it, double t_limit, double propos
     p->clipped = p->clipped && fabs(p->interval.h) < proposed;
 }
 
-/* ---- one step -----------------------------------------------------------------------------------------------------
- */
+/* ---- one step ---------------------------------------------------------------------------------------------------- */
 
 /* f(t, y) into slot 0, if it is not there: after a step it may be in `fresh`. */
 static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
+    result->result = KT_TRY_PASSED;
     it->stages_known = false;
     it->dense_known = false;
-    if (it->slope_slot == (int)it->fresh && it->fresh > 0) {
+    if (it->slope_slot == (int)it->fresh) {
         double *k = it->k[0];
         it->k[0] = it->k[it->fresh];
         it->k[it->fresh] = k;
@@ -91,7 +90,7 @@ static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
     }
     if (it->slope_slot < 0 && kt_evaluate(it, it->memory.t, it->y, 0, result) == KT_TRY_PASSED)
         it->slope_slot = 0;
-    return it->slope_slot == 0 ? KT_TRY_PASSED : result->result;
+    return result->result;
 }
 
 /* The caller's projection of the trial state. */
@@ -144,12 +143,11 @@ static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) 
     if (need_slope(it, &r) != KT_TRY_PASSED || kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED ||
         project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
         return kt_try_report(&r, advice, error);
-    commit(it, &p, changed, it->memory.next_step, NAN);
+    commit(it, &p, changed, it->memory.next_step, (double)NAN);
     return KT_OK;
 }
 
-/* ---- adaptive -----------------------------------------------------------------------------------------------------
- */
+/* ---- adaptive ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) {
     char where[64];
@@ -160,6 +158,11 @@ static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) 
 }
 
 static kt_status report_too_small(const kt_integrator *it, double h, const kt_try *r, kt_error *error) {
+    static const char model[] =
+        "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
+    static const char motion[] =
+        "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
+        "stiff (a strong damper, a light body on a hard spring), no explicit method serves";
     char where[64], reason[160];
     snprintf(where, sizeof where, "t = %.17g", it->memory.t);
     if (r->result == KT_TRY_NOT_FINITE)
@@ -168,12 +171,8 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
         snprintf(reason, sizeof reason, "%s could not be had at t = %.17g (code %d)", r->what, r->t, r->code);
     else
         snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
-    return kt_error_set(
-        error, KT_ERROR_STEP, where,
-        "a step below %.3g would be needed: %s. Look for a jump or a pole of a force here; if the motion is "
-        "smooth, loosen the tolerances; if it is stiff (a strong damper, a light body on a hard spring), no "
-        "explicit method serves",
-        h, reason);
+    return kt_error_set(error, KT_ERROR_STEP, where, "a step below %.3g would be needed: %s. %s", h, reason,
+                        r->result == KT_TRY_INACCURATE ? motion : model);
 }
 
 /* The first proposal, and the least |h| that is tried. */
@@ -194,8 +193,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
     return KT_OK;
 }
 
-/* The next proposal after an accepted step. A step cut short for t_limit that was too easy to tell anything leaves the
- * proposal and the control's memory as they were. */
+/* The next proposal after an accepted step. A step cut short for t_limit that was too easy to tell anything leaves
+ * the proposal and the control's memory as they were. */
 static double accept(const kt_integrator *it, const plan *p, bool retried, double error, double *control_error) {
     const double factor = kt_control_accepted(it, error), h = fabs(p->interval.h);
     *control_error = it->memory.control_error;
@@ -211,8 +210,8 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
     const kt_integrator_options *o = &it->options;
     kt_try r;
     if (need_slope(it, &r) != KT_TRY_PASSED)
-        return kt_try_report(&r, "the state is as it was at the end of the last step", error);
-    double proposed, least;
+        return kt_try_report(&r, "the motion cannot go on from this state: look at what the model does here", error);
+    double proposed = 0.0, least = 0.0;
     kt_status status = choose_first(it, t_limit, &proposed, &least, error);
     if (status != KT_OK)
         return status;
@@ -231,9 +230,9 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
             it->memory.control_error = control_error;
             return KT_OK;
         }
-        it->memory.counts.rejected++;
         if (r.result == KT_TRY_STOPPED)
             return kt_try_report(&r, "", error);
+        it->memory.counts.rejected++;
         proposed =
             fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error) : o->factor_min);
         if (proposed < least)

@@ -1,4 +1,5 @@
-/* The 5(4) pair of Dormand and Prince, RK5(4)7M, with the dense output of order 4 of Hairer's DOPRI5 (due to Shampine).
+/* The 5(4) pair of Dormand and Prince, RK5(4)7M, with the dense output of order 4 of Hairer's DOPRI5 (due to
+ * Shampine).
  *
  * Sources: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19; HNW II.5, table 5.2; d: HNW II.6, and
  * CONTD5 in the appendix there.

@@ -2,9 +2,9 @@
  *
  * Source: Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption,
  * Comput. Math. Appl. 62 (2011) 770. The paper prints 16 digits; here are 25, which fulfil the order conditions to
- * 1e-24. The dense output is published as polynomials b_i(theta) of degree 4; since it is C1, each is a cubic given by
- * the ends plus d_i theta^2 (1 - theta)^2, and d_i is the factor of theta^4. The digits of d that the paper does not
- * print follow from the conditions of order 4, with d_2 and d_7 as printed.
+ * 1e-24. The dense output is published as polynomials b_i(theta) of degree 4; since it is C1, each is a cubic given
+ * by the ends plus d_i theta^2 (1 - theta)^2, and d_i is the factor of theta^4. The digits of d that the paper does
+ * not print follow from the conditions of order 4, with d_2 and d_7 as printed.
  */
 #include "integrator/internal.h"
 

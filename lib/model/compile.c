@@ -113,17 +113,25 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
     p[3] = a.z;
 }
 
+void kt_model_name_all(kt_model *m) {
+    kt_names_place(&m->names, m->n.body + m->n.marker, m->index);
+    for (size_t i = 0; i < m->n.body; i++) {
+        const kt_body_record *b = &m->body[i];
+        (void)kt_names_add(&m->names, 0, m->text + b->name, (int)i);
+        for (int k = 0; k < b->marker_count; k++)
+            (void)kt_names_add(&m->names, 1 + (int)i, m->text + m->marker[b->marker + k].name, k);
+    }
+}
+
 /* Body records, coordinates, markers and names, in the order of the bodies. */
 static kt_status keep_bodies(build *b, kt_error *error) {
     kt_model *m = b->model;
     const kt_description *d = b->description;
     size_t text = 0, marker = 0;
     int32_t q = 0, v = 0;
-    kt_names_place(&m->names, m->n.body + m->n.marker, m->index);
     m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
     m->body[0].name = keep_text(m, &text, "world");
     m->name = keep_text(m, &text, d->name ? d->name : "");
-    (void)kt_names_add(&m->names, 0, m->text + m->body[0].name, 0);
     for (int i = 0; i < d->body_count; i++) {
         const kt_body *body = &d->bodies[b->order[i]];
         const int self = i + 1, up = parent_index(b, b->order[i]);
@@ -142,13 +150,11 @@ static kt_status keep_bodies(build *b, kt_error *error) {
         r->joint.position = body->joint.at;
         keep_initial(m, &body->joint, r);
         r->name = keep_text(m, &text, body->name);
-        (void)kt_names_add(&m->names, 0, m->text + r->name, self);
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;
         for (int k = 0; k < body->marker_count; k++) {
             kt_marker_record *mark = &m->marker[marker++];
             *mark = (kt_marker_record){.at = body->markers[k].at, .name = keep_text(m, &text, body->markers[k].name)};
-            (void)kt_names_add(&m->names, 1 + self, m->text + mark->name, k);
         }
     }
     return KT_OK;
@@ -168,8 +174,8 @@ static void load_link(kt_model *m, const kt_body_record *body) {
 }
 
 static bool is_identity(kt_mat3 r) {
-    return r.x.x == 1.0 && r.y.y == 1.0 && r.z.z == 1.0 && r.x.y == 0.0 && r.x.z == 0.0 && r.y.x == 0.0 && r.y.z == 0.0 &&
-           r.z.x == 0.0 && r.z.y == 0.0;
+    return r.x.x == 1.0 && r.y.y == 1.0 && r.z.z == 1.0 && r.x.y == 0.0 && r.x.z == 0.0 && r.y.x == 0.0 &&
+           r.y.z == 0.0 && r.z.x == 0.0 && r.z.y == 0.0;
 }
 
 /* Strings the links of one body's joint onto its parent's link; *count, *angle: links and angles so far. */
@@ -184,6 +190,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         const kt_element *e = &elements[k];
         kt_link *link = &m->link[*count];
         memset(link, 0, sizeof *link);
+        link->group = -1;
         const kt_mat3 rest = kt_mat3_multiply(frame.rotation, e->frame);
         link->at = kt_v4_from(frame.position);
         kt_v4_from_mat3(rest, link->turn);
@@ -215,6 +222,7 @@ static void string_all(build *b) {
     const int32_t n = (int32_t)m->n.body;
     size_t count = 1, angle = 0;
     memset(&m->link[0], 0, sizeof m->link[0]);
+    m->link[0].group = -1;
     for (int32_t i = n - 1; i > 0; i--) { /* children in the order of the bodies */
         b->next[i] = b->first[m->body[i].parent];
         b->first[m->body[i].parent] = i;
@@ -264,10 +272,11 @@ static kt_status check_inertia(const kt_model *m, kt_error *error) {
             const char *name = m->text + body->name;
             char where[KT_WHERE_SIZE];
             (void)snprintf(where, sizeof where, "body '%s'", name);
-            status = kt_error_set(error, KT_ERROR_MODEL, where,
-                                  "its %s joint moves nothing that has inertia along one of its freedoms: give '%s', or "
-                                  "a body that it carries, mass and inertia there, or make the joint fixed",
-                                  kt_joint_type_name((kt_joint_type)body->type), name);
+            status =
+                kt_error_set(error, KT_ERROR_MODEL, where,
+                             "its %s joint moves nothing that has inertia along one of its freedoms: give '%s', or "
+                             "a body that it carries, mass and inertia there, or make the joint fixed",
+                             kt_joint_type_name((kt_joint_type)body->type), name);
         }
     }
     kt_data_free(data);
@@ -286,10 +295,13 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     kt_model_layout(&n, (char *)m, m);
     m->n = n;
     m->gravity = kt_v4_from(b->description->gravity);
+    m->reduction = options->reduction;
+    m->metric = options->metric;
     b->model = m;
     order_bodies(b);
     kt_status status = keep_bodies(b, error);
     if (status == KT_OK) {
+        kt_model_name_all(m);
         string_all(b);
         m->level = kt_level_resolve(options->level);
         if (m->level == KT_LEVEL_AUTO)
@@ -298,6 +310,8 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     }
     if (status == KT_OK && b->description->loop_count == 0)
         status = check_inertia(m, error);
+    if (status == KT_OK && (b->description->loop_count || b->description->effect_count))
+        status = kt_model_attach(&b->model, b->description, error);
     return status;
 }
 

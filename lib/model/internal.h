@@ -11,6 +11,7 @@
 #include "algebra/lane.h"
 #include "base/names.h"
 #include "kinetree/model.h"
+#include "model/function.h"
 
 #include <stdint.h>
 
@@ -54,6 +55,8 @@ typedef struct kt_link {
     int32_t q, v;   /* first coordinate */
     int32_t angle;  /* place among the turning links' sines and cosines */
     int32_t body;   /* whose joint it is part of */
+    int32_t group;  /* of loops that it is part of, or -1 */
+    int32_t local;  /* its first coordinate among the group's */
     uint8_t motion; /* kt_motion */
     uint8_t axis;   /* 0, 1, 2 */
     bool turned;    /* `turn` is not the identity */
@@ -61,6 +64,14 @@ typedef struct kt_link {
     bool branches;  /* some child does not follow it directly */
     bool leads;     /* the next link is its child */
 } kt_link;
+
+/* Velocity coordinates of a link. */
+static inline int kt_link_freedoms(const kt_link *link) {
+    return link->motion == KT_MOTION_NONE   ? 0
+           : link->motion == KT_MOTION_BALL ? 3
+           : link->motion == KT_MOTION_FREE ? 6
+                                            : 1;
+}
 
 /* A body of the caller's. */
 typedef struct kt_body_record {
@@ -71,8 +82,8 @@ typedef struct kt_body_record {
     double mass;
     int32_t link;
     int32_t parent;
-    int32_t type; /* kt_joint_type */
-    int32_t q, v; /* first coordinate */
+    int32_t type;   /* kt_joint_type */
+    int32_t q, v;   /* first coordinate */
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
     uint32_t name; /* offset in the model's text */
@@ -83,8 +94,61 @@ typedef struct kt_marker_record {
     uint32_t name;
 } kt_marker_record;
 
+/* A loop: two frames on links, or a relation of joint positions. */
+typedef struct kt_loop_record {
+    int32_t type;    /* kt_loop_type */
+    int32_t source;  /* index in the description */
+    int32_t body[2]; /* that bear the ends */
+    int32_t link[2]; /* that bear the ends; of relations: 0 */
+    kt_pose
+        frame[2]; /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
+    int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
+    int32_t path[2];          /* in model->path: the links from below the ancestor down to each end's */
+    int32_t length[2];        /* of the paths */
+    int32_t term, term_count; /* relations: in model->term */
+    int32_t group;
+    int32_t row, row_count; /* rows in its group: first, number */
+    kt_curve curve;         /* distance: length; motion: position; coupling: offset */
+    double pitch, radius;
+    double angle;  /* screw: relative angle at the start */
+    bool contact;  /* rolling: the wheel also touches the surface */
+    uint32_t name; /* offset in the model's text */
+} kt_loop_record;
+
+/* coefficient times a link's one coordinate */
+typedef struct kt_term_record {
+    int32_t link;
+    double coefficient;
+} kt_term_record;
+
+/* Loops that share links are reduced together; groups do not share any. `parent` carries the whole group and is not
+ * part of it. */
+typedef struct kt_group {
+    int32_t parent;           /* link */
+    int32_t loop, loop_count; /* in model->group_loop */
+    int32_t link, link_count; /* in model->group_link, ascending */
+    int32_t v, v_count;       /* in model->group_v: the coordinates of these links, in their order */
+    int32_t row_count;        /* equations */
+    int32_t kept, kept_count; /* in model->kept: those that are not void at every position */
+    int32_t rank;             /* of them that are independent, at generic positions */
+    size_t dense;             /* first number in data->dense */
+} kt_group;
+
+/* An effect: two frames on links, or a joint. */
+typedef struct kt_effect_record {
+    int32_t type;    /* kt_effect_type */
+    int32_t source;  /* index in the description */
+    int32_t body[2]; /* that bear the ends */
+    int32_t link[2]; /* of joint effects: link[0] is the joint's */
+    kt_pose frame[2];
+    double stiffness, damping, length;
+    kt_curve curve; /* motor */
+} kt_effect_record;
+
 typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
+    size_t loop, term, path, group, group_link, group_v, row, effect, number;
+    size_t dense; /* numbers that the groups' matrices take in the data */
 } kt_counts;
 
 /* Every array of a model: type, name, count, meaning. One list declares, measures and places. */
@@ -96,6 +160,17 @@ typedef struct kt_counts {
     X(double, v0, n->v, "initial velocities")                                                                          \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, n->angle, "positions that are angles of turning links")                                          \
+    X(kt_loop_record, loop, n->loop, "loops, in the description's order")                                              \
+    X(kt_term_record, term, n->term, "terms of relations between joints")                                              \
+    X(int32_t, path, n->path, "links on the loops' paths")                                                             \
+    X(kt_group, group, n->group, "groups of loops that share links")                                                   \
+    X(int32_t, group_loop, n->loop, "loops, group by group")                                                           \
+    X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
+    X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
+    X(int32_t, kept, n->row, "equations that count, group by group, numbered within their group")                      \
+    X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
+    X(kt_effect_record, effect, n->effect, "effects, in the description's order")                                      \
+    X(double, number, n->number, "of functions of time")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
 
@@ -105,6 +180,9 @@ struct kt_model {
     kt_v4 gravity;
     double mass; /* of all bodies that move */
     kt_level level;
+    kt_reduction reduction;
+    kt_metric metric;
+    double length;  /* of the mechanism, as loops see it: their residuals are held against it */
     uint32_t name;  /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
 #define KT_MODEL_DECLARE(type, name, count, meaning) type *name;
@@ -120,7 +198,24 @@ size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model);
 kt_level kt_level_resolve(kt_level asked);
 size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q);
 
-/* ---- the workspace ------------------------------------------------------------------------------------------------ */
+/* Equations of a loop: as many as its type has (rolling: 3 with contact). */
+int kt_loop_row_count(const kt_loop *loop);
+
+/* Supplied by lib/reduction: numbers that a group's matrices take, and the ranks of all groups. */
+size_t kt_group_dense_count(const kt_group *group);
+kt_status kt_groups_rank(kt_model *model, kt_error *error);
+
+/* Enters all names of bodies and markers in the model's table. */
+void kt_model_name_all(kt_model *model);
+
+/* Loops and effects onto a model that has bodies and links; *model may move. */
+kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error);
+
+/* Poses of all links in the world at q, with plain arithmetic; for set-up only. */
+void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
+
+/* ---- the workspace ------------------------------------------------------------------------------------------------
+ */
 
 /* A link in motion: world axes, about its own origin. */
 typedef struct kt_link_motion {
@@ -160,7 +255,23 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(double, cosine, kt_lanes8(n->angle), "of the turning links' angles")                                             \
     X(double, sine, kt_lanes8(n->angle), "of the turning links' angles")                                               \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
-    X(kt_wrench, wrench, n->body, "wrenches on bodies")
+    X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
+    X(double, moved_q, kt_lanes8(n->q), "a state beside the one evaluated")                                            \
+    X(double, moved_v, kt_lanes8(n->v), "a state beside the one evaluated")                                            \
+    X(double, assembled_q, kt_lanes8(n->q), "a state being assembled")                                                 \
+    X(double, near_q, kt_lanes8(n->q), "a position nearer to the given one")                                           \
+    X(double, assembled_v, kt_lanes8(n->v), "a state being assembled")                                                 \
+    X(double, delta, kt_lanes8(n->v), "a step in positions or velocities")                                             \
+    X(double, side, 3 * kt_lanes8(n->v), "accelerations at and beside a singular position")                            \
+    X(double, dense, n->dense, "matrices of the groups of loops")                                                      \
+    X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
+    X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
+    X(double, beside_q, kt_lanes8(n->q), "a state beside a singular position")                                         \
+    X(double, beside_v, kt_lanes8(n->v), "a state beside a singular position")                                         \
+    X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \
+    X(kt_wrench, pushed, n->body, "wrenches on bodies: external ones and effects")                                     \
+    X(kt_wrench, loaded, n->body, "wrenches on bodies: those and the loops'")                                          \
+    X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
 struct kt_data {
     size_t bytes;

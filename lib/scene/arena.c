@@ -1,7 +1,7 @@
 /* Memory that is taken in small pieces and given back in one.
  *
- * Chunks double from 4 KB to 1 MB, so that a small scene takes little and a large one asks seldom; what does not fit into
- * the rest of a chunk begins a new one.
+ * Chunks double from 4 KB to 1 MB, so that a small scene takes little and a large one asks seldom; what does not fit
+ * into the rest of a chunk begins a new one.
  */
 #include "scene/arena.h"
 

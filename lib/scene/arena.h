@@ -12,7 +12,8 @@ typedef struct kt_arena {
     size_t used;      /* bytes taken of the newest */
 } kt_arena;
 
-/* `count` pieces of `size` bytes, zeroed, aligned for any type; NULL where there is no memory. O(1) but for the zeros. */
+/* `count` pieces of `size` bytes, zeroed, aligned for any type; NULL where there is no memory. O(1) but for the zeros.
+ */
 void *kt_arena_take(kt_arena *arena, size_t count, size_t size);
 
 /* A terminated copy of `length` bytes; NULL where there is no memory. */

@@ -9,9 +9,21 @@
 #include "scene/text.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <string.h>
 
 enum { WIDTH = 110 };
+
+void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) {
+    if (e->fault.code != KT_OK)
+        return;
+    char message[KT_MESSAGE_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    (void)kt_error_set(&e->fault, code, NULL, "%s", message);
+}
 
 static void put(kt_emitter *e, const char *text, size_t length) {
     if (e->stream != NULL)
@@ -57,7 +69,7 @@ static void open_level(kt_emitter *e, bool list, bool flow) {
     const kt_emit_level *outer = top(e);
     flow = flow || (outer != NULL && outer->flow);
     if (e->depth == KT_EMIT_DEPTH_MAX) {
-        e->fault = "the scene is nested too deeply";
+        kt_emit_refuse(e, KT_ERROR_ARGUMENT, "the scene is nested too deeply");
         return;
     }
     int indent = 0;
@@ -114,14 +126,14 @@ static void put_escaped(kt_emitter *e, const char *text) {
 static void put_text(kt_emitter *e, const char *text) {
     size_t offset;
     if (!kt_utf8_is_valid(text, strlen(text), &offset))
-        e->fault = "a name or text is not valid UTF-8";
+        kt_emit_refuse(e, KT_ERROR_MODEL, "a text is not UTF-8, which a scene file is written in");
     else if (kt_text_is_plain(text))
         put_string(e, text);
     else
         put_escaped(e, text);
 }
 
-static void begin_key(kt_emitter *e, const char *key) {
+static void begin_key(kt_emitter *e) {
     kt_emit_level *level = top(e);
     if (level == NULL)
         return;
@@ -137,20 +149,35 @@ static void begin_key(kt_emitter *e, const char *key) {
         new_line(e, level->indent);
     }
     level->count++;
-    put_text(e, key);
+}
+
+void kt_emit_key(kt_emitter *e, const char *key) {
+    begin_key(e);
+    put_string(e, key);
     put(e, ":", 1);
 }
 
-void kt_emit_key(kt_emitter *e, const char *key) { begin_key(e, key); }
-
 void kt_emit_section(kt_emitter *e, const char *key) {
     put(e, "\n", 1);
-    begin_key(e, key);
+    kt_emit_key(e, key);
+}
+
+void kt_emit_name(kt_emitter *e, const char *name) {
+    begin_key(e);
+    put_text(e, name);
+    put(e, ":", 1);
 }
 
 void kt_emit_text(kt_emitter *e, const char *text) {
     before_value(e, false);
     put_text(e, text);
+}
+
+void kt_emit_pair(kt_emitter *e, const char *body, const char *marker) {
+    before_value(e, false);
+    put_string(e, body);
+    put(e, ".", 1);
+    put_string(e, marker);
 }
 
 void kt_emit_word(kt_emitter *e, const char *word) {
@@ -163,7 +190,7 @@ void kt_emit_word(kt_emitter *e, const char *word) {
 void kt_emit_number(kt_emitter *e, double value) {
     char text[KT_NUMBER_SIZE];
     if (!isfinite(value)) {
-        e->fault = "a number is not finite";
+        kt_emit_refuse(e, KT_ERROR_NOT_FINITE, "a number is %g; a scene file has finite numbers", value);
         return;
     }
     kt_number_format(text, value);

@@ -2,6 +2,8 @@
 #ifndef KT_SCENE_EMIT_H
 #define KT_SCENE_EMIT_H
 
+#include "kinetree/status.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -17,25 +19,32 @@ typedef struct kt_emit_level {
 
 /* A struct of zeros writes nothing and only looks for what cannot be written. */
 typedef struct kt_emitter {
-    FILE *stream;      /* NULL: none */
-    const char *fault; /* the first thing that cannot be written, in words; NULL: none */
+    FILE *stream;               /* NULL: none */
+    const char *const *refused; /* see support.h; NULL: nothing is */
+    kt_error fault;             /* the first thing that cannot be written */
     int column;
     int depth;
     kt_emit_level levels[KT_EMIT_DEPTH_MAX];
 } kt_emitter;
+
+/* Notes what cannot be written; the first counts. */
+void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
 
 /* A mapping, or a list, up to its end. Within a flow level everything is flow. The outermost mapping is a block. */
 void kt_emit_map(kt_emitter *e, bool flow);
 void kt_emit_list(kt_emitter *e, bool flow);
 void kt_emit_end(kt_emitter *e);
 
-/* In a mapping: a key, before its value. A key of the outermost mapping that opens a section stands after a blank line. */
+/* In a mapping: a key, before its value; one that opens a section, after a blank line; one that is somebody's name, in
+ * quotes where it needs them. */
 void kt_emit_key(kt_emitter *e, const char *key);
 void kt_emit_section(kt_emitter *e, const char *key);
+void kt_emit_name(kt_emitter *e, const char *name);
 
 /* Values. A text gets quotes where YAML would read it as something else; a word never. */
 void kt_emit_text(kt_emitter *e, const char *text);
 void kt_emit_word(kt_emitter *e, const char *word);
+void kt_emit_pair(kt_emitter *e, const char *body, const char *marker); /* BODY.MARKER; valid names need no quotes */
 void kt_emit_number(kt_emitter *e, double value);
 void kt_emit_integer(kt_emitter *e, int value);
 void kt_emit_numbers(kt_emitter *e, const double *values, int count); /* [a, b, c] */

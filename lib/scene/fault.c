@@ -1,7 +1,7 @@
 /* Faults of a scene file: found in any order, told in that of the lines.
  *
- * A message is  [NOUN 'NAME': ][PATH: ]WHAT , the noun being that of the innermost body, loop or effect and the path what
- * lies within it: "body 'crank': joint.axis: the axis is zero".
+ * A message is  [NOUN 'NAME': ][PATH: ]WHAT , the noun being that of the innermost body, loop or effect and the path
+ * what lies within it: "body 'crank': joint.axis: the axis is zero".
  */
 #include "scene/number.h"
 #include "scene/reader.h"
@@ -107,6 +107,12 @@ static bool add_path(kt_phrase *phrase, const kt_scope *scope) {
     return true;
 }
 
+kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node) {
+    const kt_node *name = kt_node_find(node, "name");
+    bool is_named = name != NULL && name->kind == KT_NODE_TEXT && name->count > 0;
+    return (kt_scope){.noun = noun, .list = list, .index = index, .name = is_named ? name->of.text : NULL};
+}
+
 static void add_scope(kt_phrase *phrase, const kt_scope *scope) {
     const kt_scope *item = scope;
     while (item != NULL && item->noun == NULL)
@@ -114,7 +120,7 @@ static void add_scope(kt_phrase *phrase, const kt_scope *scope) {
     if (item != NULL && item->name != NULL)
         kt_phrase_add(phrase, "%s %s: ", item->noun, kt_name_quote(item->name).text);
     else if (item != NULL)
-        kt_phrase_add(phrase, "%s %d: ", item->noun, item->index + 1);
+        kt_phrase_add(phrase, "%s[%d]: ", item->list, item->index);
     if (add_path(phrase, scope))
         kt_phrase_add(phrase, ": ");
 }
@@ -146,7 +152,7 @@ static void describe_scalar(kt_phrase *phrase, const kt_node *node) {
     }
     switch (kt_scalar_classify(text, &value)) {
     case KT_SCALAR_NULL:
-        kt_phrase_add(phrase, "nothing; give it a value, or leave the key out");
+        kt_phrase_add(phrase, "nothing; give it a value, or remove it");
         return;
     case KT_SCALAR_HEX:
         kt_phrase_add(phrase, "%s; write it in decimal", quoted.text);

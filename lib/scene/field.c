@@ -7,7 +7,25 @@
 
 /* ---- words ------------------------------------------------------------------------------------------------------- */
 
-void kt_choice_suggest(kt_reader *r, kt_phrase *phrase, const kt_choice *choice, const char *word) {
+/* "a, b or c", without what is refused. */
+static void add_choices(const kt_reader *r, kt_phrase *phrase, const kt_choice *choice) {
+    int left = 0;
+    for (int i = choice->first; i < choice->count; i++)
+        left += !kt_support_is_refused(r->refused, choice->where, choice->names[i]);
+    for (int i = choice->first; i < choice->count; i++)
+        if (!kt_support_is_refused(r->refused, choice->where, choice->names[i]))
+            kt_phrase_add(phrase, "%s%s", choice->names[i], --left > 1 ? ", " : left == 1 ? " or " : "");
+}
+
+static void report_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
+    const char *word = node->of.text;
+    kt_phrase phrase = {.length = 0};
+    if (kt_support_is_refused(r->refused, choice->where, word)) {
+        kt_phrase_add(&phrase, "'%s' is not supported yet; choose ", word);
+        add_choices(r, &phrase, choice);
+        kt_fault_at(r, KT_ERROR_UNSUPPORTED, scope, node, "%s", phrase.text);
+        return;
+    }
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
     bool more = true;
     for (int i = choice->first; more && i < choice->count; i++)
@@ -15,37 +33,27 @@ void kt_choice_suggest(kt_reader *r, kt_phrase *phrase, const kt_choice *choice,
     const char *name;
     for (size_t i = 0; more && (name = kt_support_refused_name(r->refused, choice->where, i)) != NULL; i++)
         more = kt_nearest_try(&nearest, name);
+    kt_phrase_add(&phrase, "%s is unknown; ", kt_name_quote(word).text);
     if (nearest.best != NULL)
-        kt_phrase_add(phrase, "; did you mean '%s'?", nearest.best);
-}
-
-static void add_choices(kt_phrase *phrase, const kt_choice *choice) {
-    int left = choice->count - choice->first;
-    for (int i = choice->first; i < choice->count; i++)
-        kt_phrase_add(phrase, "%s%s", choice->names[i], --left > 1 ? ", " : left == 1 ? " or " : "");
+        kt_phrase_add(&phrase, "did you mean '%s'? Choose ", nearest.best);
+    else
+        kt_phrase_add(&phrase, "choose ");
+    add_choices(r, &phrase, choice);
+    kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", phrase.text);
 }
 
 int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
-    if (node->kind != KT_NODE_TEXT || node->of.text[0] == '\0') {
+    if (node->kind != KT_NODE_TEXT || node->count == 0) {
         kt_phrase expected = {.length = 0};
-        add_choices(&expected, choice);
+        add_choices(r, &expected, choice);
         kt_fault_expected(r, scope, node, expected.text);
         return -1;
     }
-    const char *word = node->of.text;
-    if (kt_support_is_refused(r->refused, choice->where, word)) {
-        kt_fault_at(r, KT_ERROR_UNSUPPORTED, scope, node, "'%s' is not supported yet", word);
-        return -1;
-    }
-    for (int i = choice->first; i < choice->count; i++)
-        if (strcmp(word, choice->names[i]) == 0)
-            return i;
-    kt_phrase phrase = {.length = 0};
-    kt_phrase_add(&phrase, "%s is unknown", kt_name_quote(word).text);
-    kt_choice_suggest(r, &phrase, choice, word);
-    kt_phrase_add(&phrase, "%s it is ", strchr(phrase.text, '?') != NULL ? "" : ";");
-    add_choices(&phrase, choice);
-    kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", phrase.text);
+    if (!kt_support_is_refused(r->refused, choice->where, node->of.text))
+        for (int i = choice->first; i < choice->count; i++)
+            if (strcmp(node->of.text, choice->names[i]) == 0)
+                return i;
+    report_choice(r, scope, node, choice);
     return -1;
 }
 
@@ -59,7 +67,8 @@ typedef struct kt_reading {
     void *object;
     kt_node *values[KT_TABLE_COUNT_MAX]; /* of the fields; NULL: not there */
     uint32_t lines[KT_TABLE_COUNT_MAX];
-    unsigned type; /* its bit; ~0: no types, or the type could not be read */
+    bool misspelt[KT_TABLE_COUNT_MAX]; /* an unknown key was probably meant for it */
+    unsigned type;                     /* its bit; ~0: no types, or the type could not be read */
     bool type_is_known;
 } kt_reading;
 
@@ -74,7 +83,7 @@ static int find_field(const kt_table *table, const char *key, unsigned type) {
     return found;
 }
 
-static void report_unknown(const kt_reading *reading, kt_node *key) {
+static void report_unknown(kt_reading *reading, kt_node *key) {
     kt_reader *r = reading->r;
     const kt_table *table = reading->table;
     const char *word = key->of.text;
@@ -85,15 +94,17 @@ static void report_unknown(const kt_reading *reading, kt_node *key) {
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
     bool more = true;
     for (int i = 0; more && i < table->count; i++)
-        if (applies(&table->fields[i], reading->type) && reading->values[i] == NULL)
+        if (applies(&table->fields[i], reading->type))
             more = kt_nearest_try(&nearest, table->fields[i].key);
     kt_phrase mend = {.length = 0};
-    if (nearest.best != NULL)
+    if (nearest.best != NULL) {
         kt_phrase_add(&mend, "did you mean '%s'?", nearest.best);
-    else {
+        reading->misspelt[find_field(table, nearest.best, reading->type)] = true;
+    } else {
         kt_phrase_add(&mend, "it can be");
         for (int i = 0, n = 0; i < table->count; i++)
-            if (applies(&table->fields[i], reading->type))
+            if (applies(&table->fields[i], reading->type) &&
+                !kt_support_is_refused(r->refused, table->where, table->fields[i].key))
                 kt_phrase_add(&mend, "%s %s", n++ > 0 ? "," : "", table->fields[i].key);
     }
     kt_fault_at(r, KT_ERROR_SCENE, reading->scope, key, "unknown key %s; %s", kt_name_quote(word).text, mend.text);
@@ -113,8 +124,8 @@ static void report_misplaced(const kt_reading *reading, const kt_field *field, k
         if ((reading->type >> i & 1U) != 0)
             type = i;
     }
-    kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "a %s of type %s has no key '%s'; it belongs to %s",
-                table->noun, table->types->names[type], field->key, owners.text);
+    kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "type %s has no key '%s'; it belongs to %s",
+                table->types->names[type], field->key, owners.text);
 }
 
 static void sort_key(kt_reading *reading, kt_node *key) {
@@ -125,6 +136,8 @@ static void sort_key(kt_reading *reading, kt_node *key) {
                     key->kind == KT_NODE_LIST ? "list" : "mapping");
         return;
     }
+    if (strcmp(key->of.text, "<<") == 0 && key->next->faulty) /* a merge key: its alias has been told */
+        return;
     int found = find_field(reading->table, key->of.text, reading->type);
     const kt_field *field = found < 0 ? NULL : &reading->table->fields[found];
     if (field == NULL || kt_support_is_refused(reading->r->refused, reading->table->where, field->key))
@@ -149,17 +162,47 @@ static bool read_field(const kt_reading *reading, int i) {
 }
 
 static void report_missing(const kt_reading *reading, kt_node *map) {
-    kt_phrase missing = {.length = 0};
+    const kt_table *table = reading->table;
+    kt_phrase missing = {.length = 0}, mend = {.length = 0};
     int count = 0;
-    for (int i = 0; i < reading->table->count; i++) {
-        const kt_field *field = &reading->table->fields[i];
+    bool misspelt = false;
+    for (int i = 0; i < table->count; i++) {
+        const kt_field *field = &table->fields[i];
         bool wanted = field->types == 0 || (reading->type_is_known && applies(field, reading->type));
-        if (reading->values[i] == NULL && wanted && (field->flags & KT_FIELD_REQUIRED) != 0)
+        if (reading->values[i] != NULL || !wanted || (field->flags & KT_FIELD_REQUIRED) == 0)
+            continue;
+        if (reading->misspelt[i])
+            misspelt = true;
+        else
             kt_phrase_add(&missing, "%s'%s'", count++ > 0 ? ", " : "", field->key);
     }
+    if (table->types != NULL && kt_node_find(map, "type") == NULL) {
+        kt_phrase_add(&mend, "its type is ");
+        add_choices(reading->r, &mend, table->types);
+    } else {
+        kt_phrase_add(&mend, "add %s", count > 1 ? "them" : "it");
+    }
     if (count > 0)
-        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, map, "the key%s %s %s missing", count > 1 ? "s" : "",
-                    missing.text, count > 1 ? "are" : "is");
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, map, "the key%s %s %s missing; %s",
+                    count > 1 ? "s" : "", missing.text, count > 1 ? "are" : "is", mend.text);
+    if (misspelt)
+        map->faulty = true; /* what follows from its absence has been told */
+}
+
+static bool is_type(const kt_table *table, const kt_field *field) {
+    return table->types != NULL && field->detail == table->types;
+}
+
+/* The bit of the type that an object has; all bits where there are no types. */
+static unsigned type_of(const kt_table *table, const void *object) {
+    for (int i = 0; i < table->count; i++) {
+        int type;
+        if (!is_type(table, &table->fields[i]))
+            continue;
+        memcpy(&type, kt_field_of(object, &table->fields[i]), sizeof type);
+        return type >= 0 && type < table->types->count ? 1U << type : 0U;
+    }
+    return ~0U;
 }
 
 /* The type decides what the other keys mean, wherever it stands. */
@@ -167,48 +210,49 @@ static void read_type(kt_reading *reading, const kt_node *map) {
     const kt_table *table = reading->table;
     reading->type = ~0U;
     reading->type_is_known = table->types == NULL;
-    if (table->types == NULL)
-        return;
-    reading->values[0] = kt_node_find(map, table->fields[0].key);
-    if (reading->values[0] != NULL && read_field(reading, 0)) {
-        int type;
-        memcpy(&type, (const char *)reading->object + table->fields[0].offset, sizeof type);
-        reading->type = 1U << type;
-        reading->type_is_known = true;
+    for (int i = 0; i < table->count; i++) {
+        if (!is_type(table, &table->fields[i]))
+            continue;
+        reading->values[i] = kt_node_find(map, table->fields[i].key);
+        reading->type_is_known = reading->values[i] != NULL && read_field(reading, i);
+        reading->values[i] = NULL;
     }
-    reading->values[0] = NULL;
+    if (reading->type_is_known)
+        reading->type = type_of(table, reading->object);
 }
 
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object) {
+    if (map->kind == KT_NODE_TEXT && map->count > 0 && table->types != NULL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, map, "expected a mapping, found %s; write {type: ...}",
+                           kt_name_quote(map->of.text).text);
     if (map->kind != KT_NODE_MAP)
-        return kt_fault_expected(r, scope, map, "a mapping (key: value)");
+        return kt_fault_expected(r, scope, map, table->example == NULL ? "a mapping (key: value)" : table->example);
     kt_reading reading = {.r = r, .scope = scope, .table = table, .object = object};
     read_type(&reading, map);
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
         sort_key(&reading, key);
     report_missing(&reading, map);
-    for (int i = table->types == NULL ? 0 : 1; i < table->count; i++)
-        if (reading.values[i] != NULL && (reading.type_is_known || table->fields[i].types == 0))
+    for (int i = 0; i < table->count; i++) {
+        const kt_field *field = &table->fields[i];
+        bool readable = reading.type_is_known || field->types == 0;
+        if (reading.values[i] != NULL && readable && !is_type(table, field))
             (void)read_field(&reading, i);
+    }
     return true;
 }
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static unsigned type_of(const kt_table *table, const void *object) {
-    if (table->types == NULL)
-        return ~0U;
-    int type;
-    memcpy(&type, (const char *)object + table->fields[0].offset, sizeof type);
-    return 1U << type;
+bool kt_field_same(const kt_field *field, const void *object, const void *standard) {
+    if (field->same != NULL)
+        return field->same(field, object, standard);
+    return field->kind->same != NULL && field->kind->same(field, object, standard);
 }
 
 static bool is_written(const kt_field *field, unsigned type, const void *object, const void *standard) {
     if (!applies(field, type) || (field->flags & KT_FIELD_READ_ONLY) != 0)
         return false;
-    if ((field->flags & KT_FIELD_REQUIRED) != 0 || field->kind->same == NULL)
-        return true;
-    return !field->kind->same(field, object, standard);
+    return (field->flags & KT_FIELD_REQUIRED) != 0 || !kt_field_same(field, object, standard);
 }
 
 bool kt_table_same(const kt_table *table, const void *object, const void *standard) {
@@ -226,6 +270,8 @@ void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, co
         const kt_field *field = &table->fields[i];
         if (!is_written(field, type, object, standard))
             continue;
+        if (kt_support_is_refused(e->refused, table->where, field->key))
+            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "'%s' is not supported yet", field->key);
         if ((field->flags & KT_FIELD_SECTION) != 0)
             kt_emit_section(e, field->key);
         else

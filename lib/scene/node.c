@@ -1,9 +1,9 @@
 /* YAML to nodes: libyaml's events, with what a scene has no use for refused.
  *
  * Text is checked before libyaml sees it: UTF-8 and characters (for a line and a column in the message, and because
- * libyaml would guess UTF-16), and directives (it compares each with all before it). Aliases and anchors are refused: the
- * time and memory of reading then grow with the size of the file alone. Tags are refused, since a scene's own keys say
- * what each value is.
+ * libyaml would guess UTF-16), and directives (it compares each with all before it). Aliases and anchors are refused:
+ * the time and memory of reading then grow with the size of the file alone. Tags are refused, since a scene's own keys
+ * say what each value is.
  */
 #include "scene/node.h"
 
@@ -140,6 +140,7 @@ static bool add_scalar(kt_builder *b, const yaml_event_t *event) {
         return kt_reader_out_of_memory(b->r);
     node->count = (uint32_t)length;
     node->plain = event->data.scalar.style == YAML_PLAIN_SCALAR_STYLE;
+    node->faulty = event->data.scalar.tag != NULL;
     /* "\0" within quotes */
     if (strlen(node->of.text) != length) {
         (void)fault_at_mark(b->r, event->start_mark, "there is a zero character in this text; remove it");
@@ -165,8 +166,7 @@ static void check_properties(kt_builder *b, yaml_mark_t mark, const yaml_char_t 
         (void)kt_fault_put(b->r, KT_ERROR_SCENE, line_of(mark), column_of(mark),
                            "anchors are not part of a scene file; remove '&%.40s'", (const char *)anchor);
     if (tag != NULL)
-        (void)kt_fault_put(b->r, KT_ERROR_SCENE, line_of(mark), column_of(mark),
-                           "tags are not part of a scene file; remove '%.40s'", (const char *)tag);
+        (void)fault_at_mark(b->r, mark, "tags ('!...') are not part of a scene file; remove this one");
 }
 
 /* Adds what an event brings; false to stop. */

@@ -20,7 +20,6 @@ typedef struct kt_node {
     uint8_t kind;          /* kt_node_kind */
     bool plain;            /* a scalar without quotes */
     bool faulty;           /* a fault has been reported here */
-    bool key;              /* a key of a mapping */
 } kt_node;
 
 enum {

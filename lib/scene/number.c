@@ -1,6 +1,7 @@
 /* Numbers and angles as a scene file writes them.
  *
- * The grammar of a number is that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal forms:
+ * The grammar of a number is that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal
+ * forms:
  *   [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
  * strtod rounds it; the grammar is checked first because strtod reads more (hexadecimal, infinity, leading blanks).
  */

@@ -25,18 +25,18 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
 
 struct kt_reader {
-    kt_arena keep;        /* what the scene holds in the end */
-    kt_arena scratch;     /* nodes, messages */
-    bool out_of_memory;   /* then nothing else counts */
-    int64_t effort;       /* what may still be spent on looking for the names that were meant */
+    kt_arena keep;              /* what the scene holds in the end */
+    kt_arena scratch;           /* nodes, messages */
+    bool out_of_memory;         /* then nothing else counts */
+    int64_t effort;             /* what may still be spent on looking for the names that were meant */
     const char *const *refused; /* see support.h */
 
     kt_fault *faults;
     size_t fault_count, fault_room, fault_dropped;
 
     const kt_description *description; /* once the bodies are read */
-    kt_names bodies;                   /* their names to indices */
-    bool names_are_known;              /* no body's name is unreadable */
+    kt_names names;                    /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
+    bool bodies_are_known;             /* no name, marker or joint of a body is unreadable */
     int quantity;                      /* kt_quantity of the values of the function that is being read */
 
     kt_node *root;
@@ -50,7 +50,8 @@ typedef struct kt_scope {
     const char *key;  /* a key; NULL: an item of a list */
     int index;        /* of an item, from 0 */
     const char *noun; /* NULL, or what this is */
-    const char *name; /* of what has a noun; NULL: not known, and `index` says which */
+    const char *list; /* of what has a noun: the section that it is an item of */
+    const char *name; /* of what has a noun; NULL: not known, and list[index] says which */
 } kt_scope;
 
 /* Reports a fault at a node (NULL: at the beginning of the file), which becomes faulty. The message is what the scope
@@ -106,7 +107,8 @@ struct kt_field {
     size_t offset;      /* in the struct */
     unsigned types;     /* where the mapping has types: those that have this key, one bit each; 0: all */
     unsigned flags;     /* KT_FIELD_ */
-    const void *detail; /* what the kind needs: a kt_table, a kt_choice, a kt_quantity */
+    const void *detail; /* what the kind needs: a kt_table or a kt_choice */
+    bool (*same)(const kt_field *field, const void *object, const void *standard); /* NULL: the kind's */
 };
 
 /* The choices of a word, by value. */
@@ -117,17 +119,23 @@ typedef struct kt_choice {
     int first; /* the smallest value that has a name in scene files */
 } kt_choice;
 
-/* A mapping. Where its keys depend on a type, the first field is that type. */
+/* A mapping, whose keys may depend on its type. */
 typedef struct kt_table {
     const char *where; /* "simulate": as support.h names it */
-    const char *noun;  /* "joint": for messages on keys that another type has; NULL: no types */
     const kt_field *fields;
     int count;
     bool flow;              /* written in one line */
-    const kt_choice *types; /* of the first field; NULL: no types */
+    const kt_choice *types; /* of its field `type`; NULL: no types */
+    const char *example;    /* "{linear: [...], angular: [...]}": where no mapping is found; NULL: none */
 } kt_table;
 
 enum { KT_TABLE_COUNT_MAX = 24 };
+
+/* Where a field lies. */
+static inline void *kt_field_in(void *object, const kt_field *field) { return (char *)object + field->offset; }
+static inline const void *kt_field_of(const void *object, const kt_field *field) {
+    return (const char *)object + field->offset;
+}
 
 #define KT_COUNT_OF(array) ((int)(sizeof(array) / sizeof *(array)))
 
@@ -141,10 +149,13 @@ void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, co
 /* Whether the mapping would be written empty. */
 bool kt_table_same(const kt_table *table, const void *object, const void *standard);
 
+/* The scope of an item of a section: a body, loop or effect. */
+kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node);
+
+/* Whether a field may be left out. */
+bool kt_field_same(const kt_field *field, const void *object, const void *standard);
+
 /* What a word stands for, or -1 after reporting it. */
 int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice);
-
-/* Adds "; did you mean 'x'?" where a choice, or something refused for now at the same place, is near to the word. */
-void kt_choice_suggest(kt_reader *r, kt_phrase *phrase, const kt_choice *choice, const char *word);
 
 #endif

@@ -1,7 +1,8 @@
 /* What SCENE.md describes and this version cannot do yet.
  *
- * This list is the one switch: take a line away when the engine can do what it names, and the tables of keys, which hold
- * loops, initial and the first effects already, do the rest. An entry is a key of the file ("loops"), a key of a section
+ * This list is the one switch: take a line away when the engine can do what it names, and the tables of keys, which
+ * hold loops, initial and the first effects already, do the rest. An entry is a key of the file ("loops"), a key of a
+ * section
  * ("simulate.plan") or a word that stands for a key's value ("simulate.reduction.svd").
  */
 #include "scene/support.h"
@@ -42,7 +43,7 @@ static const char *name_at(const char *entry, const char *where) {
 }
 
 const char *kt_support_refused_name(const char *const *refused, const char *where, size_t n) {
-    for (; *refused != NULL; refused++) {
+    for (; refused != NULL && *refused != NULL; refused++) {
         const char *name = name_at(*refused, where);
         if (name != NULL && n-- == 0)
             return name;
@@ -51,7 +52,7 @@ const char *kt_support_refused_name(const char *const *refused, const char *wher
 }
 
 bool kt_support_is_refused(const char *const *refused, const char *where, const char *name) {
-    for (; *refused != NULL; refused++) {
+    for (; refused != NULL && *refused != NULL; refused++) {
         const char *here = name_at(*refused, where);
         if (here != NULL && strcmp(here, name) == 0)
             return true;

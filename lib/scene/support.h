@@ -8,7 +8,7 @@
 /* Ends in NULL. */
 extern const char *const kt_support_refused[];
 
-/* Whether the list has "WHERE.NAME" (or NAME alone where `where` is empty). */
+/* Whether the list (NULL: an empty one) has "WHERE.NAME" (or NAME alone where `where` is empty). */
 bool kt_support_is_refused(const char *const *refused, const char *where, const char *name);
 
 /* The n-th name (from 0) that the list has at this place; NULL where there are fewer. */

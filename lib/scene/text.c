@@ -6,7 +6,8 @@
 #include <string.h>
 
 size_t kt_utf8_decode(const char *text, size_t size, uint32_t *character) {
-    static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000}; /* by length: a longer form than needed is not valid */
+    static const uint32_t least[] = {0, 0, 0x80, 0x800,
+                                     0x10000}; /* by length: a longer form than needed is not valid */
     unsigned char lead = (unsigned char)text[0];
     size_t length = lead < 0x80U ? 1 : lead < 0xC0U ? 0 : lead < 0xE0U ? 2 : lead < 0xF0U ? 3 : lead < 0xF8U ? 4 : 0;
     if (length == 0 || length > size)

@@ -45,6 +45,7 @@ struct kt_simulation {
     const kt_model *model;
     kt_integrator *integrator;
     kt_acceleration acceleration; /* with the pushes of the last step */
+    double step;                  /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */

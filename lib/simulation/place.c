@@ -120,6 +120,7 @@ static kt_status place_integrator(kt_simulation *simulation, const kt_wish *wish
 }
 
 static void set_records(kt_simulation *simulation, const kt_wish *wish) {
+    simulation->step = wish->run.step;
     simulation->duration = wish->run.duration;
     simulation->interval = wish->run.interval > 0.0 ? wish->run.interval : wish->run.duration / 1000.0;
     simulation->record = wish->record;

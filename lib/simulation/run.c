@@ -31,20 +31,12 @@ const char *kt_formulation_name(kt_formulation formulation) {
 }
 
 const char *kt_reduction_name(kt_reduction reduction) {
-    switch (reduction) {
-        KT_REDUCTION_LIST(KT_RUN_CASE)
-    case KT_REDUCTION_COUNT:
-        break;
-    }
+    switch (reduction) { KT_REDUCTION_LIST(KT_RUN_CASE) }
     return NULL;
 }
 
 const char *kt_metric_name(kt_metric metric) {
-    switch (metric) {
-        KT_METRIC_LIST(KT_RUN_CASE)
-    case KT_METRIC_COUNT:
-        break;
-    }
+    switch (metric) { KT_METRIC_LIST(KT_RUN_CASE) }
     return NULL;
 }
 

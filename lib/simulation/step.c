@@ -73,17 +73,13 @@ static kt_status say_not_finite(const kt_simulation *simulation, int body, const
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "%s is not finite", what);
 }
 
+/* The integrator has seen to it that y is finite. */
 static int normalize_state(double t, double *y, bool *changed, void *user) {
     (void)t;
     kt_simulation *simulation = user;
-    int body = find_not_finite(simulation, y);
-    if (body >= 0) {
-        (void)say_not_finite(simulation, body, "a position or velocity", &simulation->cause);
-        return 1;
-    }
     if (kt_simulation_normalize(simulation, y, changed))
         return 0;
-    (void)kt_error_set(&simulation->cause, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
+    (void)kt_error_set(&simulation->cause, KT_ERROR_NOT_FINITE, NULL, "a step has brought a quaternion to zero");
     return 1;
 }
 
@@ -103,9 +99,14 @@ kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt
         return kt_error_set(error, from->code, where, "%s", from->message);
     }
     snprintf(where, sizeof where, "t = %.9g s%s%s", t, cause->where[0] != '\0' ? ", " : "", cause->where);
-    if (from->code != KT_ERROR_STEP)
-        return kt_error_set(error, cause->code, where, "%s", cause->message);
-    return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message, from->message);
+    if (from->code == KT_ERROR_STEP)
+        return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
+                            from->message);
+    if (simulation->step > 0.0 && is_recoverable(cause->code))
+        return kt_error_set(error, cause->code, where,
+                            "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
+                            cause->message, simulation->step);
+    return kt_error_set(error, cause->code, where, "%s", cause->message);
 }
 
 /* ---- pushes ------------------------------------------------------------------------------------------------------ */

@@ -77,8 +77,7 @@ matrix kt_reference_exponential(int sequence, const number *p) {
 }
 
 /* (I - S)^-1 by its adjugate, whose rows are the cross products of columns. */
-matrix kt_reference_cayley(int sequence, const number *p) {
-    (void)sequence;
+static matrix cayley(const number *p) {
     const matrix s = skew(p, 0.5L), a = add(identity(), -1.0L, s);
     matrix inverse;
     for (int i = 0; i < 3; i++)
@@ -86,10 +85,18 @@ matrix kt_reference_cayley(int sequence, const number *p) {
             const int r1 = (j + 1) % 3, r2 = (j + 2) % 3, c1 = (i + 1) % 3, c2 = (i + 2) % 3;
             inverse.m[i][j] = a.m[r1][c1] * a.m[r2][c2] - a.m[r1][c2] * a.m[r2][c1];
         }
-    const number determinant =
-        a.m[0][0] * inverse.m[0][0] + a.m[0][1] * inverse.m[1][0] + a.m[0][2] * inverse.m[2][0];
+    const number determinant = a.m[0][0] * inverse.m[0][0] + a.m[0][1] * inverse.m[1][0] + a.m[0][2] * inverse.m[2][0];
     const matrix product = kt_reference_multiply(inverse, add(identity(), 1.0L, s));
     return add((matrix){{{0}}}, 1.0L / determinant, product);
+}
+
+/* The Cayley transform loses |g|^2 LDBL_EPSILON. */
+matrix kt_reference_cgr(int sequence, const number *p) {
+    const number size = csqrtl(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    if (creall(size) < 10.0L)
+        return cayley(p);
+    const number factor = 2.0L * catanl(0.5L * size) / size, theta[3] = {factor * p[0], factor * p[1], factor * p[2]};
+    return kt_reference_exponential(sequence, theta);
 }
 
 /* From the table of i, j, k: i j = k and so on. */
@@ -141,7 +148,7 @@ void kt_reference_map(kt_reference_rotation *rotation, int sequence, const doubl
         number z[4] = {0.0L};
         for (int i = 0; i < count; i++)
             z[i] = (long double)p[i];
-        z[k] += h * I;
+        z[k] += h * (number)I;
         const matrix turned = rotation(sequence, z);
         matrix rate;
         for (int i = 0; i < 9; i++)

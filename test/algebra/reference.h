@@ -1,6 +1,7 @@
-/* Rotations computed apart from the library: in complex long double, by other formulas (products of elementary rotations, the
- * exponential series, the Cayley transform, the quaternion sandwich). Complex, because f'(x) = Im f(x + i h) / h without
- * any cancellation, so that with h = 1e-30 derivatives are as exact as values (Squire and Trapp, 1998). */
+/* Rotations computed apart from the library: in complex long double, by other formulas (products of elementary
+ * rotations, the exponential series, the Cayley transform, the quaternion sandwich). Complex, because f'(x) = Im f(x +
+ * i h) / h without any cancellation, so that with h = 1e-30 derivatives are as exact as values (Squire and Trapp,
+ * 1998). */
 #ifndef KT_TEST_ALGEBRA_REFERENCE_H
 #define KT_TEST_ALGEBRA_REFERENCE_H
 
@@ -19,9 +20,9 @@ typedef struct kt_reference_matrix {
 /* Of parameters p; `sequence` is for Euler angles alone. */
 typedef kt_reference_matrix kt_reference_rotation(int sequence, const kt_reference_number *p);
 
-kt_reference_rotation kt_reference_euler;      /* three angles: a product of elementary rotations */
+kt_reference_rotation kt_reference_euler;       /* three angles: a product of elementary rotations */
 kt_reference_rotation kt_reference_exponential; /* Euler vector: the series of exp(theta x) */
-kt_reference_rotation kt_reference_cayley;     /* CGR: (I - g x / 2)^-1 (I + g x / 2) */
+kt_reference_rotation kt_reference_cgr; /* CGR: (I - g x / 2)^-1 (I + g x / 2); exp(2 atan(|g| / 2) n x) where large */
 kt_reference_rotation kt_reference_sandwich;   /* quaternion of any norm: e -> q e q^-1 */
 kt_reference_rotation kt_reference_axis_angle; /* axis, not normalised here, and angle: exp(angle axis x) */
 
@@ -32,7 +33,8 @@ kt_mat3 kt_reference_rounded(kt_reference_matrix a);
 /* Largest difference of two entries. */
 double kt_reference_difference(kt_mat3 a, kt_reference_matrix b);
 
-/* G: columns ax(R_k R'), R_k the derivative of R by parameter k, in the reference frame; or ax(R' R_k), in the turned frame. */
+/* G: columns ax(R_k R'), R_k the derivative of R by parameter k, in the reference frame; or ax(R' R_k), in the turned
+ * frame. */
 void kt_reference_map(kt_reference_rotation *rotation, int sequence, const double *p, int count, bool body,
                       long double map[3][4]);
 

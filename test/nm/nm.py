@@ -20,7 +20,7 @@ CORE_MAY_IMPORT = [
     "fabs", "sqrt", "cbrt", "hypot", "fma", "fmod", "fmin", "fmax", "copysign", "ldexp", "frexp", "scalbn", "modf",
     "nextafter", "sin", "cos", "tan", "sincos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh",
     "atanh", "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "floor", "ceil", "trunc", "round", "rint",
-    "nearbyint", "lround", "llround", "remainder", "erf",
+    "nearbyint", "lround", "llround", "remainder", "erf", "powl",
     # memory and text
     "memcpy", "memmove", "memset", "memcmp", "memchr", "strlen", "strnlen", "strcmp", "strncmp", "strchr", "strrchr",
     "strstr", "strcspn", "strspn", "snprintf", "vsnprintf",
@@ -30,7 +30,7 @@ CORE_MAY_IMPORT = [
     "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
-SET_UP = ["model/compile*.c", "model/check.c"]
+SET_UP = ["model/check.c", "model/compile*.c", "model/check.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "realloc", "free", "aligned_alloc", "qsort"]
 # The scene library reads files, and may allocate; it never prints or ends the program.
 SCENE_MAY_NOT_IMPORT = [

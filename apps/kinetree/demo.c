@@ -1,0 +1,159 @@
+/* kinetree demo: the bundled scenes.
+ *
+ * They are looked for, in this order: where KINETREE_SCENES says; beside the program, as installed (so that an
+ * installation can be moved); in the source tree, when the program still lies in the tree that it was built in.
+ */
+#include "arguments.h"
+#include "command.h"
+
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { FOLDER_SIZE = 4096, PATH_SIZE = FOLDER_SIZE + 260 };
+
+static const kt_usage usage = {
+    .command = "demo",
+    .examples = "  kinetree demo\n"
+                "  kinetree demo pendulum\n"
+                "  kinetree demo pendulum --duration 3 --plot pendulum.svg\n",
+    .operands = "[NAME [OPTION OF run...]]",
+    .least = 0,
+    .most = 1,
+    .about = "Without a name, lists the bundled scenes. With one, runs it as 'kinetree run' does and takes the same\n"
+             "options. KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
+};
+
+/* ---- where they are ---------------------------------------------------------------------------------------------- */
+
+static bool is_folder(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+/* The folder that this program lies in, without a last slash. */
+static bool find_own_folder(char *folder, size_t size) {
+    ssize_t length = readlink("/proc/self/exe", folder, size - 1);
+    if (length <= 0)
+        return false;
+    folder[length] = '\0';
+    char *slash = strrchr(folder, '/');
+    if (slash == NULL)
+        return false;
+    *slash = '\0';
+    return true;
+}
+
+static bool find_folder(char *folder, size_t size) {
+    char own[FOLDER_SIZE];
+    const char *given = getenv("KINETREE_SCENES");
+    if (given != NULL && *given != '\0') {
+        snprintf(folder, size, "%s", given);
+        if (is_folder(folder))
+            return true;
+        kt_say("demo: KINETREE_SCENES is '%s', which is no folder", given);
+        return false;
+    }
+    if (find_own_folder(own, sizeof own)) {
+        int length = snprintf(folder, size, "%s/%s", own, KT_SCENES_FROM_PROGRAM);
+        if (length > 0 && (size_t)length < size && is_folder(folder))
+            return true;
+    }
+    snprintf(folder, size, "%s", KT_SCENES_SOURCE);
+    if (is_folder(folder))
+        return true;
+    kt_say("demo: the bundled scenes are not where they were installed; KINETREE_SCENES=FOLDER says where they are");
+    return false;
+}
+
+static int is_scene(const struct dirent *entry) {
+    size_t length = strlen(entry->d_name);
+    return length > 5 && entry->d_name[0] != '.' && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+static void join(char *path, size_t size, const char *folder, const char *file) {
+    snprintf(path, size, "%s/%s", folder, file);
+}
+
+/* ---- listing ----------------------------------------------------------------------------------------------------- */
+
+static void list_scene(const char *folder, const char *file, int width) {
+    char path[PATH_SIZE];
+    kt_scene scene;
+    kt_error error;
+    join(path, sizeof path, folder, file);
+    int length = (int)strlen(file) - 5;
+    if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK) {
+        printf("%-*.*s  (does not read; 'kinetree check %s' says why)\n", width, length, file, path);
+        return;
+    }
+    printf("%-*.*s  %s\n", width, length, file, scene.description.name != NULL ? scene.description.name : "");
+    kt_scene_free(&scene);
+}
+
+static int list(const char *folder, struct dirent **entries, int count) {
+    int width = 0;
+    for (int i = 0; i < count; i++) {
+        int length = (int)strlen(entries[i]->d_name) - 5;
+        width = length > width ? length : width;
+    }
+    for (int i = 0; i < count; i++)
+        list_scene(folder, entries[i]->d_name, width);
+    return kt_finish_output(KT_EXIT_DONE);
+}
+
+/* ---- running ----------------------------------------------------------------------------------------------------- */
+
+static int say_unknown(const char *name, struct dirent **entries, int count) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int i = 0; i < count; i++) {
+        entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
+        (void)kt_nearest_try(&nearest, entries[i]->d_name);
+    }
+    if (nearest.best != NULL)
+        kt_say("demo: there is no scene '%s'%s", name, kt_ask(&nearest, "").text);
+    else
+        kt_say("demo: there is no scene '%s'; 'kinetree demo' lists them", name);
+    return KT_EXIT_USAGE;
+}
+
+static int run(int argc, char **argv, const char *folder, struct dirent **entries, int count) {
+    char path[PATH_SIZE], file[PATH_SIZE];
+    int found = -1;
+    snprintf(file, sizeof file, "%s.yaml", argv[1]);
+    for (int i = 0; i < count; i++)
+        if (strcmp(entries[i]->d_name, file) == 0 || strcmp(entries[i]->d_name, argv[1]) == 0)
+            found = i;
+    if (found < 0)
+        return say_unknown(argv[1], entries, count);
+    join(path, sizeof path, folder, entries[found]->d_name);
+    argv[0] = (char[]){"run"};
+    argv[1] = path;
+    return kt_command_run(argc, argv);
+}
+
+int kt_command_demo(int argc, char **argv) {
+    char folder[FOLDER_SIZE];
+    struct dirent **entries = NULL;
+    if (argc < 2 || argv[1][0] == '-') {
+        int operands;
+        int code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
+        if (code >= 0)
+            return code;
+    }
+    if (!find_folder(folder, sizeof folder))
+        return KT_EXIT_SCENE;
+    int count = scandir(folder, &entries, is_scene, alphasort);
+    if (count < 0) {
+        kt_say("demo: %s cannot be read", folder);
+        return KT_EXIT_SCENE;
+    }
+    int code = argc < 2 ? list(folder, entries, count) : run(argc, argv, folder, entries, count);
+    for (int i = 0; i < count; i++)
+        free(entries[i]);
+    free(entries);
+    return code;
+}

@@ -1,0 +1,219 @@
+/* kinetree evaluate: the matrices and vectors of a scene's initial state, as JSON. */
+#include "arguments.h"
+#include "command.h"
+#include "json.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct kt_evaluate_arguments {
+    const char *acceleration, *out;
+} kt_evaluate_arguments;
+
+static const kt_option options[] = {
+    {"acceleration", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, acceleration), "A1,A2,...",
+     "inverse dynamics for these accelerations", NULL},
+    {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "a file instead of standard output", NULL},
+};
+
+static const kt_usage usage = {
+    .command = "evaluate",
+    .examples = "  kinetree evaluate pendulum.yaml\n"
+                "  kinetree evaluate arm.yaml --acceleration=0,0.5,-1\n"
+                "  kinetree evaluate arm.yaml | jq .mass_matrix\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about = "Prints what the equations of motion consist of in the initial state: coordinates (the velocities in\n"
+             "order), mass_matrix M (rows), bias h, acceleration a = M^-1 (tau - h), energy, pose of each body in the\n"
+             "world, constraint; with --acceleration inverse_dynamics, the forces M a + h.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* Beyond this the mass matrix is left out: its text would be longer than 100 MB. */
+enum { MASS_FREEDOMS_MAX = 2000 };
+
+/* Everything that is computed, in one allocation each; mass is NULL where it is left out. */
+typedef struct kt_evaluation {
+    const kt_model *model;
+    kt_data *data;
+    int nq, nv;
+    double *q, *v, *a, *given, *bias, *inverse, *mass;
+} kt_evaluation;
+
+static double *make(size_t count) { return calloc(count + 1, sizeof(double)); }
+
+static bool allocate(kt_evaluation *e, const kt_model *model) {
+    kt_error error;
+    e->model = model;
+    e->nq = kt_model_nq(model);
+    e->nv = kt_model_nv(model);
+    size_t nq = (size_t)e->nq, nv = (size_t)e->nv;
+    e->q = make(nq);
+    e->v = make(nv);
+    e->a = make(nv);
+    e->given = make(nv);
+    e->bias = make(nv);
+    e->inverse = make(nv);
+    if (e->nv <= MASS_FREEDOMS_MAX)
+        e->mass = make(nv * nv);
+    return e->q != NULL && e->v != NULL && e->a != NULL && e->given != NULL && e->bias != NULL && e->inverse != NULL &&
+           (e->mass != NULL || e->nv > MASS_FREEDOMS_MAX) && kt_data_create(model, &e->data, &error) == KT_OK;
+}
+
+static void release(kt_evaluation *e) {
+    kt_data_free(e->data);
+    free(e->q);
+    free(e->v);
+    free(e->a);
+    free(e->given);
+    free(e->bias);
+    free(e->inverse);
+    free(e->mass);
+}
+
+/* "1,2.5,-3": one number a coordinate. */
+static int read_accelerations(const char *list, kt_evaluation *e) {
+    const char *rest = list;
+    int count = 0;
+    while (*rest != '\0' || count == 0) {
+        char *end;
+        double value = strtod(rest, &end);
+        if (end == rest || !isfinite(value) || (*end != ',' && *end != '\0')) {
+            kt_say("evaluate: --acceleration takes numbers with commas between; '%s' is none", rest);
+            return KT_EXIT_USAGE;
+        }
+        if (count < e->nv)
+            e->given[count] = value;
+        count++;
+        rest = *end == ',' ? end + 1 : end;
+    }
+    if (count == e->nv)
+        return -1;
+    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d freedoms", count, count == 1 ? "" : "s",
+           e->nv);
+    return KT_EXIT_USAGE;
+}
+
+static kt_status compute(kt_evaluation *e, kt_error *error) {
+    kt_model_initial(e->model, e->q, e->v);
+    kt_status status = KT_OK;
+    if (e->mass != NULL)
+        status = kt_dynamics_mass(e->model, e->data, e->q, e->mass, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, NULL, NULL, e->bias, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, e->given, NULL, e->inverse, error);
+    if (status == KT_OK)
+        status = kt_dynamics_forward(e->model, e->data, e->q, e->v, NULL, NULL, e->a, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(e->model, e->data, e->q, e->v, e->a, error);
+    return status;
+}
+
+/* ---- as JSON ----------------------------------------------------------------------------------------------------- */
+
+static json_t *list_coordinates(const kt_model *model) {
+    json_t *list = json_array();
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        kt_coordinates at = kt_body_coordinates(model, body);
+        for (int k = 0; k < at.nv; k++)
+            json_array_append_new(list, at.nv == 1 ? json_string(kt_body_name(model, body))
+                                                   : json_sprintf("%s[%d]", kt_body_name(model, body), k));
+    }
+    return list;
+}
+
+static json_t *list_rows(const double *columns, int n) {
+    json_t *rows = json_array();
+    for (int i = 0; i < n; i++) {
+        json_t *row = json_array();
+        for (int j = 0; j < n; j++)
+            json_array_append_new(row, kt_json_number(columns[(size_t)j * (size_t)n + (size_t)i]));
+        json_array_append_new(rows, row);
+    }
+    return rows;
+}
+
+static json_t *list_poses(const kt_evaluation *e) {
+    json_t *poses = json_object();
+    for (int body = 1; body < kt_model_body_count(e->model); body++) {
+        kt_pose pose = kt_body_pose(e->model, e->data, body);
+        kt_quat p = kt_quat_from_matrix(pose.rotation);
+        kt_mat3 rows = kt_mat3_transpose(pose.rotation);
+        double quaternion[4] = {p.w, p.x, p.y, p.z};
+        json_t *one = json_object(), *rotation = json_array();
+        json_array_append_new(rotation, kt_json_vector(rows.x));
+        json_array_append_new(rotation, kt_json_vector(rows.y));
+        json_array_append_new(rotation, kt_json_vector(rows.z));
+        json_object_set_new(one, "position", kt_json_vector(pose.position));
+        json_object_set_new(one, "quaternion", kt_json_numbers(quaternion, 4));
+        json_object_set_new(one, "rotation", rotation);
+        json_object_set_new(poses, kt_body_name(e->model, body), one);
+    }
+    return poses;
+}
+
+static json_t *describe(const kt_evaluation *e, bool with_inverse) {
+    double kinetic = kt_kinetic_energy(e->model, e->data), potential = kt_potential_energy(e->model, e->data);
+    json_t *root = json_object();
+    json_object_set_new(root, "coordinates", list_coordinates(e->model));
+    json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv) : json_null());
+    json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
+    json_object_set_new(root, "acceleration", kt_json_numbers(e->a, e->nv));
+    if (with_inverse)
+        json_object_set_new(root, "inverse_dynamics", kt_json_numbers(e->inverse, e->nv));
+    json_object_set_new(
+        root, "energy",
+        json_pack("{s:f, s:f, s:f}", "kinetic", kinetic, "potential", potential, "total", kinetic + potential));
+    json_object_set_new(root, "pose", list_poses(e));
+    json_object_set_new(root, "constraint",
+                        json_pack("{s:i, s:i, s:f, s:f}", "equations", 0, "rank", 0, "position", 0.0, "velocity", 0.0));
+    return root;
+}
+
+static int evaluate(const kt_evaluate_arguments *arguments, const kt_model *model) {
+    kt_evaluation e = {0};
+    kt_error error = {0};
+    int code = -1;
+    if (!allocate(&e, model)) {
+        kt_say("there is not enough memory for %d freedoms", kt_model_nv(model));
+        code = KT_EXIT_INTEGRATION;
+    }
+    if (code < 0 && arguments->acceleration != NULL)
+        code = read_accelerations(arguments->acceleration, &e);
+    if (code < 0) {
+        kt_status status = compute(&e, &error);
+        if (status != KT_OK) {
+            kt_say_error(&error);
+            code = kt_exit_code(status);
+        }
+    }
+    if (code < 0 && e.mass == NULL)
+        kt_say("mass_matrix is left out: %d freedoms are more than %d", e.nv, MASS_FREEDOMS_MAX);
+    if (code < 0)
+        code =
+            kt_json_write(describe(&e, arguments->acceleration != NULL), arguments->out != NULL ? arguments->out : "-");
+    release(&e);
+    return code;
+}
+
+int kt_command_evaluate(int argc, char **argv) {
+    kt_evaluate_arguments arguments = {NULL, NULL};
+    kt_scene scene;
+    kt_model *model = NULL;
+    int operands;
+    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    code = kt_load_model(argv[1], &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = evaluate(&arguments, model);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}

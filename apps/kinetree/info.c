@@ -1,0 +1,127 @@
+/* kinetree info: what a scene consists of. */
+#include "arguments.h"
+#include "command.h"
+#include "tree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const kt_usage usage = {
+    .command = "info",
+    .examples = "  kinetree info robot.yaml\n"
+                "  kinetree make tree --links 1000 | kinetree info -\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about = "Shows sizes, masses and how the scene is run, and draws its tree: joints with their freedoms, masses,\n"
+             "markers. Long chains and large trees are abridged.\n",
+};
+
+static const char *plural(int count) { return count == 1 ? "" : "s"; }
+
+static const char *name_level(kt_level level) {
+    switch (level) {
+    case KT_LEVEL_V3:
+        return "x86-64-v3 (AVX2)";
+    case KT_LEVEL_V4:
+        return "x86-64-v4 (AVX-512)";
+    default:
+        return "baseline";
+    }
+}
+
+/* Rounding is not worth reading. */
+static double tidy(double x, double scale) { return fabs(x) < 1e-12 * scale ? 0.0 : x; }
+
+static void show_sizes(const kt_model *model) {
+    int bodies = kt_model_body_count(model) - 1, nq = kt_model_nq(model), nv = kt_model_nv(model);
+    printf("bodies     %d\n", bodies);
+    printf("freedoms   %d", nv);
+    if (nq != nv)
+        printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural(nq - nv));
+    printf("\nkernels    %s\n", name_level(kt_model_level(model)));
+}
+
+/* Mass and its centre in the initial state. */
+static int show_masses(const kt_model *model) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    double *state = calloc(nq + nv + 1, sizeof *state);
+    kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
+                                     : kt_data_create(model, &data, &error);
+    if (status == KT_OK) {
+        kt_model_initial(model, state, state + nq);
+        status = kt_kinematics_update(model, data, state, state + nq, NULL, &error);
+    }
+    if (status == KT_OK) {
+        kt_vec3 center, g = kt_model_gravity(model);
+        double mass = kt_mass_center(model, data, &center);
+        double size = kt_vec3_norm(center);
+        printf("mass       %g kg, centre at [%g, %g, %g] m\n", mass, tidy(center.x, size), tidy(center.y, size),
+               tidy(center.z, size));
+        printf("energy     %g J kinetic, %g J potential\n", kt_kinetic_energy(model, data),
+               tidy(kt_potential_energy(model, data), mass * kt_vec3_norm(g) * size));
+        if (kt_vec3_norm(g) > 0.0)
+            printf("gravity    [%g, %g, %g] m/s^2\n", g.x, g.y, g.z);
+        else
+            puts("gravity    none");
+    } else {
+        kt_say_error(&error);
+    }
+    kt_data_free(data);
+    free(state);
+    return kt_exit_code(status);
+}
+
+static void show_run(const kt_run *run, const kt_model *model) {
+    printf("simulate   %g s, %s", run->duration, run->integrator);
+    if (run->step > 0.0)
+        printf(" with steps of %g s", run->step);
+    else if (run->relative == run->absolute)
+        printf(" at tolerance %g", run->relative);
+    else
+        printf(" at tolerances %g relative, %g absolute", run->relative, run->absolute);
+    printf(", %s formulation\n", kt_formulation_name(run->formulation));
+    fputs("output     ", stdout);
+    if (run->interval > 0.0)
+        printf("every %g s: ", run->interval);
+    else
+        fputs("about 1000 records: ", stdout);
+    unsigned record = kt_run_record(run, model);
+    const char *comma = "";
+    for (unsigned bit = 1; bit != 0 && bit <= record; bit <<= 1)
+        if ((record & bit) != 0) {
+            printf("%s%s", comma, kt_record_name(bit));
+            comma = ", ";
+        }
+    for (int i = 0; i < run->marker_count; i++)
+        printf(", %s.%s", run->markers[i].body != NULL ? run->markers[i].body : "world", run->markers[i].marker);
+    putchar('\n');
+}
+
+int kt_command_info(int argc, char **argv) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    int operands;
+    int code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
+    if (code >= 0)
+        return code;
+    code = kt_load_model(argv[1], &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    if (scene.description.name != NULL)
+        printf("%s\n\n", scene.description.name);
+    show_sizes(model);
+    code = show_masses(model);
+    show_run(&scene.run, model);
+    putchar('\n');
+    if (kt_tree_draw(model) != 0) {
+        kt_say("there is not enough memory for the tree");
+        code = KT_EXIT_INTEGRATION;
+    }
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return kt_finish_output(code);
+}

@@ -1,0 +1,269 @@
+/* kinetree make: chains, pendulums and trees of any size. */
+#include "arguments.h"
+#include "command.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum kt_kind { KT_KIND_CHAIN, KT_KIND_PENDULUM, KT_KIND_TREE } kt_kind;
+
+/* Options; NaN or -1 where the kind's own value stands. */
+typedef struct kt_make_arguments {
+    long links, branching, seed;
+    double mass, length, angle;
+    int joint, shape, axes;
+} kt_make_arguments;
+
+#define KT_AT(member) offsetof(kt_make_arguments, member)
+
+/* In the order of `joints`. */
+#define KT_MAKE_JOINTS "revolute|prismatic|screw|cylindrical|planar|universal|spherical|mixed"
+
+static const kt_joint_type joints[] = {
+    KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW,     KT_JOINT_CYLINDRICAL,
+    KT_JOINT_PLANAR,   KT_JOINT_UNIVERSAL, KT_JOINT_SPHERICAL,
+};
+enum { JOINT_COUNT = sizeof joints / sizeof joints[0] }; /* "mixed" comes after them: each in turn */
+
+static const kt_option options[] = {
+    {"links", KT_OPTION_COUNT, KT_AT(links), "N", "number of bodies; default: 10, of a pendulum 1", NULL},
+    {"joint", KT_OPTION_CHOICE, KT_AT(joint), "TYPE", "joint of each; mixed: all types in turn", KT_MAKE_JOINTS},
+    {"axes", KT_OPTION_CHOICE, KT_AT(axes), "AXES", "joint axis: always z, or x, y, z in turn", "z|xyz"},
+    {"mass", KT_OPTION_POSITIVE, KT_AT(mass), "KG", "of each; default 1", NULL},
+    {"length", KT_OPTION_POSITIVE, KT_AT(length), "M", "of each; default 1", NULL},
+    {"shape", KT_OPTION_CHOICE, KT_AT(shape), "SHAPE",
+     "uniform rods, or point masses at the end; default: rod, of a pendulum point", "rod|point"},
+    {"branching", KT_OPTION_COUNT, KT_AT(branching), "B", "tree: bodies that each body carries; default 2", NULL},
+    {"angle", KT_OPTION_ANGLE, KT_AT(angle), "A",
+     "of the first joint at the start: 0.5, 30deg; default 0, of a pendulum 90deg", NULL},
+    {"seed", KT_OPTION_COUNT, KT_AT(seed), "S",
+     "masses, lengths, axes and positions at random: equal seeds, equal scenes", NULL},
+};
+
+static const kt_usage usage = {
+    .command = "make",
+    .examples = "  kinetree make pendulum --links 2 > double-pendulum.yaml\n"
+                "  kinetree make chain --links 1000 | kinetree run - --duration 0.1\n"
+                "  kinetree make tree --links 63 --joint spherical | kinetree info -\n"
+                "  kinetree make tree --links 200 --joint mixed --seed 7 > random.yaml\n",
+    .operands = "chain|pendulum|tree",
+    .least = 1,
+    .most = 1,
+    .about = "Writes a scene to standard output. Gravity pulls along -y.\n"
+             "  chain     rods one after the other along x, from the world's origin; slender, but where a joint\n"
+             "            can turn them about their length\n"
+             "  pendulum  point masses on massless links, one under the other; its angle is that from hanging\n"
+             "  tree      every body carries --branching others at its end, fanned out\n"
+             "The bodies are link1, link2, ...; the last has a marker 'tip' at its end.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- numbers at random ------------------------------------------------------------------------------------------- */
+
+/* splitmix64: S. Vigna; G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014. */
+static double draw(uint64_t *state, double low, double high) {
+    uint64_t z = (*state += 0x9E3779B97F4A7C15U);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+    z ^= z >> 31;
+    return low + (high - low) * ((double)(z >> 11) * 0x1p-53);
+}
+
+/* ---- one link ---------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_maker {
+    kt_kind kind;
+    kt_make_arguments wish; /* with the kind's own values put in */
+    uint64_t random;
+    kt_body *bodies;
+    double *lengths;
+    char *names; /* NAME_SIZE each */
+    kt_marker tip;
+} kt_maker;
+
+enum { NAME_SIZE = 32 };
+
+static const double pi = 3.14159265358979323846;
+
+/* Where a link of this length ends, in its own frame. */
+static kt_vec3 end_of(kt_kind kind, double length) {
+    return kind == KT_KIND_PENDULUM ? kt_vec3_make(0.0, -length, 0.0) : kt_vec3_make(length, 0.0, 0.0);
+}
+
+/* The initial position `angle` about the joint's axis, where it can turn about it. */
+static void turn_by(kt_joint *joint, double angle) {
+    switch (joint->type) {
+    case KT_JOINT_PLANAR:
+        joint->position[2] = angle;
+        break;
+    case KT_JOINT_SPHERICAL: /* about z, as the others with the usual axis */
+        joint->position[0] = cos(0.5 * angle);
+        joint->position[3] = sin(0.5 * angle);
+        break;
+    case KT_JOINT_PRISMATIC:
+        break;
+    default:
+        joint->position[0] = angle;
+    }
+}
+
+static void set_axis(kt_maker *maker, kt_joint *joint, long i) {
+    if (maker->wish.axes == 1)
+        joint->axis = kt_vec3_make(i % 3 == 0 ? 1.0 : 0.0, i % 3 == 1 ? 1.0 : 0.0, i % 3 == 2 ? 1.0 : 0.0);
+    if (joint->type == KT_JOINT_SCREW)
+        joint->pitch = 0.1;
+}
+
+static void make_random(kt_maker *maker, kt_body *body, double *length) {
+    body->mass *= draw(&maker->random, 0.5, 2.0);
+    *length *= draw(&maker->random, 0.5, 2.0);
+    double z = draw(&maker->random, -1.0, 1.0), turn = draw(&maker->random, -pi, pi), r = sqrt(1.0 - z * z);
+    body->joint.axis = kt_vec3_make(r * cos(turn), r * sin(turn), z);
+    turn_by(&body->joint, draw(&maker->random, -pi, pi));
+    if (body->joint.type == KT_JOINT_PRISMATIC)
+        body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
+}
+
+/* Whether a joint can turn a body about its own length, for which it then needs an inertia. */
+static bool needs_girth(const kt_make_arguments *wish) {
+    kt_joint_type type = wish->joint == JOINT_COUNT ? KT_JOINT_SPHERICAL : joints[wish->joint];
+    return wish->axes == 1 || type == KT_JOINT_SPHERICAL || type == KT_JOINT_UNIVERSAL;
+}
+
+/* Whether a point mass follows every freedom of the joints. */
+static bool allows_points(const kt_make_arguments *wish) {
+    return !needs_girth(wish) && joints[wish->joint] != KT_JOINT_PLANAR;
+}
+
+static void set_shape(const kt_maker *maker, kt_body *body, double length) {
+    kt_vec3 end = end_of(maker->kind, length);
+    body->shape.type = maker->wish.shape == 0 ? KT_SHAPE_ROD : KT_SHAPE_POINT;
+    if (body->shape.type == KT_SHAPE_ROD)
+        body->shape.to = end;
+    else
+        body->shape.at = end;
+    if (needs_girth(&maker->wish))
+        body->shape.radius = 0.05 * length;
+    body->com_of_shape = true;
+    body->inertia_of_shape = true;
+}
+
+/* Body i hangs on body `parent`, at its end; -1: on the world, at the origin. Of a tree's brothers each stands in its
+ * own part of a right angle. */
+static void make_link(kt_maker *maker, long i, long parent) {
+    kt_body *body = &maker->bodies[i];
+    char *name = maker->names + (size_t)i * NAME_SIZE;
+    double *length = &maker->lengths[i];
+    int joint = maker->wish.joint;
+    *body = kt_body_default();
+    snprintf(name, NAME_SIZE, "link%ld", i + 1);
+    body->name = name;
+    body->mass = maker->wish.mass;
+    *length = maker->wish.length;
+    body->joint.type = joints[joint == JOINT_COUNT ? (int)(i % JOINT_COUNT) : joint];
+    set_axis(maker, &body->joint, i);
+    if (i == 0)
+        turn_by(&body->joint, maker->wish.angle);
+    if (maker->wish.seed >= 0)
+        make_random(maker, body, length);
+    set_shape(maker, body, *length);
+    if (parent < 0)
+        return;
+    body->parent = maker->bodies[parent].name;
+    body->joint.at = end_of(maker->kind, maker->lengths[parent]);
+    long brothers = maker->wish.branching, place = (i - 1) % brothers;
+    if (maker->kind == KT_KIND_TREE && brothers > 1)
+        body->joint.rotation = kt_rotation_rpy(0.0, 0.0, 0.5 * pi * ((double)place / (double)(brothers - 1) - 0.5));
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+static int write_scene(kt_maker *maker, const char *title) {
+    kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
+    kt_error error = {0};
+    long count = maker->wish.links;
+    for (long i = 0; i < count; i++)
+        make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->wish.branching) : i - 1);
+    maker->tip = (kt_marker){"tip", end_of(maker->kind, maker->lengths[count - 1])};
+    maker->bodies[count - 1].markers = &maker->tip;
+    maker->bodies[count - 1].marker_count = 1;
+    scene.description.name = title;
+    scene.description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    scene.description.bodies = maker->bodies;
+    scene.description.body_count = (int)count;
+    if (kt_scene_write(&scene, stdout, &error) != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_INTEGRATION;
+    }
+    return kt_finish_output(KT_EXIT_DONE);
+}
+
+static int say_wrong(const char *what) {
+    kt_say("make: %s", what);
+    return KT_EXIT_USAGE;
+}
+
+/* Returns -1 to go on. */
+static int complete(kt_maker *maker, const char *kind) {
+    static const char *const kinds[] = {"chain", "pendulum", "tree"};
+    kt_make_arguments *wish = &maker->wish;
+    kt_nearest nearest = kt_nearest_make(kind, NULL);
+    int found = -1;
+    for (int i = 0; i < 3; i++) {
+        found = strcmp(kinds[i], kind) == 0 ? i : found;
+        (void)kt_nearest_try(&nearest, kinds[i]);
+    }
+    if (found < 0) {
+        kt_say("make: there is no '%s' to make; chain, pendulum and tree%s", kind, kt_ask(&nearest, "").text);
+        return KT_EXIT_USAGE;
+    }
+    maker->kind = (kt_kind)found;
+    bool is_pendulum = maker->kind == KT_KIND_PENDULUM;
+    wish->links = wish->links >= 0 ? wish->links : is_pendulum ? 1 : 10;
+    if (wish->shape == 1 && !allows_points(wish))
+        return say_wrong(
+            "these joints would turn point masses on the spot: take --joint revolute and --axes z, or rods");
+    wish->shape = wish->shape >= 0 ? wish->shape : is_pendulum && allows_points(wish) ? 1 : 0;
+    wish->angle = !isnan(wish->angle) ? wish->angle : is_pendulum ? 0.5 * pi : 0.0;
+    if (wish->branching >= 0 && maker->kind != KT_KIND_TREE)
+        return say_wrong("--branching is for a tree");
+    wish->branching = wish->branching >= 0 ? wish->branching : 2;
+    if (wish->links < 1 || wish->links > 100000000)
+        return say_wrong("--links takes a number from 1 to 100000000");
+    if (wish->branching < 1)
+        return say_wrong("--branching takes a number above zero");
+    maker->random = (uint64_t)wish->seed;
+    return -1;
+}
+
+int kt_command_make(int argc, char **argv) {
+    kt_maker maker = {
+        .wish = {
+            .links = -1, .branching = -1, .seed = -1, .mass = 1.0, .length = 1.0, .angle = (double)NAN, .shape = -1}};
+    int operands;
+    int code = kt_arguments_read(&usage, argc, argv, &maker.wish, &operands);
+    if (code < 0)
+        code = complete(&maker, argv[1]);
+    if (code >= 0)
+        return code;
+    char title[64];
+    size_t count = (size_t)maker.wish.links;
+    snprintf(title, sizeof title, "%s of %ld link%s", argv[1], maker.wish.links, count == 1 ? "" : "s");
+    maker.bodies = malloc(count * sizeof *maker.bodies);
+    maker.lengths = malloc(count * sizeof *maker.lengths);
+    maker.names = malloc(count * NAME_SIZE);
+    if (maker.bodies != NULL && maker.lengths != NULL && maker.names != NULL) {
+        code = write_scene(&maker, title);
+    } else {
+        kt_say("there is not enough memory for %ld links", maker.wish.links);
+        code = KT_EXIT_INTEGRATION;
+    }
+    free(maker.bodies);
+    free(maker.lengths);
+    free(maker.names);
+    return code;
+}

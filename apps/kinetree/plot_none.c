@@ -1,0 +1,14 @@
+/* In the place of plot.c where there is no cairo. */
+#include "command.h"
+#include "plot.h"
+
+int kt_plot_check(const char *path) {
+    kt_say("%s cannot be drawn: this kinetree was built without cairo", path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_plot_draw(const kt_plot *plot, const char *path) {
+    (void)plot;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}

@@ -1,0 +1,18 @@
+/* The picture of a run: joint positions and the drift of the total energy against time. */
+#ifndef KT_COMMAND_PLOT_RUN_H
+#define KT_COMMAND_PLOT_RUN_H
+
+#include "plot.h"
+#include "run.h"
+
+typedef struct kt_plot_run kt_plot_run;
+
+/* NULL where there is no memory. */
+kt_plot_run *kt_plot_run_start(const kt_model *model);
+/* Returns 0, or -1 after saying why. */
+int kt_plot_run_take(kt_plot_run *plot, const kt_record *record);
+/* Returns an exit code. */
+int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path);
+void kt_plot_run_free(kt_plot_run *plot);
+
+#endif

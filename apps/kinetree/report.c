@@ -1,0 +1,57 @@
+/* What a run was and came to, in a few lines for people. */
+#include "run.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const char *plural(long long count) { return count == 1 ? "" : "s"; }
+
+/* "1 body", "3 bodies" */
+static void say_size(const kt_outcome *outcome) {
+    int bodies = kt_model_body_count(outcome->model) - 1, freedoms = kt_model_nv(outcome->model);
+    fprintf(stderr, "  %d bod%s, %d freedom%s", bodies, bodies == 1 ? "y" : "ies", freedoms, plural(freedoms));
+}
+
+static void say_method(const kt_run *run) {
+    fprintf(stderr, ", %s", run->integrator);
+    if (run->step > 0.0)
+        fprintf(stderr, " with steps of %g s\n", run->step);
+    else if (run->relative == run->absolute)
+        fprintf(stderr, " at tolerance %g\n", run->relative);
+    else
+        fprintf(stderr, " at tolerances %g relative, %g absolute\n", run->relative, run->absolute);
+}
+
+static void say_cost(const kt_outcome *outcome, double time) {
+    kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    fprintf(stderr, "  %llu step%s", (unsigned long long)counts.steps, plural((long long)counts.steps));
+    if (counts.rejected > 0)
+        fprintf(stderr, " (%llu rejected)", (unsigned long long)counts.rejected);
+    fprintf(stderr, ", %llu evaluations, %.3g s of CPU time", (unsigned long long)counts.evaluations,
+            outcome->cpu_seconds);
+    if (outcome->cpu_seconds > 0.0 && time > 0.0)
+        fprintf(stderr, ": %.3g times real time", time / outcome->cpu_seconds);
+    fputc('\n', stderr);
+}
+
+static void say_file(const char *what, const char *path) {
+    if (path != NULL)
+        fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : path);
+}
+
+void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot) {
+    double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
+    fprintf(stderr, "%s: %g s simulated", outcome->name, time);
+    if (time < duration)
+        fprintf(stderr, " of %g s", duration);
+    fputc('\n', stderr);
+    say_size(outcome);
+    say_method(outcome->run);
+    say_cost(outcome, time);
+    if (outcome->has_energy)
+        fprintf(stderr, "  total energy %g J, drift at most %.2g J\n", outcome->energy_start, outcome->drift);
+    fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
+            strcmp(out, "-") == 0 ? "standard output" : out);
+    say_file("summary", summary);
+    say_file("picture", plot);
+}

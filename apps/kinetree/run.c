@@ -1,0 +1,201 @@
+/* kinetree run: a scene from its file to its records. */
+#include "run.h"
+
+#include "plot_run.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static double cpu_now(void) {
+    struct timespec time;
+    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) != 0)
+        return 0.0;
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* ---- while it runs ----------------------------------------------------------------------------------------------- */
+
+/* What the recorder has at hand. */
+typedef struct kt_sinks {
+    kt_csv *csv;
+    kt_plot_run *plot; /* NULL: none */
+    kt_progress *progress;
+    kt_outcome *outcome;
+    double aside; /* CPU time that writing took, s: no part of the simulation's cost */
+    bool failed;  /* a line could not be written */
+} kt_sinks;
+
+static double larger(double a, double b) { return a > b ? a : b; }
+
+static void watch(kt_outcome *outcome, const kt_record *record) {
+    if (!isnan(record->kinetic)) {
+        double total = record->kinetic + record->potential;
+        if (outcome->records == 0)
+            outcome->energy_start = total;
+        outcome->has_energy = true;
+        outcome->drift = larger(outcome->drift, fabs(total - outcome->energy_start));
+    }
+    if (!isnan(record->constraint_position)) {
+        outcome->constraint_position = larger(outcome->constraint_position, record->constraint_position);
+        outcome->constraint_velocity = larger(outcome->constraint_velocity, record->constraint_velocity);
+    }
+    outcome->records++;
+}
+
+static int take_record(const kt_record *record, void *user) {
+    kt_sinks *sinks = user;
+    double start = cpu_now();
+    watch(sinks->outcome, record);
+    if (kt_csv_write(sinks->csv, record) != 0) {
+        sinks->failed = true;
+        return -1;
+    }
+    if (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) {
+        sinks->failed = true;
+        return -1;
+    }
+    kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
+    sinks->aside += cpu_now() - start;
+    return 0;
+}
+
+/* Runs to the end or to the first failure, which is said. */
+static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, bool quiet) {
+    kt_error error = {0};
+    kt_progress progress = kt_progress_start(quiet);
+    kt_sinks sinks = {.csv = csv, .plot = plot, .progress = &progress, .outcome = outcome};
+    double start = cpu_now();
+    kt_status status = kt_simulation_run(outcome->simulation, take_record, &sinks, &error);
+    outcome->cpu_seconds = cpu_now() - start - sinks.aside;
+    kt_progress_end(&progress);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    if (!sinks.failed)
+        kt_say_error(&error);
+    return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* A result that lands on the scene would be the end of it. */
+static bool is_same_file(const char *a, const char *b) {
+    struct stat first, second;
+    return a != NULL && strcmp(a, "-") != 0 && strcmp(b, "-") != 0 && stat(a, &first) == 0 && stat(b, &second) == 0 &&
+           first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
+static int check_files(const kt_run_arguments *arguments, const char *path, const char *out) {
+    const char *const results[] = {out, arguments->summary, arguments->plot};
+    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
+        if (is_same_file(results[i], path)) {
+            kt_say("run: %s is the scene itself; give the results another file", results[i]);
+            return KT_EXIT_USAGE;
+        }
+    return arguments->plot != NULL ? kt_plot_check(arguments->plot) : -1;
+}
+
+/* ---- the parts in turn ------------------------------------------------------------------------------------------- */
+
+static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_plot_run *plot) {
+    int code = KT_EXIT_DONE;
+    if (plot != NULL)
+        code = kt_plot_run_write(plot, outcome, arguments->plot);
+    if (arguments->summary != NULL) {
+        int summary = kt_summary_write(outcome, arguments->summary);
+        code = code == KT_EXIT_DONE ? summary : code;
+    }
+    if (!arguments->quiet)
+        kt_report_outcome(outcome, out, arguments->summary, arguments->plot);
+    return code;
+}
+
+/* With the simulation made and the files' names known. */
+static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out) {
+    kt_csv csv;
+    kt_plot_run *plot = NULL;
+    if (arguments->plot != NULL) {
+        plot = kt_plot_run_start(outcome->model);
+        if (plot == NULL) {
+            kt_say("there is not enough memory for the picture");
+            return KT_EXIT_INTEGRATION;
+        }
+    }
+    int code = kt_csv_open(&csv, out, outcome->model, outcome->run);
+    if (code < 0) {
+        code = simulate(outcome, &csv, plot, arguments->quiet);
+        if (kt_csv_close(&csv) != 0 && code == KT_EXIT_DONE)
+            code = KT_EXIT_INTEGRATION;
+        int rest = finish(arguments, outcome, out, plot);
+        code = code == KT_EXIT_DONE ? rest : code;
+    }
+    kt_plot_run_free(plot);
+    return code;
+}
+
+/* With the scene compiled: makes the simulation. */
+static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
+                     const char *base) {
+    kt_run run = scene->run;
+    kt_marker_pair *markers;
+    int code = kt_run_override_markers(arguments->markers, model, &run, &markers);
+    if (code >= 0)
+        return code;
+    size_t room = strlen(base) + sizeof ".csv";
+    char *csv_name = malloc(room);
+    if (csv_name == NULL)
+        kt_say("there is not enough memory");
+    else
+        snprintf(csv_name, room, "%s.csv", base);
+    const char *out = arguments->out != NULL ? arguments->out : csv_name;
+    code = csv_name == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, out);
+
+    kt_error error = {0};
+    kt_simulation_options options = kt_simulation_options_default();
+    if (arguments->summary != NULL || arguments->plot != NULL)
+        options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    kt_outcome outcome = {.scene = scene, .model = model, .run = &run};
+    outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+    if (code < 0) {
+        kt_status status = kt_simulation_create(model, &run, &options, &outcome.simulation, &error);
+        if (status != KT_OK)
+            kt_say_error(&error);
+        code = status != KT_OK ? kt_exit_code(status) : run_simulation(arguments, &outcome, out);
+    }
+    kt_simulation_free(outcome.simulation);
+    free(csv_name);
+    free(markers);
+    return code;
+}
+
+int kt_command_run(int argc, char **argv) {
+    kt_run_arguments arguments;
+    kt_scene scene;
+    kt_model *model = NULL;
+    int code = kt_run_arguments_read(argc, argv, &arguments);
+    if (code >= 0)
+        return code;
+    const char *path = argv[1];
+    code = kt_read_scene(path, &scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    char *base = kt_base_name(path);
+    if (base == NULL) {
+        kt_say("there is not enough memory");
+        code = KT_EXIT_INTEGRATION;
+    } else {
+        code = kt_run_override(&arguments, &scene.run);
+        if (code < 0)
+            code = kt_compile_scene(&scene, &model);
+        if (code == KT_EXIT_DONE && model != NULL)
+            code = run_model(&arguments, path, &scene, model, base);
+    }
+    free(base);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}

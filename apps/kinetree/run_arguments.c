@@ -1,0 +1,249 @@
+/* The command line of `kinetree run`, and how it overrides the scene. */
+#include "arguments.h"
+#include "run.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define KT_AT(member) offsetof(kt_run_arguments, member)
+
+static const kt_option options[] = {
+    {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
+    {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME", "the method; 'kinetree integrators' lists them", NULL},
+    {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "fixed step, seconds", NULL},
+    {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
+    {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
+    {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
+     "what to record: position, velocity, acceleration, energy, constraint, reaction", NULL},
+    {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
+    {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
+    {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
+    {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "of the projections", "identity|mass"},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV; '-': standard output; default: NAME.csv, here", NULL},
+    {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
+     NULL},
+    {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE", "a picture of positions and energy: FILE.svg or FILE.png", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
+};
+
+static const kt_usage usage = {
+    .command = "run",
+    .examples = "  kinetree run pendulum.yaml\n"
+                "  kinetree run pendulum.yaml --duration 5 --tolerance 1e-12 --plot pendulum.svg\n"
+                "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3 --summary - --out /dev/null\n"
+                "  kinetree make chain --links 100 | kinetree run - --interval 0.1 --out - | head\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Simulates a scene ('-': read from standard input) and writes its records as CSV with 17 significant digits.\n"
+        "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
+    *arguments = (kt_run_arguments){.duration = (double)NAN,
+                                    .step = (double)NAN,
+                                    .interval = (double)NAN,
+                                    .formulation = -1,
+                                    .reduction = -1,
+                                    .metric = -1};
+    int operands;
+    int code = kt_arguments_read(&usage, argc, argv, arguments, &operands);
+    if (code >= 0)
+        return code;
+    int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
+                    (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
+    if (to_stdout > 1) {
+        kt_say("run: --out and --summary cannot both be standard output; give one of them a file");
+        return KT_EXIT_USAGE;
+    }
+    if (!isnan(arguments->step) && arguments->tolerance != NULL) {
+        kt_say("run: --step asks for a fixed step and --tolerance for an adaptive one; give one of them");
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
+
+/* Cuts the next word off a list with commas; NULL at its end. */
+static char *next_word(char **rest) {
+    char *word = *rest;
+    if (word == NULL || *word == '\0')
+        return NULL;
+    char *comma = strchr(word, ',');
+    *rest = comma != NULL ? comma + 1 : NULL;
+    if (comma != NULL)
+        *comma = '\0';
+    return word;
+}
+
+static int override_record(const char *list, unsigned *record) {
+    char text[256];
+    char *rest = text;
+    if ((size_t)snprintf(text, sizeof text, "%s", list) >= sizeof text) {
+        kt_say("run: --record: the list is too long");
+        return KT_EXIT_USAGE;
+    }
+    *record = 0;
+    for (char *word = next_word(&rest); word != NULL; word = next_word(&rest)) {
+        kt_nearest nearest = kt_nearest_make(word, NULL);
+        unsigned found = 0;
+#define KT_RECORD_MATCH(id, bit, name)                                                                                 \
+    found |= strcmp(word, #name) == 0 ? (bit) : 0U;                                                                    \
+    (void)kt_nearest_try(&nearest, #name);
+        KT_RECORD_LIST(KT_RECORD_MATCH)
+#undef KT_RECORD_MATCH
+        if (found == 0) {
+            kt_say("run: --record: there is no '%s' to record%s", word, kt_ask(&nearest, "").text);
+            return KT_EXIT_USAGE;
+        }
+        *record |= found;
+    }
+    if (*record != 0)
+        return -1;
+    kt_say("run: --record: the list is empty");
+    return KT_EXIT_USAGE;
+}
+
+static int say_no_body(const kt_model *model, const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        (void)kt_nearest_try(&nearest, kt_body_name(model, body));
+    kt_say("run: --markers: there is no body '%s'%s", name, kt_ask(&nearest, "").text);
+    return KT_EXIT_USAGE;
+}
+
+static int say_no_marker(const kt_model *model, int body, const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int marker = 0; marker < kt_marker_count(model, body); marker++)
+        (void)kt_nearest_try(&nearest, kt_marker_name(model, body, marker));
+    kt_say("run: --markers: body '%s' has no marker '%s'%s", kt_body_name(model, body), name,
+           kt_ask(&nearest, "").text);
+    return KT_EXIT_USAGE;
+}
+
+/* "BODY.MARKER" into the model's own strings. */
+static int read_marker(const kt_model *model, char *word, kt_marker_pair *pair) {
+    char *dot = strchr(word, '.');
+    if (dot == NULL) {
+        kt_say("run: --markers takes BODY.MARKER, not '%s'", word);
+        return KT_EXIT_USAGE;
+    }
+    *dot = '\0';
+    int body = kt_body_find(model, word);
+    if (body < 0)
+        return say_no_body(model, word);
+    int marker = kt_marker_find(model, body, dot + 1);
+    if (marker < 0)
+        return say_no_marker(model, body, dot + 1);
+    pair->body = kt_body_name(model, body);
+    pair->marker = kt_marker_name(model, body, marker);
+    return -1;
+}
+
+int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run, kt_marker_pair **run_markers) {
+    *run_markers = NULL;
+    if (list == NULL)
+        return -1;
+    size_t most = 1;
+    for (const char *c = list; *c != '\0'; c++)
+        most += *c == ',';
+    char *text = strdup(list);
+    kt_marker_pair *pairs = calloc(most, sizeof *pairs);
+    int code = -1, count = 0;
+    char *rest = text;
+    if (text == NULL || pairs == NULL) {
+        kt_say("there is not enough memory");
+        code = KT_EXIT_INTEGRATION;
+    }
+    while (code < 0) {
+        char *word = next_word(&rest);
+        if (word == NULL)
+            break;
+        code = read_marker(model, word, &pairs[count++]);
+    }
+    free(text);
+    if (code >= 0) {
+        free(pairs);
+        return code;
+    }
+    *run_markers = pairs;
+    run->markers = pairs;
+    run->marker_count = count;
+    return -1;
+}
+
+/* ---- the method -------------------------------------------------------------------------------------------------- */
+
+/* "1e-9", or "1e-9,1e-12": relative, absolute. */
+static int override_tolerance(const char *text, kt_run *run) {
+    char *end;
+    double relative = strtod(text, &end), absolute = relative;
+    bool is_right = end != text;
+    if (is_right && *end == ',') {
+        const char *second = end + 1;
+        absolute = strtod(second, &end);
+        is_right = end != second;
+    }
+    if (!is_right || *end != '\0' || !(isfinite(relative) && relative > 0.0 && isfinite(absolute) && absolute > 0.0)) {
+        kt_say("run: --tolerance takes a number above zero, or two with a comma between, not '%s'", text);
+        return KT_EXIT_USAGE;
+    }
+    run->step = 0.0;
+    run->relative = relative;
+    run->absolute = absolute;
+    return -1;
+}
+
+static int override_integrator(const char *name, kt_run *run) {
+    if (kt_method_find(name) != NULL) {
+        run->integrator = name;
+        return -1;
+    }
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int i = 0; i < kt_method_count(); i++)
+        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
+    if (nearest.best != NULL)
+        kt_say("run: --integrator: there is no method '%s'%s", name, kt_ask(&nearest, "").text);
+    else
+        kt_say("run: --integrator: there is no method '%s'; 'kinetree integrators' lists them", name);
+    return KT_EXIT_USAGE;
+}
+
+static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
+    const kt_method *method = kt_method_find(run->integrator);
+    if (method == NULL || method->embedded_order > 0 || run->step > 0.0)
+        return -1;
+    kt_say(
+        "integrator '%s' has no error estimate and needs a fixed step: --step 1e-3, or 'step: 1e-3' under 'simulate'",
+        run->integrator);
+    return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
+}
+
+int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
+    int code = -1;
+    if (!isnan(arguments->duration))
+        run->duration = arguments->duration;
+    if (!isnan(arguments->step))
+        run->step = arguments->step;
+    if (!isnan(arguments->interval))
+        run->interval = arguments->interval;
+    if (arguments->formulation >= 0)
+        run->formulation = (kt_formulation)arguments->formulation;
+    if (arguments->reduction >= 0)
+        run->reduction = (kt_reduction)arguments->reduction;
+    if (arguments->metric >= 0)
+        run->metric = (kt_metric)arguments->metric;
+    if (arguments->integrator != NULL)
+        code = override_integrator(arguments->integrator, run);
+    if (code < 0 && arguments->tolerance != NULL)
+        code = override_tolerance(arguments->tolerance, run);
+    if (code < 0 && arguments->record != NULL)
+        code = override_record(arguments->record, &run->record);
+    return code >= 0 ? code : check_method(arguments, run);
+}

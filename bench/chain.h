@@ -1,0 +1,40 @@
+/* The chain that all figures refer to: n links on revolute joints about x, y, z in turn, each joint at (0.1, 0.2, -0.3)
+ * of its parent; mass 1, centre of mass (0.02, -0.05, -0.15), inertia about it (0.020, 0.030, 0.025, 0.001, -0.002,
+ * 0.0015); gravity 9.81 along -z.
+ */
+#ifndef KT_BENCH_CHAIN_H
+#define KT_BENCH_CHAIN_H
+
+#include "kinetree/dynamics.h"
+
+extern const kt_body kt_chain_link; /* all but name, parent and axis */
+extern const kt_vec3 kt_chain_gravity;
+
+/* The axis of link i, 0 <= i. */
+kt_vec3 kt_chain_axis(int i);
+
+/* A chain ready to be evaluated, at a state and under torques without any symmetry. */
+typedef struct kt_chain {
+    int n;
+    kt_model *model;
+    kt_data *data;
+    double set_up;       /* seconds of processor time to describe and to compile it */
+    double *q, *v, *tau; /* n each: where, how fast, driven by what */
+    double *a, *torque;  /* n each: results */
+    double *mass;        /* n x n, or NULL */
+    kt_error error;      /* the first failure of a call below; KT_OK: none */
+} kt_chain;
+
+/* Allocates all of it; with_mass: the mass matrix too. On failure *chain is empty and *error says why. */
+KT_CHECKED kt_status kt_chain_make(int n, kt_level level, bool with_mass, kt_chain *chain, kt_error *error);
+void kt_chain_free(kt_chain *chain);
+
+/* Tasks for kt_bench_measure, on a kt_chain: a from tau; torque from a; mass. */
+void kt_chain_forward(void *chain, long repetitions);
+void kt_chain_inverse(void *chain, long repetitions);
+void kt_chain_mass(void *chain, long repetitions);
+
+/* max |x_i - y_i| / max |scale_i|; NaN where any of them is not finite. */
+double kt_chain_difference(const double *x, const double *y, const double *scale, int n);
+
+#endif

@@ -1,0 +1,61 @@
+/* What the benchmarks share as programs: the command line, the heading, the file of figures. */
+#ifndef KT_BENCH_REPORT_H
+#define KT_BENCH_REPORT_H
+
+#include "bench.h"
+#include "kinetree/model.h"
+
+#include <stdio.h>
+
+/* Exit status: measured; --check was given and a bound does not hold; nothing to trust was measured. */
+enum { KT_BENCH_DONE = 0, KT_BENCH_MISSED = 1, KT_BENCH_FAILED = 2 };
+
+typedef struct kt_bench_options {
+    int max;         /* longest chain */
+    double seconds;  /* of processor time for one line of the table */
+    const char *csv; /* NULL: none */
+    kt_level level;
+    bool levels; /* compare the instruction-set levels, too */
+    bool check;
+} kt_bench_options;
+
+/* Reads the command line over the values that are in *options. Returns -1 to go on, or the exit status (--help, or a
+ * mistake, which has been told). `about` heads the help, in lines. */
+int kt_bench_read(int argc, char **argv, const char *about, kt_bench_options *options);
+
+/* auto, base, v3, v4 */
+const char *kt_bench_level_name(kt_level level);
+
+/* Library, compiler, flags, level and processor, each on a line. */
+void kt_bench_heading(const char *title, kt_level level);
+
+/* Tells an error on stderr, and returns KT_BENCH_FAILED. */
+int kt_bench_tell(const kt_error *error);
+
+/* The name of the processor; static storage. */
+const char *kt_bench_processor(void);
+
+/* ---- comma-separated values (RFC 4180) --------------------------------------------------------------------------- */
+
+typedef struct kt_csv {
+    FILE *file; /* NULL: nothing is written */
+    const char *name;
+    int column;
+} kt_csv;
+
+/* Opens `name` (NULL: writes nothing) and writes the line of column names, as given. False: told on stderr. */
+bool kt_csv_open(kt_csv *csv, const char *name, const char *columns);
+void kt_csv_text(kt_csv *csv, const char *text);
+void kt_csv_number(kt_csv *csv, double value);
+/* Level, processor and compiler: which measurement a line belongs to. */
+void kt_csv_origin(kt_csv *csv, kt_level level);
+/* least, low, median, high, rounds, repetitions */
+void kt_csv_times(kt_csv *csv, const kt_bench_times *times);
+void kt_csv_line(kt_csv *csv);
+/* False: the file could not be written; told on stderr. */
+bool kt_csv_close(kt_csv *csv);
+
+#define KT_CSV_ORIGIN "level,processor,compiler"
+#define KT_CSV_TIMES "least_s,low_s,median_s,high_s,rounds,repetitions"
+
+#endif

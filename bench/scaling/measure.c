@@ -1,0 +1,122 @@
+/* Chains of one length: made, run there and back, timed. */
+#include "interpose.h"
+#include "scaling.h"
+#include "stepper.h"
+
+#include <stdlib.h>
+
+const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA", "ABA", "RK4", "CRBA"};
+
+static kt_status first_failure(const kt_chain *chain, kt_error *error) {
+    if (chain->error.code != KT_OK && error)
+        *error = chain->error;
+    return chain->error.code;
+}
+
+/* max |tau' - tau| / max |h|, tau' by RNEA from the accelerations that ABA gave for tau; NaN where a call fails. */
+static double round_trip_error(kt_chain *c) {
+    double *bias = malloc((size_t)c->n * sizeof *bias);
+    double error = (double)NAN;
+    kt_chain_forward(c, 1);
+    kt_chain_inverse(c, 1);
+    if (bias && c->error.code == KT_OK &&
+        kt_dynamics_inverse(c->model, c->data, c->q, c->v, NULL, NULL, bias, &c->error) == KT_OK)
+        error = kt_chain_difference(c->torque, c->tau, bias, c->n);
+    free(bias);
+    return error;
+}
+
+static long count_allocations(const kt_bench_task *tasks, int count) {
+    kt_interpose_start();
+    for (int i = 0; i < count; i++)
+        tasks[i].run(tasks[i].user, 2);
+    return kt_interpose_stop();
+}
+
+static void describe(const kt_chain *chain, kt_scaling_line *line) {
+    line->n = chain->n;
+    line->level = kt_model_level(chain->model);
+    line->set_up = chain->set_up;
+    line->model = kt_model_size(chain->model);
+    line->data = kt_data_size(chain->model);
+}
+
+kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
+    const bool with_mass = n <= KT_SCALING_MASS_MAX;
+    kt_chain chain;
+    kt_stepper stepper;
+    kt_status status = kt_chain_make(n, options->level, with_mass, &chain, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_stepper_make(&chain, &stepper, error);
+    if (status == KT_OK) {
+        const kt_bench_task tasks[KT_SCALING_CALLS] = {[KT_SCALING_RNEA] = {kt_chain_inverse, &chain},
+                                                       [KT_SCALING_ABA] = {kt_chain_forward, &chain},
+                                                       [KT_SCALING_RK4] = {kt_stepper_run, &stepper},
+                                                       [KT_SCALING_CRBA] = {kt_chain_mass, &chain}};
+        const int count = with_mass ? KT_SCALING_CALLS : KT_SCALING_CRBA;
+        *line = (kt_scaling_line){.integrator = stepper.size};
+        describe(&chain, line);
+        for (int i = 0; i < count; i++)
+            line->measured[i] = true;
+        line->allocations = count_allocations(tasks, count);
+        line->error = round_trip_error(&chain);
+        kt_bench_measure(tasks, count, options->seconds, line->times);
+        status = first_failure(&chain, error);
+        kt_stepper_free(&stepper);
+    }
+    kt_chain_free(&chain);
+    return status;
+}
+
+/* ---- instruction sets -------------------------------------------------------------------------------------------- */
+
+/* One chain for each level that this processor and this build have. */
+static kt_status make_chains(int n, kt_chain chains[KT_SCALING_LEVELS], int *count, kt_error *error) {
+    static const kt_level levels[KT_SCALING_LEVELS] = {KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_V4};
+    *count = 0;
+    for (int i = 0; i < KT_SCALING_LEVELS; i++) {
+        const kt_status status = kt_chain_make(n, levels[i], false, &chains[*count], error);
+        if (status == KT_OK)
+            ++*count;
+        else if (status != KT_ERROR_UNSUPPORTED)
+            return status;
+    }
+    return KT_OK;
+}
+
+static kt_status time_chains(kt_chain *chains, int count, double seconds, kt_scaling_line *lines, kt_error *error) {
+    enum { MOST = 2 * KT_SCALING_LEVELS };
+    kt_bench_task tasks[MOST];
+    kt_bench_times *times = malloc(MOST * sizeof *times);
+    if (!times)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the figures");
+    for (int i = 0; i < count; i++) {
+        tasks[2 * i] = (kt_bench_task){kt_chain_forward, &chains[i]};
+        tasks[2 * i + 1] = (kt_bench_task){kt_chain_inverse, &chains[i]};
+    }
+    kt_bench_measure(tasks, 2 * count, seconds, times);
+    kt_status status = KT_OK;
+    for (int i = 0; i < count && status == KT_OK; i++) {
+        lines[i] = (kt_scaling_line){.allocations = count_allocations(&tasks[2 * i], 2)};
+        describe(&chains[i], &lines[i]);
+        lines[i].measured[KT_SCALING_ABA] = lines[i].measured[KT_SCALING_RNEA] = true;
+        lines[i].times[KT_SCALING_ABA] = times[2 * i];
+        lines[i].times[KT_SCALING_RNEA] = times[2 * i + 1];
+        lines[i].error = round_trip_error(&chains[i]);
+        status = first_failure(&chains[i], error);
+    }
+    free(times);
+    return status;
+}
+
+kt_status kt_scaling_compare_levels(int n, const kt_bench_options *options, kt_scaling_line lines[KT_SCALING_LEVELS],
+                                    int *count, kt_error *error) {
+    kt_chain chains[KT_SCALING_LEVELS];
+    kt_status status = make_chains(n, chains, count, error);
+    if (status == KT_OK)
+        status = time_chains(chains, *count, options->seconds, lines, error);
+    for (int i = 0; i < *count; i++)
+        kt_chain_free(&chains[i]);
+    return status;
+}

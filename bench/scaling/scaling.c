@@ -1,0 +1,179 @@
+/* What a chain costs as it grows: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a step of RK4.
+ *
+ * A line is trusted if nothing was allocated after set-up and if inverse dynamics gives back the torques that forward
+ * dynamics was given: error = max |tau' - tau| / max |h|, where the bias force h is what cancels in tau' = M a + h, at
+ * most (4 + n) eps. (Rounding errors of n links add up along the chain; measured, 3e-16 at n = 10 and 5e-15 at n =
+ * 1000.)
+ */
+#include "scaling.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+enum {
+    LINES_MAX = 40,     /* of the table: 1, 2, 5 in each decade, and the last */
+    EXPONENT_FROM = 10, /* below, what a call costs by itself shows */
+};
+
+/* Of the time's growth n^p. Where a chain leaves the processor's cache each link costs more, so p is a little above 1.
+ */
+static const double exponent_most = 1.1;
+
+static const char about[] = "Times RNEA, CRBA, ABA and a step of RK4 for chains of 1 to --max links.\n";
+
+static const char columns[] =
+    "n,call," KT_CSV_TIMES ",model_bytes,data_bytes,integrator_bytes,set_up_s,allocations,error," KT_CSV_ORIGIN;
+
+static bool is_trusted(const kt_scaling_line *l) {
+    return l->allocations == 0 && l->error <= (4.0 + l->n) * DBL_EPSILON;
+}
+
+/* ---- the table --------------------------------------------------------------------------------------------------- */
+
+static void print_heading(void) {
+    printf("Time a call in us and a body in ns (least of the rounds); bytes of model and data a body; set-up in us;\n"
+           "allocations after set-up; error of tau -> ABA -> RNEA.\n\n"
+           "%7s |%10s%7s |%10s%7s |%10s%8s |%10s |%7s%10s%7s%9s\n",
+           "n", "RNEA us", "ns", "ABA us", "ns", "RK4 us", "ns", "CRBA us", "bytes", "set-up", "alloc.", "error");
+}
+
+static void print_line(const kt_scaling_line *l) {
+    static const int width[] = {[KT_SCALING_RNEA] = 7, [KT_SCALING_ABA] = 7, [KT_SCALING_RK4] = 8};
+    printf("%7d |", l->n);
+    for (int i = 0; i < KT_SCALING_CRBA; i++)
+        printf("%10.4g%*.1f |", 1e6 * l->times[i].least, width[i], 1e9 * l->times[i].least / l->n);
+    if (l->measured[KT_SCALING_CRBA])
+        printf("%10.4g |", 1e6 * l->times[KT_SCALING_CRBA].least);
+    else
+        printf("%10s |", "-");
+    printf("%7.0f%10.3g%7ld%9.1e%s\n", (double)(l->model + l->data) / l->n, 1e6 * l->set_up, l->allocations, l->error,
+           is_trusted(l) ? "" : "  NOT TO BE TRUSTED");
+    (void)fflush(stdout);
+}
+
+static void write_line(kt_csv *csv, const kt_scaling_line *l) {
+    for (int i = 0; i < KT_SCALING_CALLS; i++) {
+        if (!l->measured[i])
+            continue;
+        kt_csv_number(csv, l->n);
+        kt_csv_text(csv, kt_scaling_call[i]);
+        kt_csv_times(csv, &l->times[i]);
+        kt_csv_number(csv, (double)l->model);
+        kt_csv_number(csv, (double)l->data);
+        kt_csv_number(csv, l->integrator > 0 ? (double)l->integrator : (double)NAN);
+        kt_csv_number(csv, l->set_up);
+        kt_csv_number(csv, (double)l->allocations);
+        kt_csv_number(csv, l->error);
+        kt_csv_origin(csv, l->level);
+        kt_csv_line(csv);
+    }
+}
+
+/* ---- what the table says ----------------------------------------------------------------------------------------- */
+
+/* Prints the exponent of a call's time; whether it is small enough. */
+static bool is_linear(const kt_scaling_line *lines, int count, int call) {
+    double n[LINES_MAX], t[LINES_MAX];
+    int points = 0;
+    for (int i = 0; i < count; i++)
+        if (lines[i].n >= EXPONENT_FROM) {
+            n[points] = lines[i].n;
+            t[points++] = lines[i].times[call].least;
+        }
+    if (points < 3) {
+        printf("%s: too few lengths from n = %d on to tell how its time grows\n", kt_scaling_call[call], EXPONENT_FROM);
+        return false;
+    }
+    const double p = kt_bench_exponent(n, t, points);
+    printf("%s: time grows with n^%.3f from n = %.0f to %.0f: %s\n", kt_scaling_call[call], p, n[0], n[points - 1],
+           p <= exponent_most ? "linear" : "NOT LINEAR");
+    return p <= exponent_most;
+}
+
+static bool conclude(const kt_scaling_line *lines, int count) {
+    if (count > 1) {
+        const kt_scaling_line *a = &lines[count - 2], *b = &lines[count - 1];
+        const double more = b->n - a->n;
+        printf("\nMemory: %.0f bytes for each body more from n = %d to %d, and %.0f to integrate it\n",
+               (double)(b->model + b->data - a->model - a->data) / more, a->n, b->n,
+               (double)(b->integrator - a->integrator) / more);
+    }
+    const bool inverse = is_linear(lines, count, KT_SCALING_RNEA), forward = is_linear(lines, count, KT_SCALING_ABA);
+    return inverse && forward;
+}
+
+/* ---- the run ----------------------------------------------------------------------------------------------------- */
+
+/* 1, 2, 5, 10 ... below max, then max. */
+static int chain_lengths(int max, int *lengths) {
+    static const int steps[] = {1, 2, 5};
+    int count = 0;
+    for (long decade = 1; decade < max; decade *= 10)
+        for (int k = 0; k < 3; k++)
+            if (steps[k] * decade < max)
+                lengths[count++] = (int)(steps[k] * decade);
+    lengths[count++] = max;
+    return count;
+}
+
+static int run_levels(const int *lengths, int count, const kt_bench_options *options, kt_csv *csv) {
+    printf("\nInstruction sets in turns, ns a body:\n\n");
+    for (int i = 0; i < count; i++) {
+        kt_scaling_line lines[KT_SCALING_LEVELS];
+        int levels = 0;
+        kt_error error;
+        if (kt_scaling_compare_levels(lengths[i], options, lines, &levels, &error) != KT_OK)
+            return kt_bench_tell(&error);
+        printf("%7d", lengths[i]);
+        for (int call = 0; call < KT_SCALING_RK4; call++) {
+            printf(" | %s", kt_scaling_call[call]);
+            for (int k = 0; k < levels; k++)
+                printf("  %s %6.1f", kt_bench_level_name(lines[k].level),
+                       1e9 * lines[k].times[call].least / lengths[i]);
+        }
+        printf("\n");
+        (void)fflush(stdout);
+        for (int k = 0; k < levels; k++)
+            write_line(csv, &lines[k]);
+    }
+    return KT_BENCH_DONE;
+}
+
+static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *csv) {
+    int lengths[LINES_MAX];
+    const int count = chain_lengths(options->max, lengths);
+    bool trusted = true;
+    for (int i = 0; i < count; i++) {
+        kt_error error;
+        if (kt_scaling_measure(lengths[i], options, &lines[i], &error) != KT_OK)
+            return kt_bench_tell(&error);
+        if (i == 0) {
+            kt_bench_heading("Chains of n links on revolute joints", lines[i].level);
+            print_heading();
+        }
+        print_line(&lines[i]);
+        write_line(csv, &lines[i]);
+        trusted &= is_trusted(&lines[i]);
+    }
+    const bool linear = conclude(lines, count);
+    if (options->levels && run_levels(lengths, count, options, csv) != KT_BENCH_DONE)
+        return KT_BENCH_FAILED;
+    return !trusted ? KT_BENCH_FAILED : options->check && !linear ? KT_BENCH_MISSED : KT_BENCH_DONE;
+}
+
+int main(int argc, char **argv) {
+    kt_bench_options options = {.max = 100000, .seconds = 1.0};
+    const int status = kt_bench_read(argc, argv, about, &options);
+    if (status >= 0)
+        return status;
+    kt_csv csv;
+    kt_scaling_line *lines = calloc(LINES_MAX, sizeof *lines);
+    if (!lines || !kt_csv_open(&csv, options.csv, columns)) {
+        free(lines);
+        return KT_BENCH_FAILED;
+    }
+    const int result = run(&options, lines, &csv);
+    free(lines);
+    return kt_csv_close(&csv) ? result : KT_BENCH_FAILED;
+}

@@ -1,0 +1,33 @@
+/* One line of the table: what a chain of n links costs. */
+#ifndef KT_BENCH_SCALING_H
+#define KT_BENCH_SCALING_H
+
+#include "chain.h"
+#include "report.h"
+
+enum { KT_SCALING_RNEA, KT_SCALING_ABA, KT_SCALING_RK4, KT_SCALING_CRBA, KT_SCALING_CALLS };
+extern const char *const kt_scaling_call[KT_SCALING_CALLS]; /* names */
+
+enum { KT_SCALING_MASS_MAX = 2000 }; /* longest chain whose mass matrix is filled: nv^2 numbers, 32 MB */
+
+typedef struct kt_scaling_line {
+    int n;
+    kt_level level;
+    bool measured[KT_SCALING_CALLS];
+    kt_bench_times times[KT_SCALING_CALLS];
+    double set_up;                  /* s: description, model, data */
+    size_t model, data, integrator; /* bytes */
+    long allocations;               /* in two calls of each kind, after set-up */
+    double error;                   /* of the way there and back; see scaling.c */
+} kt_scaling_line;
+
+/* Fills a line; *error says why it could not. */
+KT_CHECKED kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
+
+/* Fills one line for each instruction-set level that there is, RNEA and ABA only, timed in turns; *count of them, at
+ * most KT_SCALING_LEVELS. */
+enum { KT_SCALING_LEVELS = 3 };
+KT_CHECKED kt_status kt_scaling_compare_levels(int n, const kt_bench_options *options,
+                                               kt_scaling_line lines[KT_SCALING_LEVELS], int *count, kt_error *error);
+
+#endif

@@ -1,0 +1,229 @@
+/* Articulated inertias: what one link adds, how a joint takes its freedoms out, how the rest moves on to the parent.
+ * The equations stand in forward.c.
+ */
+#ifndef KT_DYNAMICS_ARTICULATED_H
+#define KT_DYNAMICS_ARTICULATED_H
+
+#include "dynamics/sweep.h"
+
+/* Inverse of a symmetric matrix by Cholesky, or false where it is not positive definite beyond rounding of `scale`. */
+KT_INLINE bool kt_invert3(const kt_v4 a[3], double scale, kt_v4 out[3]) {
+    const double least = 1e-14 * scale;
+    const double l00 = a[0][0];
+    if (!(l00 > least))
+        return false;
+    const double l10 = a[0][1] / l00, l20 = a[0][2] / l00; /* a = L D L' */
+    const double d1 = a[1][1] - l10 * a[0][1];
+    if (!(d1 > least))
+        return false;
+    const double b21 = a[1][2] - l10 * a[0][2], l21 = b21 / d1;
+    const double d2 = a[2][2] - l20 * a[0][2] - l21 * b21;
+    if (!(d2 > least))
+        return false;
+    const double m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
+    const double e0 = 1.0 / l00, e1 = 1.0 / d1, e2 = 1.0 / d2;
+    const double xy = -l10 * e1 - m20 * l21 * e2, xz = m20 * e2, yz = -l21 * e2;
+    out[0] = (kt_v4){e0 + l10 * l10 * e1 + m20 * m20 * e2, xy, xz, 0.0};
+    out[1] = (kt_v4){xy, e1 + l21 * l21 * e2, yz, 0.0};
+    out[2] = (kt_v4){xz, yz, e2, 0.0};
+    return true;
+}
+
+KT_INLINE double kt_trace3(const kt_v4 a[3]) { return a[0][0] + a[1][1] + a[2][2]; }
+
+/* The link's own inertia and bias wrench. */
+KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const kt_v4 h = kt_v4_apply(m->axes, link->moment);
+    kt_v4_turn(m->axes, link->inertia, out->j);
+    out->h[0] = (kt_v4){0.0, h[2], -h[1], 0.0}; /* [h] */
+    out->h[1] = (kt_v4){-h[2], 0.0, h[0], 0.0};
+    out->h[2] = (kt_v4){h[1], -h[0], 0.0, 0.0};
+    for (int k = 0; k < 3; k++) {
+        out->g[k] = -out->h[k];
+        out->m[k] = none;
+        out->m[k][k] = link->mass;
+    }
+    out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + m->moment;
+    out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + m->force;
+}
+
+KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from) {
+    for (int k = 0; k < 3; k++) {
+        to->j[k] += from->j[k];
+        to->g[k] += from->g[k];
+        to->h[k] += from->h[k];
+        to->m[k] += from->m[k];
+    }
+    to->moment += from->moment;
+    to->force += from->force;
+}
+
+/* From the child's origin to the parent's. */
+KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
+    const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
+    x->j[0] -= rz * x->h[1] - ry * x->h[2];
+    x->j[1] -= rx * x->h[2] - rz * x->h[0];
+    x->j[2] -= ry * x->h[0] - rx * x->h[1];
+    x->g[0] -= rz * x->m[1] - ry * x->m[2];
+    x->g[1] -= rx * x->m[2] - rz * x->m[0];
+    x->g[2] -= ry * x->m[0] - rx * x->m[1];
+    for (int k = 0; k < 3; k++) {
+        x->j[k] += kt_v4_cross(r, x->g[k]);
+        x->h[k] += kt_v4_cross(r, x->m[k]);
+    }
+    x->moment += kt_v4_cross(r, x->force);
+}
+
+/* One freedom: takes it out of x, and keeps the joint's response, shifted to the parent's origin. */
+KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
+                              kt_response *response) {
+    const kt_v4 s = m->axis, cn = m->alpha, cf = m->linear;
+    const kt_v4 sx = kt_v4_splat(s[0]), sy = kt_v4_splat(s[1]), sz = kt_v4_splat(s[2]);
+    kt_v4 un, uf;
+    double inertia, bias, scale;
+    if (link->motion == KT_MOTION_TURN) {
+        un = x->j[0] * sx + x->j[1] * sy + x->j[2] * sz;
+        uf = x->g[0] * sx + x->g[1] * sy + x->g[2] * sz;
+        inertia = kt_v4_dot(s, un);
+        bias = kt_v4_dot(s, x->moment);
+        scale = kt_trace3(x->j);
+    } else {
+        un = x->h[0] * sx + x->h[1] * sy + x->h[2] * sz;
+        uf = x->m[0] * sx + x->m[1] * sy + x->m[2] * sz;
+        inertia = kt_v4_dot(s, uf);
+        bias = kt_v4_dot(s, x->force);
+        scale = kt_trace3(x->m);
+        if (link->motion == KT_MOTION_HELIX) {
+            const kt_v4 p = kt_v4_splat(link->pitch);
+            un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
+            uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
+            inertia = kt_v4_dot(s, un + p * uf);
+            bias = kt_v4_dot(s, x->moment + p * x->force);
+            scale = kt_trace3(x->j) + link->pitch * link->pitch * scale;
+        }
+    }
+    if (!(inertia > 1e-14 * scale))
+        return false;
+    const double d = 1.0 / inertia;
+    const kt_v4 dd = kt_v4_splat(d);
+    const double y = (tau - bias - kt_v4_dot(un, cn) - kt_v4_dot(uf, cf)) * d;
+    const kt_v4 yy = kt_v4_splat(y);
+    x->moment += kt_v4_apply(x->j, cn) + kt_v4_apply(x->h, cf) + un * yy;
+    x->force += kt_v4_apply(x->g, cn) + kt_v4_apply(x->m, cf) + uf * yy;
+    const kt_v4 vn = un * dd, vf = uf * dd;
+    for (int k = 0; k < 3; k++) {
+        const kt_v4 nk = kt_v4_splat(vn[k]), fk = kt_v4_splat(vf[k]);
+        x->j[k] -= un * nk;
+        x->g[k] -= uf * nk;
+        x->h[k] -= un * fk;
+        x->m[k] -= uf * fk;
+    }
+    response->base = y;
+    response->angular = vn + kt_v4_cross(m->offset, vf);
+    response->linear = vf;
+    return true;
+}
+
+/* Three turns at once. Keeps J^-1 in `kept->j`, H in `kept->h`, tau - n_b in `kept->moment`. */
+KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, const double *tau, kt_articulated *x,
+                              kt_articulated *kept) {
+    const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
+    kt_v4 k[3]; /* J^-1 H */
+    if (!kt_invert3(x->j, kt_trace3(x->j), kept->j))
+        return false;
+    kept->moment = applied - x->moment;
+    kt_v4_multiply(kept->j, x->h, k);
+    const kt_v4 alpha = kt_v4_apply(kept->j, kept->moment);
+    x->force += kt_v4_apply(x->g, alpha);
+    for (int i = 0; i < 3; i++)
+        x->m[i] -= kt_v4_apply(x->g, k[i]);
+    x->force += kt_v4_apply(x->m, m->linear);
+    for (int i = 0; i < 3; i++) {
+        kept->h[i] = x->h[i];
+        x->j[i] = x->g[i] = x->h[i] = none;
+    }
+    x->moment = applied;
+    return true;
+}
+
+/* All six. Leaves the acceleration itself in `kept`: alpha in moment, a in force. By blocks, the mass first:
+ *   a = M^-1 (f - G alpha),  (J - H M^-1 G) alpha = n - H M^-1 f. */
+KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                              const double *tau, kt_articulated *x, kt_articulated *kept) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_v4 base[3], mass[3], k[3], about[3], inverse[3];
+    kt_rest_axes(link, parent->axes, base);
+    const kt_v4 force = kt_v4_apply(base, kt_load3(tau + link->v));
+    const kt_v4 moment = kt_v4_apply(m->axes, kt_load3(tau + link->v + 3));
+    if (!kt_invert3(x->m, kt_trace3(x->m), mass))
+        return false;
+    kt_v4_multiply(mass, x->g, k); /* M^-1 G */
+    for (int i = 0; i < 3; i++)
+        about[i] = x->j[i] - kt_v4_apply(x->h, k[i]);
+    if (!kt_invert3(about, kt_trace3(x->j), inverse))
+        return false;
+    const kt_v4 f = force - x->force, n = moment - x->moment;
+    const kt_v4 alpha = kt_v4_apply(inverse, n - kt_v4_apply(x->h, kt_v4_apply(mass, f)));
+    kept->moment = alpha;
+    kept->force = kt_v4_apply(mass, f - kt_v4_apply(x->g, alpha));
+    for (int i = 0; i < 3; i++)
+        x->j[i] = x->g[i] = x->h[i] = x->m[i] = none;
+    x->moment = moment;
+    x->force = force;
+    return true;
+}
+
+KT_INLINE bool kt_joint_absorb(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *m = &data->motion[i];
+    if (link->motion == KT_MOTION_BALL)
+        return kt_absorb_ball(link, m, tau, x, &data->articulated[i]);
+    if (link->motion == KT_MOTION_FREE)
+        return kt_absorb_free(link, &data->motion[link->parent], m, tau, x, &data->articulated[i]);
+    return kt_absorb_axis(link, m, tau[link->v], x, &data->response[i]);
+}
+
+/* Joint accelerations of a ball or free link from the link's and the parent's; c has been added to alpha and linear. */
+KT_INLINE void kt_joint_relative(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
+                                 const kt_articulated *kept, double *a) {
+    kt_v4 alpha = kept->moment, linear = m->linear;
+    if (link->motion == KT_MOTION_BALL) {
+        alpha = kt_v4_apply(kept->j, kept->moment - kt_v4_apply(kept->h, m->linear));
+    } else {
+        kt_v4 base[3];
+        kt_rest_axes(link, parent->axes, base);
+        linear = kept->force;
+        for (int k = 0; k < 3; k++)
+            a[k] = kt_v4_dot(base[k], linear - m->linear);
+        a += 3;
+    }
+    for (int k = 0; k < 3; k++)
+        a[k] = kt_v4_dot(m->axes[k], alpha - m->alpha);
+    m->alpha = alpha;
+    m->linear = linear;
+}
+
+/* Accelerations of one link from its parent's, the joint's response known; writes the joint's own to a. */
+KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, double *a) {
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *parent = &data->motion[link->parent];
+    kt_link_motion *m = &data->motion[i];
+    m->alpha += parent->alpha;
+    m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
+    if (link->motion >= KT_MOTION_BALL) {
+        kt_joint_relative(link, parent, m, &data->articulated[i], a + link->v);
+        return;
+    }
+    const kt_response *response = &data->response[i];
+    const double x =
+        response->base - (kt_v4_dot(response->angular, parent->alpha) + kt_v4_dot(response->linear, parent->linear));
+    a[link->v] = x;
+    const kt_v4 along = kt_v4_splat(x) * m->axis;
+    if (link->motion != KT_MOTION_SLIDE)
+        m->alpha += along;
+    if (link->motion != KT_MOTION_TURN)
+        m->linear += link->motion == KT_MOTION_HELIX ? kt_v4_splat(link->pitch) * along : along;
+}
+
+#endif

@@ -1,0 +1,55 @@
+/* What a loop type tells the reduction: its equations as wrenches between two frames, or as a relation of joint
+ * positions.
+ */
+#ifndef KT_LOOP_KIND_H
+#define KT_LOOP_KIND_H
+
+#include "base/level.h"
+#include "model/internal.h"
+
+enum { KT_LOOP_ROW_MAX = 6 };
+
+/* One end of a loop. World axes; places and velocities are taken from the origin of the ancestor that carries both
+ * ends, whose own origin is at rest and whose accelerations are zero here (a motion of both ends together changes no
+ * loop), but whose angular velocity counts. alpha and linear are what the velocities alone give: the accelerations for
+ * zero joint accelerations. */
+typedef struct kt_loop_end {
+    kt_v4 axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
+    kt_v4 point;
+    kt_v4 omega, velocity;
+    kt_v4 alpha, linear;
+} kt_loop_end;
+
+/* One equation phi = 0. With w = omega_2 - omega_1 and u = v_2 - v_1 - omega_1 x d, d = point_2 - point_1 (the second
+ * end's motion relative to the first's frame, at the second point), and likewise for accelerations, u' = a_2 - a_1 -
+ * alpha_1 x d: phi'  = moment . w  + force . u  + rate phi'' = moment . w' + force . u' + drift        (w' = alpha_2 -
+ * alpha_1) (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the first end
+ * feels the opposite wrench at the same point. */
+typedef struct kt_loop_row {
+    kt_v4 moment, force;
+    double residual; /* phi; of a non-holonomic row: 0 */
+    double rate;     /* partial derivative of phi by time */
+    double drift;    /* what of phi'' is not linear in accelerations */
+    bool holonomic;  /* the row has a residual to be closed */
+} kt_loop_row;
+
+/* A relation: sum of coefficient * position - f(t). */
+typedef struct kt_relation_row {
+    double residual, rate, drift; /* as above; drift = -f'' */
+} kt_relation_row;
+
+/* One file a type, each compiled for every instruction-set level: const kt_loop_kind KT_KERNEL(kt_loop_spherical). */
+typedef struct kt_loop_kind {
+    int rows; /* of a frame loop: at most; 0: a relation of joint positions, which is one row */
+    /* Writes the rows and returns their number, which does not depend on the state. */
+    int (*evaluate)(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                    kt_loop_row *rows);
+    /* sum: of coefficient * position. */
+    kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
+} kt_loop_kind;
+
+extern const kt_loop_kind *const kt_loop_kinds_baseline[KT_LOOP_TYPE_COUNT];
+extern const kt_loop_kind *const kt_loop_kinds_v3[KT_LOOP_TYPE_COUNT];
+extern const kt_loop_kind *const kt_loop_kinds_v4[KT_LOOP_TYPE_COUNT];
+
+#endif

@@ -1,0 +1,230 @@
+/* Dynamics and closure of mechanisms with loops: the articulated-body recursion of dynamics/forward.c, in which each
+ * group of loops is one step (group.h), and the same recursion once more, without forces, for steps that are least in
+ * kinetic energy. Bodies outside all loops cost what they cost in a tree.
+ */
+#include "reduction/group.h"
+#include "reduction/kernel.h"
+#include "reduction/rows.h"
+
+/* ---- the recursion -------------------------------------------------------------------------------------------------
+ */
+
+static void set_positions(const kt_model *model, kt_data *data, const double *q) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_ground_set(none, &data->motion[0]);
+    for (size_t i = 1; i < model->n.link; i++)
+        kt_link_pose(&model->link[i], &data->motion[model->link[i].parent], q, data->cosine, data->sine,
+                     &data->motion[i]);
+}
+
+static void set_velocities(const kt_model *model, kt_data *data, const double *v) {
+    for (size_t i = 1; i < model->n.link; i++)
+        kt_link_velocity(&model->link[i], &data->motion[model->link[i].parent], v, &data->motion[i]);
+}
+
+static void clear(const kt_model *model, kt_data *data) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        data->motion[i].moment = data->motion[i].force = kt_v4_splat(0.0);
+        if (model->link[i].branches)
+            memset(&data->articulated[i], 0, sizeof data->articulated[i]);
+    }
+}
+
+static bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_place(model, data, (size_t)g);
+    kt_articulated total;
+    kt_group_assemble(model, data, group, &w, tau, &total);
+    if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent != 0))
+        return false;
+    if (group->parent)
+        kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
+    return true;
+}
+
+static size_t way_back(const kt_model *model, kt_data *data, const double *tau) {
+    kt_articulated x, carried;
+    memset(&carried, 0, sizeof carried);
+    for (size_t i = model->n.link - 1; i > 0; i--) {
+        const kt_link *link = &model->link[i];
+        kt_articulated_rigid(link, &data->motion[i], &x);
+        if (link->leads && model->link[i + 1].group < 0)
+            kt_articulated_add(&x, &carried);
+        if (link->branches)
+            kt_articulated_add(&x, &data->articulated[i]);
+        if (link->group >= 0) {
+            data->articulated[i] = x;
+            if (model->group_link[model->group[link->group].link] == (int32_t)i &&
+                !close_group(model, data, link->group, tau))
+                return i;
+            continue;
+        }
+        if (!kt_joint_absorb(model, data, i, tau, &x))
+            return i;
+        if (link->parent == 0)
+            continue;
+        kt_articulated_shift(&x, data->motion[i].offset);
+        if (link->follows)
+            carried = x;
+        else
+            kt_articulated_add(&data->articulated[link->parent], &x);
+    }
+    return 0;
+}
+
+static void way_out(const kt_model *model, kt_data *data, double *a) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        if (link->group < 0) {
+            kt_link_respond(model, data, i, a);
+            continue;
+        }
+        const kt_group *group = &model->group[link->group];
+        if (model->group_link[group->link] == (int32_t)i) {
+            const kt_group_work w = kt_group_place(model, data, (size_t)link->group);
+            kt_group_respond(model, data, group, &w, a);
+        }
+        kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
+    }
+}
+
+static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_group_work w) {
+    const int rank = KT_KERNEL(kt_reduction_of)(model)->factor(&w, model->group[g].rank);
+    data->rank[g] = rank < 0 ? 0 : rank;
+    return rank;
+}
+
+static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double *tau, const kt_wrench *external, double *a) {
+    set_positions(model, data, q);
+    set_velocities(model, data, v);
+    clear(model, data);
+    if (external)
+        kt_external_subtract(model, data->motion, external);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        kt_rows_fill(model, data, g, &w, true, q, v, t);
+        if (factor_group(model, data, g, w) < 0)
+            return (size_t)model->group_link[model->group[g].link];
+    }
+    data->motion[0].linear = -model->gravity;
+    const size_t failed = way_back(model, data, tau);
+    if (!failed)
+        way_out(model, data, a);
+    return failed;
+}
+
+/* ---- closure -------------------------------------------------------------------------------------------------------
+ */
+
+/* A v + phi_t of a group into `right`, negated; the largest, and the largest term in it. */
+static void velocity_violation(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *v,
+                               kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        double sum = w->rate[r], largest = fabs(w->rate[r]);
+        for (int i = 0; i < w->m; i++) {
+            const double term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
+            sum += term;
+            largest = fmax(largest, fabs(term));
+        }
+        w->right[r] = -sum;
+        violation->velocity = fmax(violation->velocity, fabs(sum));
+        violation->speed = fmax(violation->speed, largest);
+    }
+}
+
+static void hold(const kt_model *model, const kt_group *group, const kt_group_work *w, const bool *held) {
+    for (int i = 0; i < w->m; i++)
+        if (held[model->group_v[group->v + i]])
+            for (int r = 0; r < w->k; r++)
+                w->a[(size_t)r * (size_t)w->m + (size_t)i] = 0.0;
+}
+
+static bool factor(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
+                   kt_violation *violation) {
+    *violation = (kt_violation){0.0, 0.0, 0.0};
+    set_positions(model, data, q);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        kt_rows_fill(model, data, g, &w, false, q, v, t);
+        for (int r = 0; r < w.k; r++)
+            violation->position = fmax(violation->position, fabs(w.residual[r]));
+        if (v)
+            velocity_violation(model, &model->group[g], &w, v, violation);
+        if (held)
+            hold(model, &model->group[g], &w, held);
+        if (factor_group(model, data, g, w) < 0)
+            return false;
+    }
+    return isfinite(violation->position + violation->velocity);
+}
+
+static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    set_positions(model, data, q);
+    set_velocities(model, data, v);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        kt_rows_fill(model, data, g, &w, true, q, v, t);
+    }
+}
+
+/* Whatever is not part of a group stays, but for the metric of mass. */
+static void close_least(const kt_model *model, kt_data *data, double *step) {
+    memset(step, 0, model->n.v * sizeof *step);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group *group = &model->group[g];
+        KT_KERNEL(kt_reduction_of)(model)->particular(&w, data->rank[g], w.right, w.base);
+        for (int i = 0; i < w.m; i++)
+            step[model->group_v[group->v + i]] = w.base[i];
+    }
+}
+
+/* min dv' M dv with A dv = right: the equations of motion without forces, dv in the accelerations' place. */
+static bool close_mass(const kt_model *model, kt_data *data, double *step) {
+    set_velocities(model, data, model->zero);
+    clear(model, data);
+    if (way_back(model, data, model->zero))
+        return false;
+    way_out(model, data, step);
+    return true;
+}
+
+static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
+    if (metric == KT_METRIC_MASS)
+        return close_mass(model, data, step);
+    close_least(model, data, step);
+    return true;
+}
+
+/* ---- reactions -----------------------------------------------------------------------------------------------------
+ */
+
+/* A' lambda = M x + F' A - (tau - h) */
+static void multipliers(const kt_model *model, kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group *group = &model->group[g];
+        const kt_link_motion *p = &data->motion[group->parent];
+        double *x = w.slope, *need = w.half; /* no longer needed */
+        kt_group_respond(model, data, group, &w, data->scratch);
+        for (int i = 0; i < w.m; i++)
+            x[i] = data->scratch[model->group_v[group->v + i]];
+        kt_dense_apply(w.mass, w.m, w.m, x, need);
+        for (int i = 0; i < w.m; i++) {
+            need[i] -= w.bias[i];
+            for (int c = 0; c < 3 && group->parent; c++)
+                need[i] += w.carry[6 * (size_t)i + (size_t)c] * p->alpha[c] +
+                           w.carry[6 * (size_t)i + 3 + (size_t)c] * p->linear[c];
+        }
+        KT_KERNEL(kt_reduction_of)(model)->multipliers(&w, data->rank[g], need, w.multiplier);
+    }
+}
+
+const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
+                                                              .factor = factor,
+                                                              .fill = fill,
+                                                              .close = close_groups,
+                                                              .multipliers = multipliers,
+                                                              .react = KT_KERNEL(kt_react)};

@@ -1,0 +1,15 @@
+/* Accelerations of mechanisms with loops and effects. */
+#ifndef KT_REDUCTION_EVALUATE_H
+#define KT_REDUCTION_EVALUATE_H
+
+#include "reduction/project.h"
+
+/* Adds what the effects do to *tau and *external: afterwards these point to sums in data. */
+void kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double **tau, const kt_wrench **external);
+
+/* kt_acceleration_evaluate for a model with loops, effects not included. */
+kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                            const double *tau, const kt_wrench *external, double *a, kt_error *error);
+
+#endif

@@ -1,0 +1,268 @@
+/* One group of loops inside the articulated-body recursion.
+ *
+ * The way back reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all its links,
+ * what hangs on them included. The links of the group are then taken together, as a mechanism of m coordinates x on a
+ * parent that accelerates by A = (alpha, a): M x + F' A + h = tau + A_g' lambda,   A_g x = b''              (b'' does
+ * not depend on A: rows.h) wrench on the parent  = Ic A + F x + W with M, F and the composite Ic by the composite-body
+ * recursion over IA_i, and h, W by Newton-Euler with the accelerations that the velocities alone give. By Maggi-Kane, x
+ * = x0 + N z with A_g x0 = b'' and A_g N = 0, (N' M N) z = N' (tau - h - M x0 - F' A) [MSD 7.33, 7.34] so that x = y -
+ * K A and the parent feels Ic - F K and W + F y: an articulated inertia like any other.
+ */
+#ifndef KT_REDUCTION_GROUP_H
+#define KT_REDUCTION_GROUP_H
+
+#include "dynamics/articulated.h"
+#include "reduction/reduce.h"
+
+#include <string.h>
+
+enum { KT_FREEDOM_MAX = 6 };
+
+typedef struct kt_subspace {
+    int count;
+    kt_v4 angular[KT_FREEDOM_MAX], linear[KT_FREEDOM_MAX]; /* unit accelerations of the freedoms */
+} kt_subspace;
+
+KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                                kt_subspace *s) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    s->count = kt_link_freedoms(link);
+    for (int k = 0; k < s->count; k++)
+        s->angular[k] = s->linear[k] = none;
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_TURN:
+        s->angular[0] = m->axis;
+        break;
+    case KT_MOTION_SLIDE:
+        s->linear[0] = m->axis;
+        break;
+    case KT_MOTION_HELIX:
+        s->angular[0] = m->axis;
+        s->linear[0] = kt_v4_splat(link->pitch) * m->axis;
+        break;
+    case KT_MOTION_BALL:
+        for (int k = 0; k < 3; k++)
+            s->angular[k] = m->axes[k];
+        break;
+    case KT_MOTION_FREE: {
+        kt_v4 base[3];
+        kt_rest_axes(link, parent->axes, base);
+        for (int k = 0; k < 3; k++) {
+            s->linear[k] = base[k];
+            s->angular[3 + k] = m->axes[k];
+        }
+        break;
+    }
+    case KT_MOTION_NONE:
+        break;
+    }
+}
+
+KT_INLINE double kt_along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
+    return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
+}
+
+/* Accelerations that the velocities alone give, the parent's being zero (in response), and the wrenches that go with
+ * them: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
+static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
+    for (int l = 0; l < group->link_count; l++) {
+        const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;
+        const kt_link_motion *m = &data->motion[i];
+        kt_response *self = &data->response[i];
+        self->angular = m->alpha;
+        self->linear = m->linear;
+        if (up != group->parent) {
+            self->angular += data->response[up].angular;
+            self->linear += data->response[up].linear + kt_v4_cross(data->response[up].angular, m->offset);
+        } else if (up == 0) {
+            self->linear += data->motion[0].linear; /* the ground's acceleration is known: gravity */
+        }
+        kt_articulated *x = &data->articulated[i];
+        x->moment += kt_v4_apply(x->j, self->angular) + kt_v4_apply(x->h, self->linear);
+        x->force += kt_v4_apply(x->g, self->angular) + kt_v4_apply(x->m, self->linear);
+    }
+}
+
+/* Columns of M and F for the freedoms of link i, whose composite is complete. */
+static inline void kt_group_columns(const kt_model *model, const kt_data *data, const kt_group *group,
+                                    const kt_group_work *w, int32_t i) {
+    const size_t m = (size_t)w->m;
+    const kt_articulated *c = &data->articulated[i];
+    const kt_link *link = &model->link[i];
+    kt_subspace own;
+    kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
+    for (int k = 0; k < own.count; k++) {
+        const size_t column = (size_t)(link->local + k);
+        kt_v4 moment = kt_v4_apply(c->j, own.angular[k]) + kt_v4_apply(c->h, own.linear[k]);
+        kt_v4 force = kt_v4_apply(c->g, own.angular[k]) + kt_v4_apply(c->m, own.linear[k]);
+        for (int32_t j = i;;) {
+            const kt_link *at = &model->link[j];
+            kt_subspace s;
+            kt_link_subspace(at, &data->motion[at->parent], &data->motion[j], &s);
+            for (int l = 0; l < s.count; l++) {
+                const double x = kt_along(s.angular[l], s.linear[l], moment, force);
+                w->mass[column * m + (size_t)(at->local + l)] = x;
+                w->mass[(size_t)(at->local + l) * m + column] = x;
+            }
+            moment += kt_v4_cross(data->motion[j].offset, force);
+            j = at->parent;
+            if (j == group->parent)
+                break;
+        }
+        for (int l = 0; l < 3; l++) {
+            w->carry[6 * column + (size_t)l] = moment[l];
+            w->carry[6 * column + 3 + (size_t)l] = force[l];
+        }
+    }
+}
+
+/* M, F, tau - h; returns in `total` what the parent feels while x = 0: (Ic, W). */
+static inline void kt_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
+                                     const kt_group_work *w, const double *tau, kt_articulated *total) {
+    memset(total, 0, sizeof *total);
+    memset(w->mass, 0, (size_t)w->m * (size_t)w->m * sizeof(double));
+    kt_group_bias(model, data, group);
+    for (int l = group->link_count - 1; l >= 0; l--) {
+        const int32_t i = model->group_link[group->link + l];
+        const kt_link *link = &model->link[i];
+        kt_articulated x = data->articulated[i];
+        kt_subspace s;
+        kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &s);
+        for (int k = 0; k < s.count; k++)
+            w->bias[link->local + k] = tau[link->v + k] - kt_along(s.angular[k], s.linear[k], x.moment, x.force);
+        kt_group_columns(model, data, group, w, i);
+        kt_articulated_shift(&x, data->motion[i].offset);
+        kt_articulated_add(link->parent == group->parent ? total : &data->articulated[link->parent], &x);
+    }
+}
+
+/* ---- small dense algebra ------------------------------------------------------------------------------------------
+ */
+
+/* y = a x for an m x n matrix */
+static inline void kt_dense_apply(const double *a, int m, int n, const double *x, double *y) {
+    for (int i = 0; i < m; i++)
+        y[i] = 0.0;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < m; i++)
+            y[i] += a[(size_t)j * (size_t)m + (size_t)i] * x[j];
+}
+
+static inline double kt_dense_dot(const double *a, const double *b, int n) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* A = L L', L over the lower triangle of A (n x n); false where A is not positive definite beyond rounding. */
+static inline bool kt_dense_cholesky(double *a, int n) {
+    for (int j = 0; j < n; j++) {
+        double *column = a + (size_t)j * (size_t)n;
+        const double whole = column[j];
+        for (int k = 0; k < j; k++) {
+            const double f = a[(size_t)k * (size_t)n + (size_t)j];
+            for (int i = j; i < n; i++)
+                column[i] -= a[(size_t)k * (size_t)n + (size_t)i] * f;
+        }
+        if (!(column[j] > 1e-14 * whole))
+            return false;
+        const double d = 1.0 / sqrt(column[j]);
+        for (int i = j; i < n; i++)
+            column[i] *= d;
+    }
+    return true;
+}
+
+/* x = (L L')^-1 x */
+static inline void kt_dense_solve(const double *l, int n, double *x) {
+    for (int j = 0; j < n; j++) {
+        x[j] /= l[(size_t)j * (size_t)(n + 1)];
+        for (int i = j + 1; i < n; i++)
+            x[i] -= l[(size_t)j * (size_t)n + (size_t)i] * x[j];
+    }
+    for (int j = n - 1; j >= 0; j--) {
+        for (int i = j + 1; i < n; i++)
+            x[j] -= l[(size_t)j * (size_t)n + (size_t)i] * x[i];
+        x[j] /= l[(size_t)j * (size_t)(n + 1)];
+    }
+}
+
+/* ---- Maggi-Kane ----------------------------------------------------------------------------------------------------
+ */
+
+/* y = N (N' M N)^-1 N' y */
+static inline void kt_group_project(const kt_group_work *w, int freedoms, double *y) {
+    double *z = w->work;
+    for (int c = 0; c < freedoms; c++)
+        z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)w->m, y, w->m);
+    kt_dense_solve(w->reduced, freedoms, z);
+    kt_dense_apply(w->basis, w->m, freedoms, z, y);
+}
+
+/* y (base) and K (slope) from the factored equations with right-hand side `right`; false where N' M N is singular. */
+static inline bool kt_group_solve(const kt_reduction_kind *kind, const kt_group_work *w, int rank, bool carried) {
+    const int m = w->m, freedoms = m - rank;
+    kind->particular(w, rank, w->right, w->base);
+    kind->basis(w, rank);
+    for (int c = 0; c < freedoms; c++) {
+        double *half = w->half + (size_t)c * (size_t)m;
+        kt_dense_apply(w->mass, m, m, w->basis + (size_t)c * (size_t)m, half);
+        for (int r = 0; r < freedoms; r++)
+            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
+                kt_dense_dot(w->basis + (size_t)r * (size_t)m, half, m);
+    }
+    if (!kt_dense_cholesky(w->reduced, freedoms))
+        return false;
+    double *y = w->half; /* from here on free */
+    kt_dense_apply(w->mass, m, m, w->base, y);
+    for (int i = 0; i < m; i++)
+        y[i] = w->bias[i] - y[i];
+    kt_group_project(w, freedoms, y);
+    for (int i = 0; i < m; i++)
+        w->base[i] += y[i];
+    for (int c = 0; c < 6 && carried; c++) {
+        double *k = w->slope + (size_t)c * (size_t)m;
+        for (int i = 0; i < m; i++)
+            k[i] = w->carry[6 * (size_t)i + (size_t)c];
+        kt_group_project(w, freedoms, k);
+    }
+    return true;
+}
+
+/* total -> (Ic - F K, W + F y), and onto the parent. */
+static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *total, kt_articulated *parent) {
+    double f[6] = {0.0}, fk[36] = {0.0};
+    for (int i = 0; i < w->m; i++)
+        for (int r = 0; r < 6; r++) {
+            const double x = w->carry[6 * (size_t)i + (size_t)r];
+            f[r] += x * w->base[i];
+            for (int c = 0; c < 6; c++)
+                fk[6 * c + r] += x * w->slope[(size_t)c * (size_t)w->m + (size_t)i];
+        }
+    for (int c = 0; c < 3; c++) {
+        const double *a = fk + 6 * c, *l = fk + 6 * (c + 3);
+        total->j[c] -= (kt_v4){a[0], a[1], a[2], 0.0};
+        total->g[c] -= (kt_v4){a[3], a[4], a[5], 0.0};
+        total->h[c] -= (kt_v4){l[0], l[1], l[2], 0.0};
+        total->m[c] -= (kt_v4){l[3], l[4], l[5], 0.0};
+    }
+    total->moment += (kt_v4){f[0], f[1], f[2], 0.0};
+    total->force += (kt_v4){f[3], f[4], f[5], 0.0};
+    kt_articulated_add(parent, total);
+}
+
+/* Accelerations of the group's coordinates, the parent's known, into a. */
+static inline void kt_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
+                                    const kt_group_work *w, double *a) {
+    const kt_link_motion *p = &data->motion[group->parent];
+    for (int i = 0; i < w->m; i++) {
+        double x = w->base[i];
+        for (int c = 0; c < 3 && group->parent; c++)
+            x -= w->slope[(size_t)c * (size_t)w->m + (size_t)i] * p->alpha[c] +
+                 w->slope[(size_t)(c + 3) * (size_t)w->m + (size_t)i] * p->linear[c];
+        a[model->group_v[group->v + i]] = x;
+    }
+}
+
+#endif

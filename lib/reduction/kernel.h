@@ -1,0 +1,43 @@
+/* The reduction's inner loops, compiled once for each instruction-set level. Arguments are not checked. */
+#ifndef KT_REDUCTION_KERNEL_H
+#define KT_REDUCTION_KERNEL_H
+
+#include "reduction/reduce.h"
+
+/* Largest violations of the equations. */
+typedef struct kt_violation {
+    double position; /* m or rad, over holonomic equations */
+    double velocity; /* m/s or rad/s; `right` holds the violations, negated */
+    double speed;    /* largest term of the velocity equations: what `velocity` is to be held against */
+} kt_violation;
+
+typedef struct kt_reduction_kernels {
+    /* Accelerations of a mechanism with loops; data->rank tells the rank of each group. Returns the link at which the
+     * reduced inertia is singular, or 0. */
+    size_t (*forward)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double *tau, const kt_wrench *external, double *a);
+    /* Fills and factors the equations at (t, q); v may be NULL, and then velocities are not looked at. Coordinates that
+     * are held (NULL: none) count as constants. Returns false where a number is not finite. */
+    bool (*factor)(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
+                   kt_violation *violation);
+    /* Accelerations' right-hand sides b'' as well: fills, and does not factor. */
+    void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
+    /* The least step (nv) with A step = right, as last factored: in coordinates (then only those of groups move), or in
+     * kinetic energy. false: the inertia is singular. */
+    bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, double *step);
+    /* Multipliers of all equations, for the accelerations of the last `forward`, in the groups' work. */
+    void (*multipliers)(const kt_model *model, kt_data *data);
+    /* What the loops exert with these multipliers (react.c). */
+    void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
+} kt_reduction_kernels;
+
+#define KT_REDUCTION_DECLARE(level)                                                                                    \
+    extern const kt_reduction_kernels kt_reduction_kernels_##level;                                                    \
+    void kt_react_##level(const kt_model *, const kt_data *, double, kt_wrench *, kt_wrench *);
+KT_REDUCTION_DECLARE(baseline)
+KT_REDUCTION_DECLARE(v3)
+KT_REDUCTION_DECLARE(v4)
+
+const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
+
+#endif

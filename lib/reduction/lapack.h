@@ -1,0 +1,26 @@
+/* All of LAPACK that the library uses: column-major, workspaces given, which the _work calls promise not to allocate.
+ */
+#ifndef KT_REDUCTION_LAPACK_H
+#define KT_REDUCTION_LAPACK_H
+
+#include <lapacke.h>
+
+/* A P = Q R with column pivoting; returns LAPACK's info. */
+static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
+    for (int i = 0; i < n; i++)
+        pivot[i] = 0; /* every column is free to move */
+    return LAPACKE_dgeqp3_work(LAPACK_COL_MAJOR, m, n, a, m, pivot, tau, work, size);
+}
+
+/* C = Q C or Q' C for the reflectors of geqp3. */
+static inline int kt_lapack_ormqr(char trans, int m, int columns, int reflectors, const double *a, const double *tau,
+                                  double *c, double *work, int size) {
+    return LAPACKE_dormqr_work(LAPACK_COL_MAJOR, 'L', trans, m, columns, reflectors, a, m, tau, c, m, work, size);
+}
+
+/* A (m x n) = U S V': all of U (m x m), the first min(m, n) rows of V' over A. */
+static inline int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u, double *work, int size) {
+    return LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'O', m, n, a, m, s, u, m, NULL, 1, work, size);
+}
+
+#endif

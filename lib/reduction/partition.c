@@ -1,0 +1,130 @@
+/* Coordinate partitioning [MSD 7.1.1]: full pivoting chooses dependent coordinates, and solves for them.
+ *
+ * Elimination on A' (m x k) with rows (coordinates) and columns (equations) exchanged, so that P A' S = [L11; L21] [U11
+ * U12], L unit lower, U upper: particular: the independent coordinates stay; U11' L11' x_d = b_1 basis:      x_i = unit
+ * vectors, x_d = -L11'^-1 L21' x_i multipliers: L11 U11 lambda = g_d The set is chosen anew at every evaluation: a
+ * position at which a fixed set would fail (the pendulum in x and y, horizontal or vertical) is like any other, and the
+ * result does not depend on what came before. The order of the coordinates is kept in `reflector` and `square`.
+ */
+#include "reduction/reduce.h"
+
+#include <math.h>
+#include <string.h>
+
+static double *at(const kt_group_work *w, int row, int column) {
+    return &w->factor[(size_t)column * (size_t)w->m + (size_t)row];
+}
+
+static void swap_rows(const kt_group_work *w, int a, int b) {
+    for (int c = 0; c < w->k; c++) {
+        const double t = *at(w, a, c);
+        *at(w, a, c) = *at(w, b, c);
+        *at(w, b, c) = t;
+    }
+    const double t = w->square[a];
+    w->square[a] = w->square[b];
+    w->square[b] = t;
+}
+
+static void swap_columns(const kt_group_work *w, int a, int b) {
+    for (int i = 0; i < w->m; i++) {
+        const double t = *at(w, i, a);
+        *at(w, i, a) = *at(w, i, b);
+        *at(w, i, b) = t;
+    }
+    const int32_t t = w->pivot[a];
+    w->pivot[a] = w->pivot[b];
+    w->pivot[b] = t;
+}
+
+/* square[i]: the coordinate that stands in row i. */
+static int factor(kt_group_work *w, int cap) {
+    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
+    for (int i = 0; i < w->m; i++)
+        w->square[i] = i;
+    for (int c = 0; c < w->k; c++)
+        w->pivot[c] = c;
+    double first = 0.0;
+    for (int j = 0; j < cap; j++) {
+        int row = j, column = j;
+        for (int c = j; c < w->k; c++)
+            for (int i = j; i < w->m; i++) {
+                if (!isfinite(*at(w, i, c)))
+                    return -1;
+                if (fabs(*at(w, i, c)) > fabs(*at(w, row, column))) {
+                    row = i;
+                    column = c;
+                }
+            }
+        const double pivot = fabs(*at(w, row, column));
+        if (j == 0)
+            first = pivot;
+        if (!(pivot > KT_RANK_TOLERANCE * first))
+            return j;
+        if (row != j)
+            swap_rows(w, row, j);
+        if (column != j)
+            swap_columns(w, column, j);
+        for (int i = j + 1; i < w->m; i++) {
+            const double l = *at(w, i, j) / *at(w, j, j);
+            *at(w, i, j) = l;
+            for (int c = j + 1; c < w->k; c++)
+                *at(w, i, c) -= l * *at(w, j, c);
+        }
+    }
+    return cap;
+}
+
+/* x (first `rank` rows) = L11'^-1 x */
+static void solve_lower_transposed(const kt_group_work *w, int rank, double *x) {
+    for (int i = rank - 1; i >= 0; i--)
+        for (int j = i + 1; j < rank; j++)
+            x[i] -= *at(w, j, i) * x[j];
+}
+
+static void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+    double *y = w->work;
+    for (int i = 0; i < rank; i++) {
+        y[i] = b[w->pivot[i]];
+        for (int j = 0; j < i; j++)
+            y[i] -= *at(w, j, i) * y[j];
+        y[i] /= *at(w, i, i);
+    }
+    solve_lower_transposed(w, rank, y);
+    for (int i = 0; i < w->m; i++)
+        x[(int)w->square[i]] = i < rank ? y[i] : 0.0;
+}
+
+static void basis(const kt_group_work *w, int rank) {
+    const size_t m = (size_t)w->m;
+    double *y = w->work;
+    memset(w->basis, 0, m * (m - (size_t)rank) * sizeof(double));
+    for (int c = rank; c < w->m; c++) {
+        double *column = w->basis + (size_t)(c - rank) * m;
+        for (int i = 0; i < rank; i++)
+            y[i] = -*at(w, c, i);
+        solve_lower_transposed(w, rank, y);
+        for (int i = 0; i < rank; i++)
+            column[(int)w->square[i]] = y[i];
+        column[(int)w->square[c]] = 1.0;
+    }
+}
+
+static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+    double *y = w->work;
+    for (int i = 0; i < rank; i++) {
+        y[i] = g[(int)w->square[i]];
+        for (int j = 0; j < i; j++)
+            y[i] -= *at(w, i, j) * y[j];
+    }
+    for (int i = rank - 1; i >= 0; i--) {
+        for (int j = i + 1; j < rank; j++)
+            y[i] -= *at(w, i, j) * y[j];
+        y[i] /= *at(w, i, i);
+    }
+    for (int i = 0; i < w->k; i++)
+        lambda[w->pivot[i]] = i < rank ? y[i] : 0.0;
+}
+
+const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {
+    .factor = factor, .particular = particular, .basis = basis, .multipliers = multipliers};

@@ -1,0 +1,43 @@
+/* What can be asked about the loops of a model. */
+#include "kinetree/reduction.h"
+#include "reduction/kernel.h"
+
+int kt_loop_count(const kt_model *model) { return (int)model->n.loop; }
+const char *kt_loop_name(const kt_model *model, int loop) { return model->text + model->loop[loop].name; }
+kt_loop_type kt_loop_type_of(const kt_model *model, int loop) { return (kt_loop_type)model->loop[loop].type; }
+int kt_loop_group_count(const kt_model *model) { return (int)model->n.group; }
+
+kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
+    const kt_group *g = &model->group[group];
+    return (kt_loop_group){.loop_count = g->loop_count,
+                           .loops = model->group_loop + g->loop,
+                           .coordinates = g->v_count,
+                           .equations = g->row_count,
+                           .rank = g->rank};
+}
+
+kt_freedom kt_model_freedom(const kt_model *model) {
+    kt_freedom f = {.tree = (int)model->n.v};
+    for (size_t g = 0; g < model->n.group; g++) {
+        f.equations += model->group[g].row_count;
+        f.rank += model->group[g].rank;
+    }
+    f.minimal = f.tree - f.rank;
+    return f;
+}
+
+size_t kt_group_dense_count(const kt_group *group) {
+    kt_group_work w;
+    return kt_group_layout(group, NULL, NULL, &w);
+}
+
+const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
+#ifdef KT_LEVELS
+    if (model->level == KT_LEVEL_V4)
+        return &kt_reduction_kernels_v4;
+    if (model->level == KT_LEVEL_V3)
+        return &kt_reduction_kernels_v3;
+#endif
+    (void)model;
+    return &kt_reduction_kernels_baseline;
+}

@@ -1,0 +1,98 @@
+/* What the files of the reduction share: a group's matrices, the ways to factor its equations, the closure rows.
+ *
+ * A group has k equations A x = b in the m coordinates x of its links. All matrices are column-major.
+ */
+#ifndef KT_REDUCTION_REDUCE_H
+#define KT_REDUCTION_REDUCE_H
+
+#include "base/arena.h"
+#include "base/level.h"
+#include "loop/kind.h"
+#include "model/internal.h"
+
+/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations, s: the lesser. */
+#define KT_GROUP_FIELDS(X)                                                                                             \
+    X(a, m *k, "A', m x k")                                                                                            \
+    X(factor, m *k, "A' factored")                                                                                     \
+    X(reflector, s, "scales of the reflectors (QR); singular values (SVD)")                                            \
+    X(square, m *m, "orthogonal factor (SVD)")                                                                         \
+    X(right, k, "b'' or what is to be closed")                                                                         \
+    X(residual, k, "phi")                                                                                              \
+    X(rate, k, "phi_t = -b'")                                                                                          \
+    X(multiplier, k, "lambda")                                                                                         \
+    X(mass, m *m, "M of the group, its parent held")                                                                   \
+    X(carry, 6 * m, "F: wrench on the parent for unit accelerations; moment, force")                                   \
+    X(bias, m, "tau - h")                                                                                              \
+    X(base, m, "accelerations while the parent's is zero")                                                             \
+    X(slope, 6 * m, "K, m x 6: accelerations are base - K (alpha, a of the parent)")                                   \
+    X(basis, m *m, "N: null space of A, m x (m - rank)")                                                               \
+    X(reduced, m *m, "N' M N, then its Cholesky factor")                                                               \
+    X(half, m *m, "M N, and other products")                                                                           \
+    X(work, kt_group_work_count(m, k), "of LAPACK")
+
+typedef struct kt_group_work {
+    int m, k;
+    int32_t *pivot;
+#define KT_GROUP_DECLARE(name, count, meaning) double *name;
+    KT_GROUP_FIELDS(KT_GROUP_DECLARE)
+#undef KT_GROUP_DECLARE
+} kt_group_work;
+
+/* Numbers that LAPACK wants as workspace for an m x k matrix: enough for dgeqp3, dormqr, dgesvd in blocks of 32. */
+static inline size_t kt_group_work_count(size_t m, size_t k) { return 34 * (m + k) + 5 * (m < k ? m : k) + 1024; }
+
+/* Places a group's matrices at base (NULL: only measures); returns the numbers they take. */
+static inline size_t kt_group_layout(const kt_group *group, double *base, int32_t *pivot, kt_group_work *w) {
+    const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
+    size_t used = 0;
+    w->m = group->v_count;
+    w->k = group->kept_count;
+    w->pivot = pivot;
+#define KT_GROUP_PLACE(name, count, meaning)                                                                           \
+    w->name = base ? base + used : NULL;                                                                               \
+    used += ((count) + 7) / 8 * 8;
+    KT_GROUP_FIELDS(KT_GROUP_PLACE)
+#undef KT_GROUP_PLACE
+    return used;
+}
+
+static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g) {
+    kt_group_work w;
+    const kt_group *group = &model->group[g];
+    (void)kt_group_layout(group, data->dense + group->dense, data->pivot + group->kept, &w);
+    return w;
+}
+
+/* Relative size of R's diagonal below which an equation counts as dependent. The motion through a singular position is
+ * recovered from both sides of it (see evaluate.c), which is exact to the square of the distance: so the neighbourhood
+ * in which the factors lose digits is better left to that. */
+#define KT_RANK_TOLERANCE 1e-7
+
+/* A way to solve A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural rank.
+ */
+typedef struct kt_reduction_kind {
+    /* Factors w->a; returns the numerical rank, at most cap. -1: a number was not finite. */
+    int (*factor)(kt_group_work *w, int cap);
+    /* x (m): a solution of the independent equations of A x = b (k). */
+    void (*particular)(const kt_group_work *w, int rank, const double *b, double *x);
+    /* w->basis: m x (m - rank), A basis = 0. */
+    void (*basis)(const kt_group_work *w, int rank);
+    /* lambda (k): A' lambda = g (m), zeros for dependent equations; g is overwritten. */
+    void (*multipliers)(const kt_group_work *w, int rank, double *g, double *lambda);
+} kt_reduction_kind;
+
+#define KT_REDUCTION_EXTERN(level)                                                                                     \
+    extern const kt_reduction_kind kt_reduction_qr_##level, kt_reduction_svd_##level, kt_reduction_partition_##level;
+KT_REDUCTION_EXTERN(baseline)
+KT_REDUCTION_EXTERN(v3)
+KT_REDUCTION_EXTERN(v4)
+
+#ifdef KT_LEVEL
+static inline const kt_reduction_kind *KT_KERNEL(kt_reduction_of)(const kt_model *model) {
+    return model->reduction == KT_REDUCTION_SVD         ? &KT_KERNEL(kt_reduction_svd)
+           : model->reduction == KT_REDUCTION_PARTITION ? &KT_KERNEL(kt_reduction_partition)
+                                                        : &KT_KERNEL(kt_reduction_qr);
+}
+#endif
+
+#endif

@@ -1,0 +1,166 @@
+/* The equations of a group's loops in its coordinates: A', phi, phi_t and b''.
+ *
+ * Ends are followed from the loop's ancestor down its two paths, so that nothing is lost far from the world's origin,
+ * and nothing that carries the whole loop enters. A row's wrench (n, f) on the second end, about its point, meets a
+ * freedom with angular velocity s and velocity u of that point as n . s + f . u, with the opposite sign on the first
+ * path.
+ */
+#ifndef KT_REDUCTION_ROWS_H
+#define KT_REDUCTION_ROWS_H
+
+#include "dynamics/sweep.h"
+#include "reduction/reduce.h"
+
+#include <string.h>
+
+/* The motion of a loop's end, from the ancestor's origin; needs poses, and where `moving` velocities and c (sweep.h).
+ */
+KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k, bool moving,
+                             const double *v, kt_loop_end *end) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const int32_t *path = model->path + loop->path[k];
+    kt_v4 point = none, velocity = none, alpha = none, linear = none;
+    kt_v4 omega = moving ? data->motion[loop->ancestor].omega : none;
+    for (int i = 0; i < loop->length[k]; i++) {
+        const kt_link *link = &model->link[path[i]];
+        const kt_link_motion *m = &data->motion[path[i]];
+        point += m->offset;
+        if (!moving)
+            continue;
+        velocity += kt_v4_cross(omega, m->offset);
+        if (link->motion != KT_MOTION_TURN) {
+            kt_v4 spin, slide;
+            kt_joint_twist(link, &data->motion[link->parent], m, v, &spin, &slide);
+            velocity += slide;
+        }
+        linear += kt_v4_cross(alpha, m->offset) + m->linear;
+        alpha += m->alpha;
+        omega = m->omega;
+    }
+    const kt_link_motion *bearer = &data->motion[loop->link[k]];
+    kt_v4 frame[3];
+    kt_v4_from_mat3(loop->frame[k].rotation, frame);
+    kt_v4_multiply(bearer->axes, frame, end->axes);
+    const kt_v4 arm = kt_v4_apply(bearer->axes, kt_v4_from(loop->frame[k].position));
+    end->point = point + arm;
+    end->omega = omega;
+    end->velocity = velocity + kt_v4_cross(omega, arm);
+    end->alpha = alpha;
+    end->linear = linear + kt_v4_cross(alpha, arm) + kt_v4_cross(omega, kt_v4_cross(omega, arm));
+}
+
+/* One freedom of a path's link in all rows: angular s, velocity u of the second end's point. */
+KT_INLINE void kt_rows_freedom(const kt_group_work *w, const int32_t *slot, const kt_loop_row *rows, int count,
+                               int local, double sign, kt_v4 s, kt_v4 u) {
+    for (int r = 0; r < count; r++)
+        if (slot[r] >= 0)
+            w->a[(size_t)slot[r] * (size_t)w->m + (size_t)local] +=
+                sign * (kt_v4_dot(rows[r].moment, s) + kt_v4_dot(rows[r].force, u));
+}
+
+/* A' of one path. `arm` goes from the end's link's origin to the second end's point. */
+KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                            const kt_loop_record *loop, int k, const int32_t *slot, const kt_loop_row *rows, int count,
+                            kt_v4 arm) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const double sign = k ? 1.0 : -1.0;
+    for (int i = loop->length[k] - 1; i >= 0; i--) {
+        const int32_t index = model->path[loop->path[k] + i];
+        const kt_link *link = &model->link[index];
+        const kt_link_motion *m = &data->motion[index];
+        int local = link->local;
+        switch ((kt_motion)link->motion) {
+        case KT_MOTION_TURN:
+            kt_rows_freedom(w, slot, rows, count, local, sign, m->axis, kt_v4_cross(m->axis, arm));
+            break;
+        case KT_MOTION_SLIDE:
+            kt_rows_freedom(w, slot, rows, count, local, sign, none, m->axis);
+            break;
+        case KT_MOTION_HELIX:
+            kt_rows_freedom(w, slot, rows, count, local, sign, m->axis,
+                            kt_v4_cross(m->axis, arm) + kt_v4_splat(link->pitch) * m->axis);
+            break;
+        case KT_MOTION_FREE: {
+            kt_v4 base[3];
+            kt_rest_axes(link, data->motion[link->parent].axes, base);
+            for (int j = 0; j < 3; j++, local++)
+                kt_rows_freedom(w, slot, rows, count, local, sign, none, base[j]);
+        } /* fall through */
+        case KT_MOTION_BALL:
+            for (int j = 0; j < 3; j++, local++)
+                kt_rows_freedom(w, slot, rows, count, local, sign, m->axes[j], kt_v4_cross(m->axes[j], arm));
+            break;
+        case KT_MOTION_NONE:
+            break;
+        }
+        arm += m->offset;
+    }
+}
+
+/* What becomes of the rows of a loop: slot[r] is the kept row's number, or -1. */
+KT_INLINE void kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop, int32_t *next,
+                             int32_t slot[KT_LOOP_ROW_MAX]) {
+    for (int r = 0; r < loop->row_count; r++) {
+        const bool kept = *next < group->kept_count && model->kept[group->kept + *next] == loop->row + r;
+        slot[r] = kept ? (*next)++ : -1;
+    }
+}
+
+KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                              const kt_loop_record *loop, const int32_t *slot, bool moving, const double *v, double t) {
+    kt_loop_end end[2];
+    kt_loop_row rows[KT_LOOP_ROW_MAX];
+    for (int k = 0; k < 2; k++)
+        kt_end_follow(model, data, loop, k, moving, v, &end[k]);
+    const int count = KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, model->number, end, t, rows);
+    const kt_v4 d = end[1].point - end[0].point;
+    const kt_v4 alpha = end[1].alpha - end[0].alpha;
+    const kt_v4 linear = end[1].linear - end[0].linear - kt_v4_cross(end[0].alpha, d);
+    for (int r = 0; r < count; r++) {
+        if (slot[r] < 0)
+            continue;
+        w->residual[slot[r]] = rows[r].holonomic ? rows[r].residual : 0.0;
+        w->rate[slot[r]] = rows[r].rate;
+        w->right[slot[r]] = -(rows[r].drift + kt_v4_dot(rows[r].moment, alpha) + kt_v4_dot(rows[r].force, linear));
+    }
+    const kt_v4 first = kt_v4_apply(data->motion[loop->link[0]].axes, kt_v4_from(loop->frame[0].position)) + d;
+    const kt_v4 second = kt_v4_apply(data->motion[loop->link[1]].axes, kt_v4_from(loop->frame[1].position));
+    kt_rows_path(model, data, w, loop, 0, slot, rows, count, first);
+    kt_rows_path(model, data, w, loop, 1, slot, rows, count, second);
+}
+
+KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group_work *w, const kt_loop_record *loop, int32_t slot,
+                                const double *q, double t) {
+    double sum = 0.0;
+    if (slot < 0)
+        return;
+    for (int k = 0; k < loop->term_count; k++) {
+        const kt_term_record *term = &model->term[loop->term + k];
+        const kt_link *link = &model->link[term->link];
+        sum += term->coefficient * q[link->q];
+        w->a[(size_t)slot * (size_t)w->m + (size_t)link->local] += term->coefficient;
+    }
+    const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->type]->relate(loop, model->number, sum, t);
+    w->residual[slot] = row.residual;
+    w->rate[slot] = row.rate;
+    w->right[slot] = -row.drift;
+}
+
+/* A', phi and phi_t of a group, and where `moving` b''. Needs the links' poses, and where `moving` velocities and c. */
+static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
+                                bool moving, const double *q, const double *v, double t) {
+    const kt_group *group = &model->group[g];
+    memset(w->a, 0, (size_t)w->m * (size_t)w->k * sizeof(double));
+    int32_t next = 0;
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        int32_t slot[KT_LOOP_ROW_MAX];
+        kt_rows_slots(model, group, loop, &next, slot);
+        if (loop->term_count)
+            kt_rows_relation(model, w, loop, slot[0], q, t);
+        else
+            kt_rows_frames(model, data, w, loop, slot, moving, v, t);
+    }
+}
+
+#endif

@@ -1,0 +1,67 @@
+/* Singular values: A' = U S V', A = V S U' (Golub & Kahan 1965).
+ *
+ *   particular: x = U1 S1^-1 V1' b, the least solution     basis: U2     multipliers: lambda = V1 S1^-1 U1' g
+ *
+ * U is kept in `square`, V' over A' in `factor` (row i: right vector i).
+ */
+#include "reduction/lapack.h"
+#include "reduction/reduce.h"
+
+#include <math.h>
+#include <string.h>
+
+static int factor(kt_group_work *w, int cap) {
+    const size_t m = (size_t)w->m, k = (size_t)w->k;
+    if (m == 0 || k == 0)
+        return 0;
+    for (size_t i = 0; i < m * k; i++)
+        if (!isfinite(w->a[i]))
+            return -1;
+    memcpy(w->factor, w->a, m * k * sizeof(double));
+    if (kt_lapack_gesvd(w->m, w->k, w->factor, w->reflector, w->square, w->work, (int)kt_group_work_count(m, k)) != 0)
+        return -1;
+    int rank = 0;
+    while (rank < cap && w->reflector[rank] > KT_RANK_TOLERANCE * w->reflector[0])
+        rank++;
+    return rank;
+}
+
+static void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+    const size_t m = (size_t)w->m;
+    memset(x, 0, m * sizeof(double));
+    for (int i = 0; i < rank; i++) {
+        double y = 0.0;
+        for (int c = 0; c < w->k; c++)
+            y += w->factor[(size_t)c * m + (size_t)i] * b[c];
+        y /= w->reflector[i];
+        for (size_t j = 0; j < m; j++)
+            x[j] += w->square[(size_t)i * m + j] * y;
+    }
+}
+
+static void basis(const kt_group_work *w, int rank) {
+    const size_t m = (size_t)w->m, r = (size_t)rank;
+    if (w->k == 0) { /* nothing was factored: all coordinates are free */
+        memset(w->basis, 0, m * m * sizeof(double));
+        for (size_t i = 0; i < m; i++)
+            w->basis[i * m + i] = 1.0;
+        return;
+    }
+    memcpy(w->basis, w->square + r * m, m * (m - r) * sizeof(double));
+}
+
+static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+    const size_t m = (size_t)w->m;
+    memset(lambda, 0, (size_t)w->k * sizeof(double));
+    for (int i = 0; i < rank; i++) {
+        double y = 0.0;
+        for (size_t j = 0; j < m; j++)
+            y += w->square[(size_t)i * m + j] * g[j];
+        y /= w->reflector[i];
+        for (int c = 0; c < w->k; c++)
+            lambda[c] += w->factor[(size_t)c * m + (size_t)i] * y;
+    }
+}
+
+const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {
+    .factor = factor, .particular = particular, .basis = basis, .multipliers = multipliers};

@@ -1,0 +1,232 @@
+/* Bodies: the list, and what each of them is. */
+#include "scene/part.h"
+
+#include <string.h>
+
+/* ---- mass properties: they depend on one another ----------------------------------------------------------------- */
+
+static bool same_mass(const kt_field *field, const void *object, const void *standard) {
+    const kt_body *body = object;
+    return !body->com_of_shape && !body->inertia_of_shape && kt_number_same(field, object, standard);
+}
+
+/* Whether `mass` and `shape` are both written, so that a com or an inertia that is not would be the shape's. */
+static bool shape_has_mass(const kt_body *body, const kt_body *standard) {
+    bool has_mass =
+        body->com_of_shape || body->inertia_of_shape || !kt_same_bits(&body->mass, &standard->mass, sizeof body->mass);
+    return has_mass && body->shape.type != KT_SHAPE_NONE;
+}
+
+static bool same_com(const kt_field *field, const void *object, const void *standard) {
+    const kt_body *body = object;
+    return body->com_of_shape || (!shape_has_mass(body, standard) && kt_kind_vector.same(field, object, standard));
+}
+
+static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    double values[6] = {0.0};
+    if (node->kind != KT_NODE_LIST || (node->count != 3 && node->count != 6))
+        return kt_fault_expected(r, scope, node, "[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]");
+    if (!kt_read_numbers(r, scope, node, (int)node->count, KT_QUANTITY_NUMBER, NULL, values))
+        return false;
+    kt_sym3 *inertia = kt_field_in(object, field);
+    *inertia = kt_sym3_make(values[0], values[1], values[2], values[3], values[4], values[5]);
+    return true;
+}
+
+static void write_inertia(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    static const double zero[3] = {0.0, 0.0, 0.0};
+    const kt_sym3 *i = kt_field_of(object, field);
+    const double values[] = {i->xx, i->yy, i->zz, i->xy, i->xz, i->yz};
+    kt_emit_numbers(e, values, kt_same_bits(values + 3, zero, sizeof zero) ? 3 : 6);
+}
+
+static bool same_inertia(const kt_field *field, const void *object, const void *standard) {
+    const kt_body *body = object;
+    return body->inertia_of_shape ||
+           (!shape_has_mass(body, standard) &&
+            kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(kt_sym3)));
+}
+
+/* Compared by same_inertia. */
+static const kt_kind kind_inertia = {.read = read_inertia, .write = write_inertia};
+
+/* ---- other keys -------------------------------------------------------------------------------------------------- */
+
+static bool same_parent(const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const char *const *parent = kt_field_of(object, field);
+    return *parent == NULL || strcmp(*parent, "world") == 0;
+}
+
+static bool same_shape(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_body *body = object;
+    return body->shape.type == KT_SHAPE_NONE;
+}
+
+/* A joint is left out where it is fixed and does not place the body. */
+static bool same_joint(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    const kt_joint *joint = &((const kt_body *)object)->joint, *rest = &((const kt_body *)standard)->joint;
+    return joint->type == KT_JOINT_FIXED && kt_same_bits(&joint->at, &rest->at, sizeof joint->at) &&
+           kt_same_rotation(&joint->rotation, &rest->rotation);
+}
+
+/* Names used twice are left to kt_description_check. */
+static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_body *body = object;
+    if (node->kind != KT_NODE_MAP)
+        return kt_fault_expected(r, scope, node, "a mapping of names to points (tip: [1, 0, 0])");
+    kt_marker *markers = kt_arena_take(&r->keep, node->count, sizeof *markers);
+    if (markers == NULL)
+        return kt_reader_out_of_memory(r);
+    bool good = true;
+    int i = 0;
+    for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
+        const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
+        good = kt_read_name(r, scope, key, "a marker's name", &markers[i].name) && good;
+        good = kt_read_vector(r, &here, key->next, KT_QUANTITY_NUMBER, &markers[i].at) && good;
+    }
+    body->markers = markers;
+    body->marker_count = i;
+    return good;
+}
+
+static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_body *body = object;
+    kt_emit_map(e, false);
+    for (int i = 0; i < body->marker_count; i++) {
+        const kt_vec3 at = body->markers[i].at;
+        const double values[] = {at.x, at.y, at.z};
+        kt_emit_name(e, body->markers[i].name);
+        kt_emit_numbers(e, values, 3);
+    }
+    kt_emit_end(e);
+}
+
+static bool same_markers(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_body *)object)->marker_count == 0;
+}
+
+static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
+
+/* ---- a body ------------------------------------------------------------------------------------------------------ */
+
+#define AT(member) .offset = offsetof(kt_body, member)
+static const kt_field fields[] = {
+    {.key = "name", .kind = &kt_kind_name, AT(name), .flags = KT_FIELD_REQUIRED},
+    {.key = "parent", .kind = &kt_kind_name, AT(parent), .same = same_parent},
+    {.key = "joint", .kind = &kt_kind_map, AT(joint), .detail = &kt_joint_table, .same = same_joint},
+    {.key = "mass", .kind = &kt_kind_number, AT(mass), .same = same_mass},
+    {.key = "com", .kind = &kt_kind_vector, AT(com), .same = same_com},
+    {.key = "inertia", .kind = &kind_inertia, AT(inertia), .same = same_inertia},
+    {.key = "shape", .kind = &kt_kind_map, AT(shape), .detail = &kt_shape_table, .same = same_shape},
+    {.key = "markers", .kind = &kind_markers},
+};
+static const kt_table body_table = {.where = "bodies", .fields = fields, .count = KT_COUNT_OF(fields)};
+
+static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
+    const kt_scope scope = kt_item_scope("body", "bodies", index, node);
+    if (!kt_table_read(r, &scope, node, &body_table, body))
+        return;
+    if (body->parent != NULL && strcmp(body->parent, "world") == 0)
+        body->parent = NULL;
+    if (kt_node_find(node, "mass") != NULL && kt_node_find(node, "shape") != NULL) {
+        body->com_of_shape = kt_node_find(node, "com") == NULL;
+        body->inertia_of_shape = kt_node_find(node, "inertia") == NULL;
+    }
+}
+
+/* ---- the list ---------------------------------------------------------------------------------------------------- */
+
+bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
+                   int *count) {
+    if (list->kind != KT_NODE_LIST)
+        return kt_fault_expected(r, scope, list, expected);
+    *nodes = kt_arena_take(&r->scratch, list->count, sizeof **nodes);
+    if (*nodes == NULL)
+        return kt_reader_out_of_memory(r);
+    *count = 0;
+    for (kt_node *item = list->of.first; item != NULL; item = item->next)
+        (*nodes)[(*count)++] = item;
+    return true;
+}
+
+/* Whether something that others refer to could not be read: then what they say of it proves nothing. */
+static bool is_hidden(const kt_body *body, const kt_node *node) {
+    return body->name == NULL || kt_node_is_faulty(kt_node_find(node, "markers")) ||
+           kt_node_is_faulty(kt_node_find(node, "joint"));
+}
+
+/* The names of bodies and markers, for look-ups by the sections that follow. */
+static bool index_names(kt_reader *r, const kt_body *bodies, int count) {
+    size_t names = (size_t)count;
+    for (int i = 0; i < count; i++)
+        names += (size_t)bodies[i].marker_count;
+    void *memory = kt_arena_take(&r->scratch, 1, kt_names_size(names));
+    if (memory == NULL)
+        return kt_reader_out_of_memory(r);
+    kt_names_place(&r->names, names, memory);
+    for (int i = 0; i < count; i++) {
+        if (is_hidden(&bodies[i], r->body_nodes[i]))
+            r->bodies_are_known = false;
+        if (bodies[i].name != NULL)
+            (void)kt_names_add(&r->names, 0, bodies[i].name, i);
+        for (int k = 0; k < bodies[i].marker_count; k++)
+            if (bodies[i].markers[k].name != NULL)
+                (void)kt_names_add(&r->names, i + 1, bodies[i].markers[k].name, k);
+    }
+    return true;
+}
+
+int kt_find_body(const kt_reader *r, const char *name) {
+    return r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, 0, name);
+}
+
+int kt_find_marker(const kt_reader *r, int body, const char *name) { return kt_names_find(&r->names, body + 1, name); }
+
+static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_scene *scene = object;
+    int count = 0;
+    r->bodies_are_known = node->kind == KT_NODE_LIST;
+    if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->body_nodes, &count))
+        return false;
+    kt_body *bodies = kt_arena_take(&r->keep, (size_t)count, sizeof *bodies);
+    if (bodies == NULL)
+        return kt_reader_out_of_memory(r);
+    for (int i = 0; i < count; i++) {
+        bodies[i] = kt_body_default();
+        read_body(r, r->body_nodes[i], i, &bodies[i]);
+    }
+    scene->description.bodies = bodies;
+    scene->description.body_count = count;
+    r->description = &scene->description;
+    return index_names(r, bodies, count);
+}
+
+static void write_bodies(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_description *description = &((const kt_scene *)object)->description;
+    const kt_body rest = kt_body_default();
+    kt_emit_list(e, false);
+    for (int i = 0; i < description->body_count; i++)
+        kt_table_write(e, &body_table, &description->bodies[i], &rest);
+    kt_emit_end(e);
+}
+
+static bool same_bodies(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_scene *)object)->description.body_count == 0;
+}
+
+const kt_kind kt_kind_bodies = {read_bodies, write_bodies, same_bodies};

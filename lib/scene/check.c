@@ -1,0 +1,124 @@
+/* The faults that kt_description_check finds, told where they stand in the file.
+ *
+ * A fault comes with the item and the key that it is about. The item's node is known, and the key is looked up in it,
+ * so that nothing needs to be kept for the many keys that are right. A fault that follows from one of form, told
+ * already, is left out: a mass that could not be read is not zero.
+ */
+#include "scene/part.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Where a loop or effect bears the member of a description by another key. */
+static const char *const aliases[][2] = {{"axis2", "normal"}, {"torque", "force"}};
+
+static const char *alias_of(const char *key) {
+    for (size_t i = 0; i < sizeof aliases / sizeof *aliases; i++)
+        if (strcmp(aliases[i][0], key) == 0)
+            return aliases[i][1];
+    return NULL;
+}
+
+static kt_node *item_node(const kt_reader *r, const kt_place *place) {
+    switch (place->item) {
+    case KT_ITEM_BODY:
+        return r->body_nodes[place->index];
+    case KT_ITEM_LOOP:
+        return r->loop_nodes[place->index];
+    case KT_ITEM_EFFECT:
+        return r->effect_nodes[place->index];
+    case KT_ITEM_HOLD:
+        return r->hold_nodes[place->index];
+    case KT_ITEM_SCENE:
+        break;
+    }
+    return r->root;
+}
+
+/* The item `sub` of a list, or the key of a mapping's pair. */
+static kt_node *child(kt_node *node, int sub) {
+    if (node->kind == KT_NODE_TEXT || sub < 0 || (uint32_t)sub >= node->count)
+        return node;
+    kt_node *found = node->of.first;
+    for (int i = node->kind == KT_NODE_MAP ? 2 * sub : sub; i > 0; i--)
+        found = found->next;
+    return found;
+}
+
+/* Follows "joint.axis" from the item as far as the file goes. */
+static kt_node *follow(kt_node *node, const char *field, int sub) {
+    if (strcmp(field, "between") == 0 && kt_node_find(node, "between") == NULL) { /* a rolling wheel */
+        kt_node *end = kt_node_find(node, sub == 0 ? "wheel" : "on");
+        return end == NULL ? node : end;
+    }
+    while (*field != '\0') {
+        size_t length = strcspn(field, ".");
+        char key[32];
+        if (length >= sizeof key)
+            return node;
+        memcpy(key, field, length);
+        key[length] = '\0';
+        kt_node *next = kt_node_find(node, key);
+        if (next == NULL && alias_of(key) != NULL)
+            next = kt_node_find(node, alias_of(key));
+        if (next == NULL)
+            return node;
+        node = next;
+        field += length + (field[length] == '.');
+    }
+    return child(node, sub);
+}
+
+/* Fields that name something of another body: they prove nothing where that could not be read. */
+static bool is_reference(const kt_place *place) {
+    static const char *const fields[] = {"parent", "between", "coefficients", "joint", "hold"};
+    for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
+        if (strcmp(place->field, fields[i]) == 0)
+            return true;
+    return false;
+}
+
+static bool is_faulty_at(const kt_node *map, const char *const *keys) {
+    for (; *keys != NULL; keys++)
+        if (kt_node_is_faulty(kt_node_find(map, *keys)))
+            return true;
+    return false;
+}
+
+/* Whether the fault is, or may come from, one of form. */
+static bool is_known(const kt_reader *r, const kt_place *place, const kt_node *item, const kt_node *node) {
+    static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
+    size_t length = strcspn(place->field, ".");
+    if (node->faulty || (is_reference(place) && !r->bodies_are_known))
+        return true;
+    if (place->item == KT_ITEM_LOOP || place->item == KT_ITEM_EFFECT)
+        return kt_node_is_faulty(item);
+    if (place->item != KT_ITEM_BODY)
+        return kt_node_is_faulty(node);
+    if (length == 5 && strncmp(place->field, "joint", length) == 0)
+        return is_faulty_at(item, joint);
+    for (int i = 0; mass[i] != NULL; i++)
+        if (strlen(mass[i]) == length && strncmp(place->field, mass[i], length) == 0)
+            return is_faulty_at(item, mass);
+    return kt_node_is_faulty(node);
+}
+
+static void take_fault(void *user, const kt_place *place, const kt_error *error) {
+    kt_reader *r = user;
+    const kt_node *item = item_node(r, place);
+    const kt_node *node = follow(item_node(r, place), place->field, place->sub);
+    if (is_known(r, place, item, node))
+        return;
+    kt_phrase where = {.length = 0};
+    if (place->item == KT_ITEM_HOLD)
+        kt_phrase_add(&where, "initial.hold[%d]: ", place->index);
+    else if (place->item != KT_ITEM_SCENE)
+        kt_phrase_add(&where, "%s: ", error->where);
+    (void)kt_fault_put(r, error->code, node->line, node->column, "%s%s", where.text, error->message);
+}
+
+void kt_check_description(kt_reader *r, const kt_description *description) {
+    kt_error error;
+    if (kt_description_check(description, take_fault, r, &error) == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(r);
+}

@@ -1,0 +1,34 @@
+/* The parts of a scene: a table each. */
+#ifndef KT_SCENE_PART_H
+#define KT_SCENE_PART_H
+
+#include "scene/value.h"
+
+extern const kt_table kt_joint_table; /* kt_joint */
+extern const kt_table kt_shape_table; /* kt_shape */
+
+/* Sections, of a kt_scene. */
+extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects;
+extern const kt_table kt_initial_table;
+extern const kt_kind kt_kind_simulate; /* of its kt_run */
+extern const kt_table kt_output_table; /* likewise */
+
+/* The items of a list: how many, and the nodes in an array. False without one, after reporting why. */
+bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
+                   int *count);
+
+/* The indices of a body and of its marker, once the bodies are read; -1 where there is none. O(1) on average. */
+int kt_find_body(const kt_reader *r, const char *name);
+int kt_find_marker(const kt_reader *r, int body, const char *name);
+
+/* The unit of a scalar joint's position; that of an angle where there is no such joint. */
+kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
+
+/* Checks the description, and reports its faults where they stand in the file; those that follow from a fault that has
+ * been reported already are left out. */
+void kt_check_description(kt_reader *r, const kt_description *description);
+
+/* Whether a run can be written and read again; says why not. */
+kt_status kt_check_run(const kt_run *run, kt_error *error);
+
+#endif

@@ -1,0 +1,239 @@
+/* Rotations: one of seven mappings.
+ *
+ * A rotation is kept as the file gives it and is evaluated where it is used; here it is only checked to be one. Of a
+ * quaternion q the norm may be off by 1e-3. It is divided by its norm unless |q'q - 1| <= 8 eps, q'q as computed. With
+ * u = eps / 2: the sum q'q is off by 4 u at most, 1 / sqrt(q'q) by 4 u (half of the sum's, root, quotient), a component
+ * by 5 u, its square by 10 u, and q'q of the result as computed by 14 u = 7 eps. So a quaternion that has been
+ * normalised stays as it is, and reading what was written changes no bit.
+ */
+#include "scene/value.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+void kt_quaternion_settle(double q[4]) {
+    const kt_quat given = kt_quat_make(q[0], q[1], q[2], q[3]);
+    if (fabs(kt_quat_norm_squared(given) - 1.0) <= 8.0 * DBL_EPSILON)
+        return;
+    const kt_quat unit = kt_quat_normalize(given);
+    q[0] = unit.w;
+    q[1] = unit.x;
+    q[2] = unit.y;
+    q[3] = unit.z;
+}
+
+bool kt_read_quaternion(kt_reader *r, const kt_scope *scope, kt_node *node, double out[4]) {
+    double q[4];
+    if (node->kind != KT_NODE_LIST || node->count != 4)
+        return kt_fault_expected(r, scope, node, "a quaternion [w, x, y, z]");
+    if (!kt_read_numbers(r, scope, node, 4, KT_QUANTITY_NUMBER, NULL, q))
+        return false;
+    double norm = hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
+    if (norm == 0.0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           "a quaternion of zeros is no rotation; write [1, 0, 0, 0] for none");
+    if (!(fabs(norm - 1.0) <= 1e-3))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           "a quaternion [w, x, y, z] has the norm 1, this one has %.6g; divide it by that", norm);
+    kt_quaternion_settle(q);
+    memcpy(out, q, sizeof q);
+    return true;
+}
+
+/* ---- the seven forms --------------------------------------------------------------------------------------------- */
+
+static bool read_unit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_quaternion(r, scope, node, kt_field_in(object, field));
+}
+
+static bool read_angles(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_numbers(r, scope, node, 3, KT_QUANTITY_ANGLE, NULL, kt_field_in(object, field));
+}
+
+static bool read_matrix(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    if (node->kind != KT_NODE_LIST || node->count != 3)
+        return kt_fault_expected(r, scope, node, "a matrix: a list of three rows of three numbers");
+    double *out = kt_field_in(object, field);
+    bool good = true;
+    int row = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, row++) {
+        const kt_scope here = {.outer = scope, .index = row};
+        good = kt_read_numbers(r, &here, item, 3, KT_QUANTITY_NUMBER, NULL, out + (ptrdiff_t)3 * row) && good;
+    }
+    return good;
+}
+
+static bool read_sequence(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    static const int sequences[] = {121, 123, 131, 132, 212, 213, 231, 232, 312, 313, 321, 323};
+    double value;
+    if (!kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, &value))
+        return false;
+    for (int i = 0; i < KT_COUNT_OF(sequences); i++) {
+        if (value == sequences[i]) {
+            memcpy(kt_field_in(object, field), &sequences[i], sizeof(int));
+            return true;
+        }
+    }
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                       "there is no sequence '%.40s'; it is one of 121 123 131 132 212 213 231 232 312 313 321 323",
+                       node->of.text);
+}
+
+/* Written by kt_write_rotation. */
+static const kt_kind kind_unit = {.read = read_unit}, kind_angles = {.read = read_angles},
+                     kind_matrix = {.read = read_matrix}, kind_sequence = {.read = read_sequence};
+
+static const kt_field euler_fields[] = {
+    {.key = "sequence", .kind = &kind_sequence, .offset = offsetof(kt_rotation, sequence), .flags = KT_FIELD_REQUIRED},
+    {.key = "angles", .kind = &kind_angles, .offset = offsetof(kt_rotation, value), .flags = KT_FIELD_REQUIRED},
+};
+static const kt_table euler_table = {
+    .where = "rotation.euler", .fields = euler_fields, .count = 2, .example = "{sequence: 313, angles: [a, b, c]}"};
+
+#define VALUE .offset = offsetof(kt_rotation, value)
+enum { AXIS_FIELD = 6, ANGLE_FIELD = 7 };
+static const kt_field form_fields[] = {
+    {.key = "quaternion", .kind = &kind_unit, VALUE},
+    {.key = "rpy", .kind = &kind_angles, VALUE},
+    {.key = "euler", .kind = &kt_kind_map, .detail = &euler_table},
+    {.key = "vector", .kind = &kind_angles, VALUE},
+    {.key = "cgr", .kind = &kt_kind_vector, VALUE},
+    {.key = "matrix", .kind = &kind_matrix, VALUE},
+    [AXIS_FIELD] = {.key = "axis", .kind = &kt_kind_axis, VALUE},
+    [ANGLE_FIELD] = {.key = "angle",
+                     .kind = &kt_kind_angle,
+                     .offset = offsetof(kt_rotation, value) + 3 * sizeof(double)},
+};
+static const kt_rotation_type form_types[] = {
+    KT_ROTATION_QUATERNION, KT_ROTATION_RPY,    KT_ROTATION_EULER,      KT_ROTATION_VECTOR,
+    KT_ROTATION_CGR,        KT_ROTATION_MATRIX, KT_ROTATION_AXIS_ANGLE, KT_ROTATION_AXIS_ANGLE,
+};
+static const kt_table form_table = {.where = "rotation", .fields = form_fields, .count = KT_COUNT_OF(form_fields)};
+
+/* The one form that the mapping has; NONE after reporting that there is none, or more than one. */
+static kt_rotation_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
+    kt_rotation_type type = KT_ROTATION_NONE;
+    const char *first = NULL;
+    for (int i = 0; i < form_table.count; i++) {
+        if (kt_node_find(node, form_fields[i].key) == NULL)
+            continue;
+        if (type != KT_ROTATION_NONE && type != form_types[i]) {
+            kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' and '%s' are two rotations; leave one of them out", first,
+                        form_fields[i].key);
+            return KT_ROTATION_NONE;
+        }
+        type = form_types[i];
+        first = form_fields[i].key;
+    }
+    bool has_axis = kt_node_find(node, "axis") != NULL, has_angle = kt_node_find(node, "angle") != NULL;
+    if (has_axis != has_angle) {
+        kt_fault_at(r, KT_ERROR_SCENE, scope, node, "the key '%s' is missing; a rotation is given by axis and angle",
+                    has_axis ? "angle" : "axis");
+        return KT_ROTATION_NONE;
+    }
+    if (type == KT_ROTATION_NONE && !kt_node_is_faulty(node))
+        kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                    "the rotation is missing; give one of quaternion, rpy, euler, vector, cgr, matrix, or axis and "
+                    "angle");
+    return type;
+}
+
+bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rotation *out) {
+    kt_rotation rotation = {.type = KT_ROTATION_NONE};
+    if (node->kind != KT_NODE_MAP)
+        return kt_fault_expected(r, scope, node, "a rotation, such as {rpy: [0, 0, 90 deg]}");
+    (void)kt_table_read(r, scope, node, &form_table, &rotation);
+    rotation.type = find_form(r, scope, node);
+    if (rotation.type == KT_ROTATION_NONE || kt_node_is_faulty(node))
+        return false;
+    kt_mat3 matrix;
+    kt_error error;
+    if (kt_rotation_evaluate(&rotation, &matrix, &error) != KT_OK)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", error.message);
+    *out = rotation;
+    return true;
+}
+
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+static void write_form(kt_emitter *e, const char *key, const kt_rotation *rotation, int count) {
+    kt_emit_key(e, key);
+    kt_emit_numbers(e, rotation->value, count);
+}
+
+static void write_euler(kt_emitter *e, const kt_rotation *rotation) {
+    kt_emit_key(e, "euler");
+    kt_emit_map(e, true);
+    kt_emit_key(e, "sequence");
+    kt_emit_integer(e, rotation->sequence);
+    write_form(e, "angles", rotation, 3);
+    kt_emit_end(e);
+}
+
+static void write_matrix(kt_emitter *e, const kt_rotation *rotation) {
+    kt_emit_key(e, "matrix");
+    kt_emit_list(e, true);
+    for (int row = 0; row < 3; row++)
+        kt_emit_numbers(e, rotation->value + (ptrdiff_t)3 * row, 3);
+    kt_emit_end(e);
+}
+
+void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
+    kt_emit_map(e, true);
+    switch (rotation->type) {
+    case KT_ROTATION_NONE:
+        write_form(e, "rpy", rotation, 3);
+        break;
+    case KT_ROTATION_QUATERNION:
+        write_form(e, "quaternion", rotation, 4);
+        break;
+    case KT_ROTATION_RPY:
+        write_form(e, "rpy", rotation, 3);
+        break;
+    case KT_ROTATION_EULER:
+        write_euler(e, rotation);
+        break;
+    case KT_ROTATION_VECTOR:
+        write_form(e, "vector", rotation, 3);
+        break;
+    case KT_ROTATION_CGR:
+        write_form(e, "cgr", rotation, 3);
+        break;
+    case KT_ROTATION_AXIS_ANGLE:
+        kt_emit_key(e, form_fields[AXIS_FIELD].key);
+        kt_kind_axis.write(e, &form_fields[AXIS_FIELD], rotation, rotation);
+        kt_emit_key(e, form_fields[ANGLE_FIELD].key);
+        kt_emit_number(e, rotation->value[3]);
+        break;
+    case KT_ROTATION_MATRIX:
+        write_matrix(e, rotation);
+        break;
+    }
+    kt_emit_end(e);
+}
+
+/* Of the values only those of the type count. */
+bool kt_same_rotation(const kt_rotation *a, const kt_rotation *b) {
+    static const size_t counts[] = {
+        [KT_ROTATION_NONE] = 0,   [KT_ROTATION_QUATERNION] = 4, [KT_ROTATION_RPY] = 3,        [KT_ROTATION_EULER] = 3,
+        [KT_ROTATION_VECTOR] = 3, [KT_ROTATION_CGR] = 3,        [KT_ROTATION_AXIS_ANGLE] = 4, [KT_ROTATION_MATRIX] = 9};
+    if (a->type != b->type || (a->type == KT_ROTATION_EULER && a->sequence != b->sequence))
+        return false;
+    return kt_same_bits(a->value, b->value, counts[a->type] * sizeof(double));
+}
+
+static bool read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_rotation(r, scope, node, kt_field_in(object, field));
+}
+
+static void write_rotation(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_write_rotation(e, kt_field_of(object, field));
+}
+
+static bool same_rotation(const kt_field *field, const void *object, const void *standard) {
+    return kt_same_rotation(kt_field_of(object, field), kt_field_of(standard, field));
+}
+
+const kt_kind kt_kind_rotation = {read_rotation, write_rotation, same_rotation};

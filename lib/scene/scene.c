@@ -1,0 +1,225 @@
+/* Scene files: the whole of one, from text to description and back.
+ *
+ * Numbers are read and written in the C locale, whatever that of the process, by switching this thread's (uselocale)
+ * for as long as the call works; reports come after it has been switched back.
+ */
+#include "kinetree/scene.h"
+
+#include "scene/file.h"
+#include "scene/number.h"
+#include "scene/parse.h"
+#include "scene/part.h"
+#include "scene/support.h"
+
+#include <locale.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- the top of the file ----------------------------------------------------------------------------------------- */
+
+/* Checked before anything else is read. */
+static bool read_version(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)r;
+    (void)scope;
+    (void)node;
+    (void)field;
+    (void)object;
+    return true;
+}
+
+static void write_version(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)object;
+    (void)standard;
+    kt_emit_integer(e, 1);
+}
+
+static const kt_kind kind_version = {.read = read_version, .write = write_version};
+
+#define AT(member) .offset = offsetof(kt_scene, member)
+static const kt_field fields[] = {
+    {.key = "kinetree", .kind = &kind_version, .flags = KT_FIELD_REQUIRED},
+    {.key = "name", .kind = &kt_kind_text, AT(description.name)},
+    {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
+    {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
+    {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
+    {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
+    {.key = "effects", .kind = &kt_kind_effects, .flags = KT_FIELD_SECTION},
+    {.key = "simulate", .kind = &kt_kind_simulate, AT(run), .flags = KT_FIELD_SECTION},
+    {.key = "output", .kind = &kt_kind_map, AT(run), .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
+};
+static const kt_table table = {.where = "", .fields = fields, .count = KT_COUNT_OF(fields)};
+
+/* Of another version nothing else can be said. */
+static bool check_version(kt_reader *r, kt_node *root) {
+    double value;
+    kt_node *version = kt_node_find(root, "kinetree");
+    if (version == NULL) {
+        kt_fault_at(r, KT_ERROR_SCENE, NULL, root, "the key 'kinetree' is missing; begin with 'kinetree: 1'");
+        return true;
+    }
+    const kt_scope scope = {.key = "kinetree"};
+    if (!kt_read_number(r, &scope, version, KT_QUANTITY_NUMBER, &value))
+        return false;
+    if (strcmp(version->of.text, "1") == 0)
+        return true;
+    return kt_fault_at(r, KT_ERROR_SCENE, &scope, version,
+                       "there is no version '%.40s' of the format; write 'kinetree: 1'", version->of.text);
+}
+
+static void read_scene(kt_reader *r, const char *text, size_t size, kt_scene *scene) {
+    if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
+        return;
+    if (r->root->kind != KT_NODE_MAP) {
+        kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
+        return;
+    }
+    if (!check_version(r, r->root))
+        return;
+    (void)kt_table_read(r, NULL, r->root, &table, scene);
+    if (!r->out_of_memory)
+        kt_check_description(r, &scene->description);
+    kt_fault_sort(r);
+}
+
+/* ---- faults to the caller ---------------------------------------------------------------------------------------- */
+
+/* "FILE:LINE:COLUMN", the file's name cut at its beginning where it is too long: the end tells more. */
+static void make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
+    enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
+    size_t length = strlen(path);
+    const char *dots = "";
+    if (length > PATH_MAX_SHOWN) {
+        path += length - PATH_MAX_SHOWN;
+        while (((unsigned char)*path & 0xC0U) == 0x80U) /* not within a character */
+            path++;
+        dots = "...";
+    }
+    (void)snprintf(where, KT_WHERE_SIZE, "%s%s:%u:%u", dots, path, (unsigned)line, (unsigned)column);
+}
+
+/* Tells all faults; the first is the call's error. */
+static kt_status tell(const kt_reader *r, const char *path, kt_scene_report *report, void *user, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    kt_error one;
+    for (size_t i = 0; report != NULL && i < r->fault_count; i++) {
+        const kt_fault *fault = &r->faults[i];
+        make_where(where, path, fault->line, fault->column);
+        (void)kt_error_set(&one, fault->code, where, "%s", fault->message);
+        report(user, &one);
+    }
+    if (report != NULL && r->fault_dropped > 0) {
+        const kt_fault *last = &r->faults[r->fault_count - 1];
+        make_where(where, path, last->line, last->column);
+        (void)kt_error_set(&one, last->code, where, "%zu more faults are not listed; mend these first",
+                           r->fault_dropped);
+        report(user, &one);
+    }
+    make_where(where, path, r->faults[0].line, r->faults[0].column);
+    return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
+}
+
+/* ---- reading --------------------------------------------------------------------------------------------------- */
+
+kt_scene kt_scene_default(void) {
+    const kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
+    return scene;
+}
+
+enum { EFFORT = 50000000 }; /* operations on suggestions: about a tenth of a second */
+
+kt_status kt_scene_parse_without(const char *const *refused, const char *path, const char *text, size_t size,
+                                 kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    if (path == NULL)
+        path = "scene";
+    if (scene == NULL || (text == NULL && size > 0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, path, "scene and text cannot be NULL");
+    if (size > KT_FILE_SIZE_MAX)
+        return kt_error_set(error, KT_ERROR_FILE, path, "the text has %zu bytes; a scene has at most %d", size,
+                            (int)KT_FILE_SIZE_MAX);
+    locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    if (plain == (locale_t)0)
+        return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
+    locale_t before = uselocale(plain);
+    kt_scene read = kt_scene_default();
+    kt_reader r = {.effort = EFFORT, .refused = refused, .bodies_are_known = true};
+    read_scene(&r, text == NULL ? "" : text, size, &read);
+    (void)uselocale(before);
+    freelocale(plain);
+
+    kt_status status = KT_OK;
+    if (r.out_of_memory)
+        status = kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
+    else if (r.fault_count > 0)
+        status = tell(&r, path, report, user, error);
+    if (status == KT_OK) {
+        read.memory = r.keep.chunks;
+        *scene = read;
+    } else {
+        kt_arena_free(r.keep.chunks);
+    }
+    kt_arena_free(r.scratch.chunks);
+    return status;
+}
+
+kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
+                         void *user, kt_error *error) {
+    return kt_scene_parse_without(kt_support_refused, path, text, size, scene, report, user, error);
+}
+
+kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    char *text = NULL;
+    size_t size = 0;
+    if (path == NULL || scene == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, path, "path and scene cannot be NULL");
+    kt_status status = kt_file_read(path, &text, &size, error);
+    if (status == KT_OK)
+        status = kt_scene_parse(path, text, size, scene, report, user, error);
+    free(text);
+    return status;
+}
+
+void kt_scene_free(kt_scene *scene) {
+    if (scene == NULL)
+        return;
+    kt_arena_free(scene->memory);
+    *scene = kt_scene_default();
+}
+
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+/* First without a stream, so that nothing is written of a scene that cannot be. */
+static kt_status emit(const kt_scene *scene, const char *const *refused, FILE *stream, kt_error *error) {
+    const kt_scene standard = kt_scene_default();
+    kt_emitter trial = {.refused = refused}, emitter = {.refused = refused, .stream = stream};
+    kt_table_write(&trial, &table, scene, &standard);
+    if (trial.fault.code != KT_OK)
+        return kt_error_set(error, trial.fault.code, "scene", "%s", trial.fault.message);
+    kt_table_write(&emitter, &table, scene, &standard);
+    if (fflush(stream) != 0 || ferror(stream))
+        return kt_error_set(error, KT_ERROR_FILE, "scene", "the stream cannot be written to; is the disk full?");
+    return KT_OK;
+}
+
+kt_status kt_scene_write_without(const char *const *refused, const kt_scene *scene, FILE *stream, kt_error *error) {
+    if (scene == NULL || stream == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "scene", "scene and stream cannot be NULL");
+    kt_status status = kt_description_check(&scene->description, NULL, NULL, error);
+    if (status == KT_OK)
+        status = kt_check_run(&scene->run, error);
+    if (status != KT_OK)
+        return status;
+    locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    if (plain == (locale_t)0)
+        return kt_error_set(error, KT_ERROR_MEMORY, "scene", "there is not enough memory to write the scene");
+    locale_t before = uselocale(plain);
+    status = emit(scene, refused, stream, error);
+    (void)uselocale(before);
+    freelocale(plain);
+    return status;
+}
+
+kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
+    return kt_scene_write_without(kt_support_refused, scene, stream, error);
+}

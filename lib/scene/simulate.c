@@ -1,0 +1,353 @@
+/* How a scene is run, and what is recorded. */
+#include "scene/part.h"
+
+#include <math.h>
+#include <string.h>
+
+#define RUN_NAME(id, name) #name,
+static const char *const formulation_names[] = {KT_FORMULATION_LIST(RUN_NAME)};
+static const char *const reduction_names[] = {KT_REDUCTION_LIST(RUN_NAME)};
+static const char *const metric_names[] = {KT_METRIC_LIST(RUN_NAME)};
+static const kt_choice formulations = {"simulate.formulation", formulation_names, KT_COUNT_OF(formulation_names), 0};
+static const kt_choice reductions = {"simulate.reduction", reduction_names, KT_COUNT_OF(reduction_names), 0};
+static const kt_choice metrics = {"simulate.metric", metric_names, KT_COUNT_OF(metric_names), 0};
+
+#define RECORD_NAME(id, bit, name) #name,
+#define RECORD_BIT(id, bit, name) bit,
+static const char *const record_names[] = {KT_RECORD_LIST(RECORD_NAME)};
+static const unsigned record_bits[] = {KT_RECORD_LIST(RECORD_BIT)};
+static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(record_names), 0};
+
+/* ---- the method -------------------------------------------------------------------------------------------------- */
+
+static bool is_adaptive(const kt_method *method) { return method->embedded_order > 0; }
+
+static void add_methods(kt_phrase *phrase, bool adaptive_only) {
+    const char *before = "";
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *method = kt_method_at(i);
+        if (adaptive_only && !is_adaptive(method))
+            continue;
+        kt_phrase_add(phrase, "%s%s", before, method->name);
+        before = ", ";
+    }
+}
+
+static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_run *run = object;
+    kt_phrase all = {.length = 0};
+    add_methods(&all, false);
+    if (node->kind != KT_NODE_TEXT || node->count == 0)
+        return kt_fault_expected(r, scope, node, "the name of a method");
+    const char *name = node->of.text;
+    const kt_method *method = kt_method_find(name);
+    if (method != NULL) {
+        run->integrator = method->name;
+        return true;
+    }
+    kt_nearest nearest = kt_nearest_make(name, &r->effort);
+    for (int i = 0; i < kt_method_count(); i++)
+        if (!kt_nearest_try(&nearest, kt_method_at(i)->name))
+            break;
+    if (nearest.best != NULL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no method %s; did you mean '%s'? There are %s",
+                           kt_name_quote(name).text, nearest.best, all.text);
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no method %s; there are %s", kt_name_quote(name).text,
+                       all.text);
+}
+
+static void write_integrator(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    kt_emit_text(e, ((const kt_run *)object)->integrator);
+}
+
+static bool same_integrator(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    return strcmp(((const kt_run *)object)->integrator, ((const kt_run *)standard)->integrator) == 0;
+}
+
+static const kt_kind kind_integrator = {read_integrator, write_integrator, same_integrator};
+
+/* ---- tolerances -------------------------------------------------------------------------------------------------- */
+
+static const kt_field tolerance_fields[] = {
+    {.key = "relative", .kind = &kt_kind_number, .offset = offsetof(kt_run, relative), .flags = KT_FIELD_REQUIRED},
+    {.key = "absolute", .kind = &kt_kind_number, .offset = offsetof(kt_run, absolute), .flags = KT_FIELD_REQUIRED},
+};
+static const kt_table tolerance_table = {
+    .where = "simulate.tolerance", .fields = tolerance_fields, .count = 2, .flow = true};
+
+static bool read_tolerance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_run *run = object;
+    if (node->kind == KT_NODE_TEXT) {
+        double value;
+        if (!kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, &value))
+            return false;
+        run->relative = run->absolute = value;
+        return true;
+    }
+    if (node->kind == KT_NODE_LIST)
+        return kt_fault_expected(r, scope, node, "a number or {relative: ..., absolute: ...}");
+    (void)kt_table_read(r, scope, node, &tolerance_table, run);
+    if (kt_node_is_faulty(node))
+        return false;
+    if (!(run->relative >= 0.0 && run->absolute >= 0.0 && run->relative + run->absolute > 0.0))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           "tolerances cannot be negative, and one must be greater than 0");
+    return true;
+}
+
+static void write_tolerance(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    const kt_run *run = object;
+    if (kt_same_bits(&run->relative, &run->absolute, sizeof run->relative))
+        kt_emit_number(e, run->relative);
+    else
+        kt_table_write(e, &tolerance_table, run, standard);
+}
+
+/* Of a fixed step there is none. */
+static bool same_tolerance(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    const kt_run *run = object, *rest = standard;
+    return run->step > 0.0 || (kt_same_bits(&run->relative, &rest->relative, sizeof run->relative) &&
+                               kt_same_bits(&run->absolute, &rest->absolute, sizeof run->absolute));
+}
+
+static const kt_kind kind_tolerance = {read_tolerance, write_tolerance, same_tolerance};
+
+/* ---- simulate ---------------------------------------------------------------------------------------------------- */
+
+static bool read_duration(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    double value;
+    if (!kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, &value))
+        return false;
+    if (value < 0.0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%.40s' cannot be negative", node->of.text);
+    memcpy(kt_field_in(object, field), &value, sizeof value);
+    return true;
+}
+
+static const kt_kind kind_duration = {read_duration, kt_number_write, kt_number_same};
+
+#define AT(member) .offset = offsetof(kt_run, member)
+static const kt_field simulate_fields[] = {
+    {.key = "duration", .kind = &kind_duration, AT(duration)},
+    {.key = "integrator", .kind = &kind_integrator},
+    {.key = "step", .kind = &kt_kind_positive, AT(step)},
+    {.key = "tolerance", .kind = &kind_tolerance},
+    {.key = "formulation", .kind = &kt_kind_choice, AT(formulation), .detail = &formulations},
+    {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
+    {.key = "metric", .kind = &kt_kind_choice, AT(metric), .detail = &metrics},
+};
+static const kt_table simulate_table = {
+    .where = "simulate", .fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
+
+/* A method without an error estimate needs a step and can do nothing with a tolerance. */
+static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
+    kt_node *step = kt_node_find(node, "step"), *tolerance = kt_node_find(node, "tolerance");
+    kt_node *integrator = kt_node_find(node, "integrator");
+    const kt_method *method = kt_method_find(run->integrator);
+    if (step != NULL && tolerance != NULL) {
+        kt_fault_at(r, KT_ERROR_SCENE, scope, tolerance,
+                    "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out");
+        return;
+    }
+    if (method == NULL || is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator))
+        return;
+    kt_phrase adaptive = {.length = 0};
+    add_methods(&adaptive, true);
+    if (tolerance != NULL)
+        kt_fault_at(r, KT_ERROR_SCENE, scope, tolerance,
+                    "%s has a fixed step and no tolerance; give 'step' in its place, or choose an adaptive method: %s",
+                    method->name, adaptive.text);
+    else
+        kt_fault_at(r, KT_ERROR_SCENE, scope, integrator,
+                    "%s has a fixed step; give 'step' as well, or choose an adaptive method: %s", method->name,
+                    adaptive.text);
+}
+
+static bool read_simulate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_run *run = kt_field_in(object, field);
+    if (!kt_table_read(r, scope, node, &simulate_table, run))
+        return false;
+    check_method(r, scope, node, run);
+    return true;
+}
+
+static void write_simulate(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_table_write(e, &simulate_table, kt_field_of(object, field), kt_field_of(standard, field));
+}
+
+static bool same_simulate(const kt_field *field, const void *object, const void *standard) {
+    return kt_table_same(&simulate_table, kt_field_of(object, field), kt_field_of(standard, field));
+}
+
+const kt_kind kt_kind_simulate = {read_simulate, write_simulate, same_simulate};
+
+/* ---- output ------------------------------------------------------------------------------------------------------ */
+
+static bool read_record(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    unsigned *out = kt_field_in(object, field), bits = 0;
+    if (node->kind != KT_NODE_LIST || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a list of what to record, such as [position, energy]");
+    int i = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        int record = kt_choice_read(r, &here, item, &records);
+        if (record < 0)
+            continue;
+        if ((bits & record_bits[record]) != 0)
+            kt_fault_at(r, KT_ERROR_SCENE, &here, item, "'%s' is there already; remove one", record_names[record]);
+        bits |= record_bits[record];
+    }
+    *out = bits;
+    return true;
+}
+
+static void write_record(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const unsigned *bits = kt_field_of(object, field);
+    kt_emit_list(e, true);
+    for (int i = 0; i < records.count; i++)
+        if ((*bits & record_bits[i]) != 0)
+            kt_emit_word(e, record_names[i]);
+    kt_emit_end(e);
+}
+
+static bool same_record(const kt_field *field, const void *object, const void *standard) {
+    const unsigned *a = kt_field_of(object, field), *b = kt_field_of(standard, field);
+    return *a == *b;
+}
+
+static const kt_kind kind_record = {read_record, write_record, same_record};
+
+/* Of a marker that does not exist: which was meant. */
+static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_end *end, int body) {
+    const kt_description *d = r->description;
+    kt_nearest nearest = kt_nearest_make(body < 0 ? end->body : end->marker, &r->effort);
+    bool more = d != NULL;
+    if (body < 0)
+        for (int i = 0; more && i < d->body_count; i++)
+            more = kt_nearest_try(&nearest, d->bodies[i].name);
+    else
+        for (int i = 0; more && i < d->bodies[body].marker_count; i++)
+            more = kt_nearest_try(&nearest, d->bodies[body].markers[i].name);
+    kt_phrase mend = {.length = 0};
+    if (nearest.best != NULL)
+        kt_phrase_add(&mend, "did you mean '%s'?", nearest.best);
+    else
+        kt_phrase_add(&mend, "name a %s of the scene", body < 0 ? "body" : "marker");
+    if (body < 0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "body %s does not exist; %s", kt_name_quote(end->body).text,
+                           mend.text);
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "body %s has no marker %s; %s", kt_name_quote(end->body).text,
+                       kt_name_quote(end->marker).text, mend.text);
+}
+
+static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_names *seen, int index,
+                        kt_marker_pair *out) {
+    kt_end end = kt_end_default();
+    if (node->kind != KT_NODE_TEXT)
+        return kt_fault_expected(r, scope, node, "BODY.MARKER");
+    if (!kt_read_end(r, scope, node, &end))
+        return false;
+    if (end.body == NULL || end.marker == NULL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected BODY.MARKER, found %s; name a marker of a body",
+                           kt_name_quote(node->of.text).text);
+    int body = kt_find_body(r, end.body);
+    if (body < 0 || kt_find_marker(r, body, end.marker) < 0)
+        return r->bodies_are_known ? report_marker(r, scope, node, &end, body) : false;
+    if (kt_names_add(seen, 0, node->of.text, index) >= 0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is there already; remove one",
+                           kt_name_quote(node->of.text).text);
+    *out = (kt_marker_pair){end.body, end.marker};
+    return true;
+}
+
+static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_run *run = object;
+    kt_node **nodes = NULL;
+    int count = 0;
+    if (!kt_list_nodes(r, scope, node, "a list of markers [BODY.MARKER, ...]", &nodes, &count))
+        return false;
+    kt_marker_pair *markers = kt_arena_take(&r->keep, (size_t)count, sizeof *markers);
+    void *memory = kt_arena_take(&r->scratch, 1, kt_names_size((size_t)count));
+    if (markers == NULL || memory == NULL)
+        return kt_reader_out_of_memory(r);
+    kt_names seen;
+    kt_names_place(&seen, (size_t)count, memory);
+    for (int i = 0; i < count; i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        (void)read_marker(r, &here, nodes[i], &seen, i, &markers[i]);
+    }
+    run->markers = markers;
+    run->marker_count = count;
+    return true;
+}
+
+static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_run *run = object;
+    kt_emit_list(e, true);
+    for (int i = 0; i < run->marker_count; i++)
+        kt_emit_pair(e, run->markers[i].body, run->markers[i].marker);
+    kt_emit_end(e);
+}
+
+static bool same_markers(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_run *)object)->marker_count == 0;
+}
+
+static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
+
+static const kt_field output_fields[] = {
+    {.key = "interval", .kind = &kt_kind_positive, AT(interval)},
+    {.key = "record", .kind = &kind_record, AT(record)},
+    {.key = "markers", .kind = &kind_markers},
+};
+const kt_table kt_output_table = {.where = "output", .fields = output_fields, .count = KT_COUNT_OF(output_fields)};
+
+/* ---- what a caller gives to be written --------------------------------------------------------------------------- */
+
+static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
+static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }
+
+static kt_status refuse(kt_error *error, const char *where, const char *message) {
+    return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
+}
+
+static kt_status check_markers(const kt_run *run, kt_error *error) {
+    if (run->marker_count < 0 || (run->marker_count > 0 && run->markers == NULL))
+        return refuse(error, "output.markers", "the list is NULL, or its count negative");
+    for (int i = 0; i < run->marker_count; i++) {
+        const kt_marker_pair *pair = &run->markers[i];
+        if (!kt_name_is_valid(pair->body) || !kt_name_is_valid(pair->marker))
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "output.markers", "[%d] is not BODY.MARKER", i);
+    }
+    return KT_OK;
+}
+
+kt_status kt_check_run(const kt_run *run, kt_error *error) {
+    const kt_method *method = run->integrator == NULL ? NULL : kt_method_find(run->integrator);
+    if (method == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.integrator", "there is no method %s",
+                            kt_name_quote(run->integrator == NULL ? "" : run->integrator).text);
+    if (!is_not_negative(run->duration))
+        return refuse(error, "simulate.duration", "it must be finite and not negative");
+    if (!is_not_negative(run->step) || !is_not_negative(run->interval))
+        return refuse(error, "simulate.step, output.interval", "they must be finite and not negative");
+    if (run->step == 0.0 && !is_adaptive(method))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.step", "%s has a fixed step; give it", method->name);
+    if (run->step == 0.0 && (!is_not_negative(run->relative) || !is_not_negative(run->absolute) ||
+                             !is_positive(run->relative + run->absolute)))
+        return refuse(error, "simulate.tolerance", "tolerances must be finite, not negative, and one of them above 0");
+    return check_markers(run, error);
+}

@@ -1,0 +1,325 @@
+/* Numbers, vectors, axes, texts, words. */
+#include "scene/value.h"
+
+#include "scene/number.h"
+#include "scene/support.h"
+
+#include <string.h>
+
+bool kt_same_bits(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+static const char *expected_number(kt_quantity quantity) {
+    switch (quantity) {
+    case KT_QUANTITY_ANGLE:
+        return "an angle (a number in rad, or '30 deg')";
+    case KT_QUANTITY_RATE:
+        return "an angular rate (a number in rad/s, or '30 deg' for degrees a second)";
+    case KT_QUANTITY_NUMBER:
+    case KT_QUANTITY_POSITIVE:
+        break;
+    }
+    return "a number";
+}
+
+/* A text that was meant as a number: says how to write it. */
+static bool fault_no_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity) {
+    const char *text = node->of.text;
+    kt_name_text quoted = kt_name_quote(text);
+    bool digit = text[strspn(text, "+-.")] >= '0' && text[strspn(text, "+-.")] <= '9';
+    bool angle = quantity == KT_QUANTITY_ANGLE || quantity == KT_QUANTITY_RATE;
+    const char *mend = NULL;
+    if (digit && strchr(text, ',') != NULL)
+        mend = "write a point for the decimal comma";
+    else if (digit && strchr(text, '_') != NULL)
+        mend = "write the digits without '_'";
+    else if (digit && angle)
+        mend = "the units of angles are 'deg' and 'rad', after a blank; anything else is in SI units";
+    else if (digit && strpbrk(text, "*/^()") == NULL)
+        mend = "write the number alone, in SI units";
+    else if (digit || strstr(text, "pi") != NULL)
+        mend = angle ? "expressions are not computed; write the number, or degrees such as '180 deg'"
+                     : "expressions are not computed; write the number";
+    if (mend == NULL)
+        return kt_fault_expected(r, scope, node, expected_number(quantity));
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s, found %s; %s", expected_number(quantity),
+                       quoted.text, mend);
+}
+
+static bool take_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double value,
+                        double *out) {
+    if (quantity == KT_QUANTITY_POSITIVE && !(value > 0.0))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%.40s' must be greater than 0", node->of.text);
+    *out = value;
+    return true;
+}
+
+bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out) {
+    bool angle = quantity == KT_QUANTITY_ANGLE || quantity == KT_QUANTITY_RATE;
+    double value = 0.0;
+    if (node->kind != KT_NODE_TEXT)
+        return kt_fault_expected(r, scope, node, expected_number(quantity));
+    const kt_scalar scalar = kt_scalar_classify(node->of.text, &value);
+    if (scalar == KT_SCALAR_ANGLE && angle) /* a text to YAML, which may stand in quotes */
+        return take_number(r, scope, node, quantity, value, out);
+    if (!node->plain)
+        return kt_fault_expected(r, scope, node, expected_number(quantity));
+    switch (scalar) {
+    case KT_SCALAR_NUMBER:
+        return take_number(r, scope, node, quantity, value, out);
+    case KT_SCALAR_ANGLE:
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           "expected a number, found the angle '%.40s'; this is not an angle: write the number alone",
+                           node->of.text);
+    case KT_SCALAR_NOT_FINITE:
+    case KT_SCALAR_INF_WORD:
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' is not finite; write a finite number", node->of.text);
+    case KT_SCALAR_TOO_LARGE:
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is too large; the largest number is about 1.8e308",
+                           kt_name_quote(node->of.text).text);
+    case KT_SCALAR_TEXT:
+        return fault_no_number(r, scope, node, quantity);
+    case KT_SCALAR_NULL:
+    case KT_SCALAR_BOOL:
+    case KT_SCALAR_HEX:
+    case KT_SCALAR_OCTAL:
+        break;
+    }
+    return kt_fault_expected(r, scope, node, expected_number(quantity));
+}
+
+bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
+                     const kt_quantity *quantities, double *out) {
+    static const char *const words[] = {"no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"};
+    if (node->kind != KT_NODE_LIST || node->count != (uint32_t)count) {
+        kt_phrase expected = {.length = 0};
+        kt_phrase_add(&expected, "a list of %s numbers", words[count]);
+        return kt_fault_expected(r, scope, node, expected.text);
+    }
+    double values[9];
+    bool good = true;
+    kt_node *item = node->of.first;
+    for (int i = 0; i < count; i++, item = item->next) {
+        const kt_scope here = {.outer = scope, .index = i};
+        if (!kt_read_number(r, &here, item, quantities == NULL ? quantity : quantities[i], &values[i]))
+            good = false;
+    }
+    if (good)
+        memcpy(out, values, (size_t)count * sizeof *out);
+    return good;
+}
+
+bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out) {
+    double v[3];
+    if (!kt_read_numbers(r, scope, node, 3, quantity, NULL, v))
+        return false;
+    *out = kt_vec3_make(v[0], v[1], v[2]);
+    return true;
+}
+
+static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
+}
+
+static bool read_positive(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, kt_field_in(object, field));
+}
+
+static bool read_angle(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_number(r, scope, node, KT_QUANTITY_ANGLE, kt_field_in(object, field));
+}
+
+void kt_number_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const double *value = kt_field_of(object, field);
+    kt_emit_number(e, *value);
+}
+
+bool kt_number_same(const kt_field *field, const void *object, const void *standard) {
+    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(double));
+}
+
+const kt_kind kt_kind_number = {read_number, kt_number_write, kt_number_same};
+const kt_kind kt_kind_positive = {read_positive, kt_number_write, kt_number_same};
+const kt_kind kt_kind_angle = {read_angle, kt_number_write, kt_number_same};
+
+/* ---- vectors ----------------------------------------------------------------------------------------------------- */
+
+static bool read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
+}
+
+static void write_vector(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const kt_vec3 *v = kt_field_of(object, field);
+    const double values[] = {v->x, v->y, v->z};
+    kt_emit_numbers(e, values, 3);
+}
+
+static bool same_vector(const kt_field *field, const void *object, const void *standard) {
+    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(kt_vec3));
+}
+
+const kt_kind kt_kind_vector = {read_vector, write_vector, same_vector};
+
+static const struct {
+    const char *word;
+    kt_vec3 axis;
+} axes[] = {{"x", {1.0, 0.0, 0.0}},   {"y", {0.0, 1.0, 0.0}},   {"z", {0.0, 0.0, 1.0}},
+            {"-x", {-1.0, 0.0, 0.0}}, {"-y", {0.0, -1.0, 0.0}}, {"-z", {0.0, 0.0, -1.0}}};
+
+static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_vec3 *out = kt_field_in(object, field);
+    if (node->kind == KT_NODE_LIST && node->count == 3)
+        return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, out);
+    if (node->kind == KT_NODE_TEXT) {
+        for (size_t i = 0; i < sizeof axes / sizeof *axes; i++) {
+            if (strcmp(node->of.text, axes[i].word) == 0) {
+                *out = axes[i].axis;
+                return true;
+            }
+        }
+    }
+    return kt_fault_expected(r, scope, node, "an axis (x, y, z, -x, -y, -z or a list of three numbers)");
+}
+
+static void write_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_vec3 *axis = kt_field_of(object, field);
+    for (size_t i = 0; i < sizeof axes / sizeof *axes; i++) {
+        if (kt_same_bits(axis, &axes[i].axis, sizeof *axis)) {
+            kt_emit_word(e, axes[i].word);
+            return;
+        }
+    }
+    write_vector(e, field, object, standard);
+}
+
+const kt_kind kt_kind_axis = {read_axis, write_axis, same_vector};
+
+/* ---- texts and words --------------------------------------------------------------------------------------------- */
+
+static bool keep_text(kt_reader *r, const kt_node *node, const char **out) {
+    const char *text = kt_arena_text(&r->keep, node->of.text, node->count);
+    if (text == NULL)
+        return kt_reader_out_of_memory(r);
+    *out = text;
+    return true;
+}
+
+/* What YAML takes the scalar for. */
+static kt_scalar scalar_of(const kt_node *node) {
+    double value;
+    kt_scalar scalar = node->plain ? kt_scalar_classify(node->of.text, &value) : KT_SCALAR_TEXT;
+    return scalar == KT_SCALAR_ANGLE || scalar == KT_SCALAR_INF_WORD ? KT_SCALAR_TEXT : scalar;
+}
+
+bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out) {
+    kt_scalar scalar = node->kind == KT_NODE_TEXT ? scalar_of(node) : KT_SCALAR_NULL;
+    if (scalar == KT_SCALAR_NULL)
+        return kt_fault_expected(r, scope, node, "a text");
+    if (scalar != KT_SCALAR_TEXT)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected a text, found the %s %s; put it in quotes",
+                           scalar == KT_SCALAR_BOOL ? "boolean" : "number", kt_name_quote(node->of.text).text);
+    return keep_text(r, node, out);
+}
+
+bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected, const char **out) {
+    kt_scalar scalar = node->kind == KT_NODE_TEXT ? scalar_of(node) : KT_SCALAR_NULL;
+    if (scalar == KT_SCALAR_BOOL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s, found the boolean %s; put it in quotes",
+                           expected, kt_name_quote(node->of.text).text);
+    if (scalar != KT_SCALAR_TEXT) {
+        kt_phrase phrase = {.length = 0};
+        kt_phrase_add(&phrase, "%s, which begins with a letter or _", expected);
+        return kt_fault_expected(r, scope, node, phrase.text);
+    }
+    return keep_text(r, node, out);
+}
+
+static bool read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_text(r, scope, node, kt_field_in(object, field));
+}
+
+static bool read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_name(r, scope, node, "a name", kt_field_in(object, field));
+}
+
+static void write_text(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const char *const *text = kt_field_of(object, field);
+    kt_emit_text(e, *text);
+}
+
+static bool same_text(const kt_field *field, const void *object, const void *standard) {
+    const char *const *a = kt_field_of(object, field), *const *b = kt_field_of(standard, field);
+    return *a == NULL || *b == NULL ? *a == *b : strcmp(*a, *b) == 0;
+}
+
+const kt_kind kt_kind_text = {read_text, write_text, same_text};
+const kt_kind kt_kind_name = {read_name, write_text, same_text};
+
+static bool read_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    int value = kt_choice_read(r, scope, node, field->detail);
+    if (value < 0)
+        return false;
+    memcpy(kt_field_in(object, field), &value, sizeof value);
+    return true;
+}
+
+static void write_choice(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const kt_choice *choice = field->detail;
+    int value;
+    memcpy(&value, kt_field_of(object, field), sizeof value);
+    if (value < choice->first || value >= choice->count)
+        kt_emit_refuse(e, KT_ERROR_ARGUMENT, "%s is %d, which stands for nothing", choice->where, value);
+    else if (kt_support_is_refused(e->refused, choice->where, choice->names[value]))
+        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "'%s' is not supported yet", choice->names[value]);
+    else
+        kt_emit_word(e, choice->names[value]);
+}
+
+static bool same_choice(const kt_field *field, const void *object, const void *standard) {
+    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(int));
+}
+
+const kt_kind kt_kind_choice = {read_choice, write_choice, same_choice};
+
+static bool read_flag(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    double value;
+    bool *out = kt_field_in(object, field);
+    if (node->kind != KT_NODE_TEXT || !node->plain || kt_scalar_classify(node->of.text, &value) != KT_SCALAR_BOOL)
+        return kt_fault_expected(r, scope, node, "true or false");
+    *out = node->of.text[0] == 't' || node->of.text[0] == 'T';
+    return true;
+}
+
+static void write_flag(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const bool *value = kt_field_of(object, field);
+    kt_emit_word(e, *value ? "true" : "false");
+}
+
+static bool same_flag(const kt_field *field, const void *object, const void *standard) {
+    const bool *a = kt_field_of(object, field), *b = kt_field_of(standard, field);
+    return *a == *b;
+}
+
+const kt_kind kt_kind_flag = {read_flag, write_flag, same_flag};
+
+/* ---- mappings ---------------------------------------------------------------------------------------------------- */
+
+static bool read_map(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_table_read(r, scope, node, field->detail, kt_field_in(object, field));
+}
+
+static void write_map(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_table_write(e, field->detail, kt_field_of(object, field), kt_field_of(standard, field));
+}
+
+static bool same_map(const kt_field *field, const void *object, const void *standard) {
+    return kt_table_same(field->detail, kt_field_of(object, field), kt_field_of(standard, field));
+}
+
+const kt_kind kt_kind_map = {read_map, write_map, same_map};

@@ -1,0 +1,61 @@
+/* The kinds of values that tables of keys are made of. */
+#ifndef KT_SCENE_VALUE_H
+#define KT_SCENE_VALUE_H
+
+#include "scene/reader.h"
+
+/* What a number measures: which units and values it may have. */
+typedef enum kt_quantity {
+    KT_QUANTITY_NUMBER = 0,
+    KT_QUANTITY_POSITIVE, /* > 0 */
+    KT_QUANTITY_ANGLE,    /* also "30 deg" */
+    KT_QUANTITY_RATE      /* of an angle: also "30 deg", a second */
+} kt_quantity;
+
+/* Each reads a node, reports what is wrong with it, and leaves *out alone where it returns false. */
+bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
+/* A list of exactly `count` numbers (at most 9), of one quantity or, `quantities` not NULL, of one each. */
+bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
+                     const kt_quantity *quantities, double *out);
+bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
+/* Free text; the name of something, where `expected` says of what ("a name"). Kept with the scene. Whether a name is
+ * one is left to kt_description_check. */
+bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out);
+bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected, const char **out);
+/* A quaternion, normalised; one that is of unit norm to rounding keeps its bits. */
+bool kt_read_quaternion(kt_reader *r, const kt_scope *scope, kt_node *node, double out[4]);
+bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rotation *out);
+bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out);
+
+/* Scales q to unit norm unless it has it to rounding, so that doing it again changes no bit. */
+void kt_quaternion_settle(double q[4]);
+
+void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation);
+void kt_write_end(kt_emitter *e, const kt_end *end);
+
+/* Equal in every bit: -0 is not 0. */
+bool kt_same_bits(const void *a, const void *b, size_t size);
+bool kt_same_rotation(const kt_rotation *a, const kt_rotation *b);
+
+/* For kinds of number that are read in their own way. */
+void kt_number_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+bool kt_number_same(const kt_field *field, const void *object, const void *standard);
+
+/* double */
+extern const kt_kind kt_kind_number, kt_kind_positive, kt_kind_angle;
+/* kt_vec3; an axis is also one of x, y, z, -x, -y, -z */
+extern const kt_kind kt_kind_vector, kt_kind_axis;
+/* const char *: free text; the name of something */
+extern const kt_kind kt_kind_text, kt_kind_name;
+/* An enumeration, with a kt_choice as detail. */
+extern const kt_kind kt_kind_choice;
+extern const kt_kind kt_kind_flag; /* bool */
+/* A struct within the struct, with its kt_table as detail. */
+extern const kt_kind kt_kind_map;
+extern const kt_kind kt_kind_rotation; /* kt_rotation */
+extern const kt_kind kt_kind_end;      /* kt_end */
+extern const kt_kind kt_kind_ends;     /* kt_end[2] */
+/* kt_function, of plain numbers; of angles; the one that drives the joint of a kt_loop. */
+extern const kt_kind kt_kind_function, kt_kind_motion;
+
+#endif

@@ -1,0 +1,77 @@
+/* Random mechanisms for the tests of the recursions: every joint type, branches, massless bodies inside chains, oblique
+ * axes of any length, turned and shifted joint frames, markers; with a model, data and random states. */
+#ifndef KT_TEST_DYNAMICS_TREE_H
+#define KT_TEST_DYNAMICS_TREE_H
+
+#include "check.h"
+
+#include "kinetree/dynamics.h"
+
+enum { KT_TREE_BODIES = 24, KT_TREE_SLOTS = KT_TREE_BODIES + 1, KT_TREE_NV = 6 * KT_TREE_BODIES };
+enum { KT_TREE_NQ = 7 * KT_TREE_BODIES, KT_TREE_ALL_TYPES = (1 << KT_JOINT_TYPE_COUNT) - 1 };
+
+/* What to grow. A tree with as many bodies as there are joint types in the set, or more, has each of them. */
+typedef struct kt_tree_plan {
+    int bodies;
+    unsigned types;   /* joint types: bits 1 << KT_JOINT_... */
+    bool massless;    /* some bodies have no mass, some are points; the mechanism is regular nevertheless */
+    bool weightless;  /* no gravity */
+    bool floats;      /* the first body is free and carries all others */
+    bool is_shuffled; /* the description lists children before their parents */
+    double from_world; /* chance that a body hangs on the world */
+} kt_tree_plan;
+
+/* 12 bodies, all types, massless ones, gravity, in order. */
+kt_tree_plan kt_tree_plan_default(void);
+
+/* Points into itself: not to be copied. */
+typedef struct kt_tree {
+    kt_description description;
+    kt_body body[KT_TREE_BODIES];
+    char name[KT_TREE_BODIES][8];
+    kt_marker marker[KT_TREE_BODIES];
+    kt_model *model;
+    kt_data *data;
+    int count; /* of bodies in the model, world included */
+    int nq, nv;
+} kt_tree;
+
+/* Describes a mechanism, without a model. */
+void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
+
+/* Compiles tree->description; a failure fails the test and returns false. Either way kt_tree_free may follow. */
+bool kt_tree_compile(kt_tree *tree, const kt_model_options *options);
+
+/* Both. */
+bool kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
+void kt_tree_free(kt_tree *tree);
+
+typedef struct kt_tree_state {
+    double q[KT_TREE_NQ], v[KT_TREE_NV], a[KT_TREE_NV], tau[KT_TREE_NV];
+    kt_wrench external[KT_TREE_SLOTS];
+} kt_tree_state;
+
+/* Angles within half a turn, lengths within 1 m, unit quaternions; velocities, accelerations, forces and wrenches of
+ * the order of one. */
+void kt_tree_state_draw(const kt_tree *tree, kt_random *random, kt_tree_state *state);
+
+/* Calls that must succeed: a failure fails the test. */
+bool kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a);
+bool kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau);
+bool kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass);
+bool kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s);
+bool kt_tree_fine(const char *what, kt_status status, const kt_error *error);
+
+kt_vec3 kt_tree_vector(kt_random *random, double lower, double upper);
+kt_vec3 kt_tree_direction(kt_random *random);
+
+/* A rotation, uniform, in a description of any type. */
+kt_rotation kt_tree_rotation(kt_random *random);
+
+/* An inertia that a body of about the given size can have, turned anyhow. */
+kt_sym3 kt_tree_inertia(kt_random *random, double mass, double size);
+
+/* Largest magnitude of n numbers. */
+double kt_tree_largest(const double *x, int n);
+
+#endif

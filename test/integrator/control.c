@@ -1,0 +1,103 @@
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+
+/* The series leave 1e-12; 2^u with |u| up to 1000 loses what u loses, |u| ln 2 eps. */
+KT_TEST(own_power_is_that_of_the_library) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("relative error");
+    for (int i = 0; i < 20000; i++) {
+        const double x = exp2(kt_random_uniform(&random, -300.0, 300.0)), p = kt_random_uniform(&random, -1.0, 1.0);
+        const double exact = pow(x, p);
+        kt_worst_near(&worst, kt_power(x, p) / exact, 1.0, 1.5e-12, "%.17g ^ %.17g", x, p);
+    }
+    for (int i = -40; i <= 40; i++)
+        kt_worst_near(&worst, kt_power(exp2(i), 1.0) / exp2(i), 1.0, 1.5e-12, "2 ^ %d", i);
+    kt_check_worst(&worst);
+}
+
+KT_TEST(own_power_saturates) {
+    kt_check_near("tiny", kt_power(DBL_MIN, 2.0), 0.0, 0.0);
+    kt_check_true("huge", isinf(kt_power(DBL_MAX, 2.0)));
+    kt_check_near("smallest subnormal", kt_power(4.9406564584124654e-324, 0.5), 2.2227587494850775e-162, 4e-174);
+}
+
+/* Hairer's formula in his own constants: DOPRI5's fac = err^0.17 / (err_last^0.04 0.9), between 1/0.2 and 1/10. */
+KT_TEST(factors_are_those_of_dopri5) {
+    const kt_integrator_options options = kt_integrator_options_default();
+    kt_integrator *it = integrator_make(kt_method_find("dopri5"), 1, &options);
+    kt_worst worst = kt_worst_make("factor");
+    for (int i = 0; i <= 4; i++)
+        for (int j = 0; j <= 16; j++) {
+            const double last = pow(10.0, -i), error = pow(3.0, -j);
+            it->memory.control_error = last;
+            const double fac = pow(error, 0.17) / pow(last, 0.04) / 0.9;
+            const double expected = 1.0 / fmax(1.0 / 10.0, fmin(1.0 / 0.2, fac));
+            kt_worst_near(&worst, kt_control_accepted(it, error), expected, 4e-12 * expected, "%g after %g", error,
+                          last);
+        }
+    for (int j = 0; j <= 16; j++) {
+        const double error = 1.0001 * pow(3.0, j);
+        const double expected = 1.0 / fmin(1.0 / 0.2, pow(error, 0.17) / 0.9);
+        kt_worst_near(&worst, kt_control_rejected(it, error), expected, 4e-12 * expected, "rejected at %g", error);
+    }
+    kt_check_worst(&worst);
+    kt_check_near("no error", kt_control_accepted(it, 0.0), 10.0, 0.0);
+    kt_check_near("infinite error", kt_control_rejected(it, HUGE_VAL), 0.2, 0.0);
+    integrator_free(it);
+}
+
+/* Over twelve decades of time scales the first step passes at once, and is not timid: the second is at most ten times
+ * as long. */
+static int decay(double t, const double *y, double *dydt, void *user) {
+    const double rate = *(const double *)user;
+    dydt[0] = -rate * (y[0] - cos(rate * t));
+    return 0;
+}
+
+KT_TEST(first_steps_fit_the_scale_of_the_problem) {
+    static const char *const names[] = {"heun", "bs32", "dopri5", "tsit5", "dop853"};
+    for (int i = 0; i < 5; i++) {
+        kt_worst tries = kt_worst_make(names[i]), growth = kt_worst_make("second over first"),
+                 scale = kt_worst_make("rate * step, over that of rate 1");
+        double unit = 0.0;
+        for (int power = 0; power <= 12; power++) {
+            double rate = pow(10.0, power % 2 == 0 ? power / 2 : -(power + 1) / 2);
+            const kt_integrator_callbacks callbacks = {decay, NULL, &rate};
+            const kt_integrator_options options = tolerance(1e-6, 1e-6);
+            kt_integrator *it = integrator_make(kt_method_find(names[i]), 1, &options);
+            kt_error error;
+            is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0}, &callbacks, &error), &error);
+            is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+            const double first = kt_integrator_memory_get(it)->last_step;
+            unit = power == 0 ? first : unit;
+            kt_worst_near(&tries, (double)kt_integrator_counts_get(it).rejected, 0.0, 0.0, "rate %g", rate);
+            kt_worst_below(&growth, kt_integrator_memory_get(it)->next_step / first, 10.0, "rate %g", rate);
+            kt_worst_near(&scale, rate * first / unit, 1.0, 2e-12, "rate %g", rate); /* two powers */
+            integrator_free(it);
+        }
+        kt_check_worst(&tries);
+        kt_check_worst(&growth);
+        kt_check_worst(&scale);
+    }
+}
+
+KT_TEST(given_steps_are_kept_to) {
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-3, 1e-3);
+    options.initial_step = 1e-3;
+    options.max_step = 0.01;
+    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
+    double longest = 0.0;
+    is_ok("step", kt_integrator_step(it, 1.0, &error), &error);
+    kt_check_near("first", kt_integrator_memory_get(it)->last_step, 1e-3, 0.0);
+    while (kt_integrator_time(it) < 1.0 && is_ok("step", kt_integrator_step(it, 1.0, &error), &error))
+        longest = fmax(longest, kt_integrator_memory_get(it)->last_step);
+    kt_check_near("longest", longest, 0.01, 1e-16); /* a difference of two rounded times below 1 */
+    integrator_free(it);
+}

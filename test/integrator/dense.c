@@ -1,0 +1,254 @@
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* ---- order ------------------------------------------------------------------------------------------------------- */
+
+enum { PLACES = 7 };
+
+/* Largest error at seven places within one step from the exact state. */
+static double error_within_a_step(const kt_method *m, const problem *p, double t0, double h) {
+    kt_error error;
+    double y[PROBLEM_MAX], worst = 0.0;
+    p->solution(t0, y);
+    const kt_integrator_options options = fixed_step(h);
+    const kt_integrator_callbacks callbacks = {p->rhs, NULL, NULL};
+    kt_integrator *it = integrator_make(m, p->n, &options);
+    is_ok("start", kt_integrator_start(it, t0, y, &callbacks, &error), &error);
+    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    for (int i = 1; i <= PLACES; i++) {
+        const double t = t0 + h * i / (PLACES + 1);
+        is_ok("value", kt_integrator_interpolate(it, t, y, &error), &error);
+        worst = fmax(worst, error_at(p, t, y));
+    }
+    integrator_free(it);
+    return worst;
+}
+
+/* One step is off by h^(q + 1) inside, if the dense output is of order q. Measured: the slope is within 0.09. */
+KT_TEST(dense_output_has_its_order_within_a_step) {
+    static const double steps[] = {0.0, 1e-3, 4e-3, 8e-3, 0.02, 0.0, 0.0, 0.2}; /* twice the longest */
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const int q = kt_method_dense_order(m);
+        double h[4], error[4];
+        for (int l = 0; l < 4; l++) {
+            h[l] = steps[q] / (2 + l);
+            error[l] = error_within_a_step(m, &problem_chirp, 0.7, h[l]);
+        }
+        kt_note("%s: errors %.2g ... %.2g", m->name, error[0], error[3]);
+        kt_check_near("slope", slope_of(h, error, 4), q + 1, 0.1);
+    }
+}
+
+/* Records at times that steps do not know of are off by as much as the steps are: of the method's own order p, since
+ * q + 1 >= p. */
+static double worst_record(const kt_method *m, const problem *p, int steps) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step((p->end - p->start) / steps);
+    kt_integrator *it = integrator_begin(m, p, &options);
+    double y[PROBLEM_MAX], worst = 0.0;
+    int records = 0;
+    while (kt_integrator_time(it) != p->end && is_ok("step", kt_integrator_step(it, p->end, &error), &error))
+        for (; p->start + 0.00137 * records <= kt_integrator_time(it); records++) {
+            const double t = p->start + 0.00137 * records;
+            is_ok("record", kt_integrator_interpolate(it, t, y, &error), &error);
+            worst = fmax(worst, error_at(p, t, y));
+        }
+    kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, steps);
+    integrator_free(it);
+    return worst;
+}
+
+KT_TEST(records_have_the_order_of_the_method) {
+    static const int first[9] = {0, 8192, 1024, 256, 128, 192, 0, 0, 16};
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        double h[3], error[3];
+        for (int l = 0; l < 3; l++) {
+            const int steps = first[m->order] * (l + 2) / 2;
+            h[l] = (problem_chirp.end - problem_chirp.start) / steps;
+            error[l] = worst_record(m, &problem_chirp, steps);
+        }
+        kt_note("%s: errors %.2g ... %.2g", m->name, error[0], error[2]);
+        kt_check_near("slope", slope_of(h, error, 3), m->order, 0.1);
+    }
+}
+
+/* ---- ends and continuity ----------------------------------------------------------------------------------------- */
+
+static kt_integrator *begin_adaptive(const char *name, double tol) {
+    const kt_integrator_options options = tolerance(tol, tol);
+    return integrator_begin(kt_method_find(name), &problem_kepler, &options);
+}
+
+KT_TEST(values_at_the_ends_are_the_states_to_the_bit) {
+    kt_error error;
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_integrator_options options = fixed_step(0.05);
+        kt_integrator *it = integrator_begin(kt_method_at(i), &problem_kepler, &options);
+        double y0[4], y1[4], y[4];
+        is_ok("before any step", kt_integrator_interpolate(it, 0.0, y, &error), &error);
+        kt_check_equal_bits("start", y, kt_integrator_state(it), 4);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        memcpy(y0, kt_integrator_state(it), sizeof y0);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        memcpy(y1, kt_integrator_state(it), sizeof y1);
+        is_ok("begin", kt_integrator_interpolate(it, kt_integrator_previous_time(it), y, &error), &error);
+        kt_check_equal_bits("begin", y, y0, 4);
+        is_ok("end", kt_integrator_interpolate(it, kt_integrator_time(it), y, &error), &error);
+        kt_check_equal_bits("end", y, y1, 4);
+        integrator_free(it);
+    }
+}
+
+/* Near the ends the value is y0 + theta h f and y1 - (1 - theta) h f to the next order; in the middle the two sums
+ * meet. */
+KT_TEST(dense_output_is_continuous_with_its_slope) {
+    kt_error error;
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_integrator_options options = fixed_step(0.25);
+        kt_integrator *it = integrator_begin(kt_method_at(i), &problem_kepler, &options);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        double y[4], z[4], f0[4], f1[4];
+        const double *y0 = it->previous_y, *y1 = it->y, d = 1e-6;
+        problem_kepler.rhs(0.25, y0, f0, NULL);
+        problem_kepler.rhs(0.5, y1, f1, NULL);
+        kt_worst ends = kt_worst_make(kt_method_at(i)->name), middle = kt_worst_make("in the middle");
+        is_ok("value", kt_integrator_interpolate(it, 0.25 + d, y, &error), &error);
+        is_ok("value", kt_integrator_interpolate(it, 0.5 - d, z, &error), &error);
+        for (int l = 0; l < 4; l++) { /* d^2 y'' / 2, y'' up to 7 here */
+            kt_worst_near(&ends, y[l], y0[l] + d * f0[l], 3.5 * d * d, "begin %d", l);
+            kt_worst_near(&ends, z[l], y1[l] - d * f1[l], 3.5 * d * d, "end %d", l);
+        }
+        is_ok("value", kt_integrator_interpolate(it, 0.375, y, &error), &error);
+        is_ok("value", kt_integrator_interpolate(it, nextafter(0.375, 1.0), z, &error), &error);
+        for (int l = 0; l < 4; l++) /* rounding of about ten terms of size 1 */
+            kt_worst_near(&middle, z[l], y[l], 8.0 * DBL_EPSILON, "component %d", l);
+        kt_check_worst(&ends);
+        kt_check_worst(&middle);
+        integrator_free(it);
+    }
+}
+
+/* ---- what it costs ----------------------------------------------------------------------------------------------- */
+
+KT_TEST(interpolation_changes_no_bit_of_the_motion) {
+    kt_error error;
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_integrator_options options = kt_method_at(i)->e != NULL ? tolerance(1e-6, 1e-6) : fixed_step(0.02);
+        kt_integrator *silent = integrator_begin(kt_method_at(i), &problem_kepler, &options);
+        kt_integrator *asked = integrator_begin(kt_method_at(i), &problem_kepler, &options);
+        for (int k = 0; k < 40; k++) {
+            double y[4];
+            is_ok("silent", kt_integrator_step(silent, 60.0, &error), &error);
+            is_ok("asked", kt_integrator_step(asked, 60.0, &error), &error);
+            const double t0 = kt_integrator_previous_time(asked), h = kt_integrator_time(asked) - t0;
+            for (int l = 0; l < k % 4; l++)
+                is_ok("value", kt_integrator_interpolate(asked, t0 + 0.3 * l * h, y, &error), &error);
+        }
+        kt_check_equal_bits(kt_method_at(i)->name, kt_integrator_state(asked), kt_integrator_state(silent), 4);
+        kt_check_near("time", kt_integrator_time(asked), kt_integrator_time(silent), 0.0);
+        integrator_free(silent);
+        integrator_free(asked);
+    }
+}
+
+/* Ten values in each of ten steps: f at the ends, which all but the last step need anyway, and dop853's three stages.
+ */
+KT_TEST(interpolation_evaluates_no_more_than_it_needs) {
+    kt_error error;
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const kt_integrator_options options = fixed_step(0.02);
+        kt_integrator *it = integrator_begin(m, &problem_kepler, &options);
+        for (int k = 0; k < 10; k++) {
+            double y[4];
+            is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+            for (int l = 0; l < 10; l++) {
+                const double t = kt_integrator_previous_time(it) + 0.0019 * (l + 0.5);
+                is_ok("value", kt_integrator_interpolate(it, t, y, &error), &error);
+            }
+        }
+        const int expected = 10 * (m->stages - (m->fsal ? 1 : 0) + m->dense_stages) + 1;
+        kt_check_equal_int(m->name, (long long)kt_integrator_counts_get(it).evaluations, expected);
+        integrator_free(it);
+    }
+}
+
+KT_TEST(times_outside_of_the_last_step_are_refused) {
+    kt_error error;
+    kt_integrator *it = begin_adaptive("dopri5", 1e-6);
+    double y[4] = {1.0, 2.0, 3.0, 4.0};
+    const double kept[4] = {1.0, 2.0, 3.0, 4.0};
+    kt_check_equal_int("before any step", kt_integrator_interpolate(it, 0.1, y, &error), KT_ERROR_ARGUMENT);
+    integrate_to(it, 1.0);
+    const double t0 = kt_integrator_previous_time(it);
+    const double outside[] = {nextafter(t0, 0.0), nextafter(1.0, 2.0), (double)NAN, HUGE_VAL, -HUGE_VAL};
+    for (int i = 0; i < 5; i++) {
+        kt_check_equal_int("outside", kt_integrator_interpolate(it, outside[i], y, &error), KT_ERROR_ARGUMENT);
+        kt_check_contains("words", error.message, "is outside of the last step, from ");
+    }
+    kt_check_equal_bits("output untouched", y, kept, 4);
+    integrator_free(it);
+}
+
+KT_TEST(values_are_had_in_steps_that_go_backwards) {
+    kt_error error;
+    const char *const names[] = {"rk4", "dopri5", "dop853"};
+    static const double bounds[] = {1e-8, 5e-11, 1e-15}; /* measured: 1.6e-9, 1.0e-11, 1.4e-16 */
+    for (int i = 0; i < 3; i++) {
+        const kt_integrator_options options = fixed_step(0.02);
+        const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+        kt_integrator *it = integrator_make(kt_method_find(names[i]), 4, &options);
+        double y[4];
+        problem_kepler.solution(1.0, y);
+        is_ok("start", kt_integrator_start(it, 1.0, y, &callbacks, &error), &error);
+        is_ok("step", kt_integrator_step(it, 0.0, &error), &error);
+        is_ok("value", kt_integrator_interpolate(it, 0.987, y, &error), &error);
+        kt_check_below(names[i], error_at(&problem_kepler, 0.987, y), bounds[i]);
+        integrator_free(it);
+    }
+}
+
+/* A right-hand side that fails while a value is asked for. */
+static int failing(double t, const double *y, double *dydt, void *user) {
+    const int *code = user;
+    return *code != 0 ? *code : problem_kepler.rhs(t, y, dydt, NULL);
+}
+
+KT_TEST(a_failed_value_leaves_the_output_and_the_motion) {
+    kt_error error;
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        if (m->fsal)
+            continue; /* has all it needs */
+        int code = 0;
+        double start[4], y[4] = {1.0, 2.0, 3.0, 4.0};
+        const double kept[4] = {1.0, 2.0, 3.0, 4.0};
+        problem_kepler.solution(0.0, start);
+        const kt_integrator_options options = fixed_step(0.1);
+        const kt_integrator_callbacks callbacks = {failing, NULL, &code};
+        kt_integrator *it = integrator_make(m, 4, &options), *other = integrator_begin(m, &problem_kepler, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        code = 2;
+        kt_check_equal_int(m->name, kt_integrator_interpolate(it, 0.05, y, &error), KT_ERROR_CALLBACK);
+        code = -2;
+        kt_check_equal_int(m->name, kt_integrator_interpolate(it, 0.05, y, &error), KT_ERROR_CALLBACK);
+        kt_check_equal_bits("output untouched", y, kept, 4);
+        code = 0;
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        integrate_to(other, 0.2);
+        kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 4);
+        integrator_free(it);
+        integrator_free(other);
+    }
+}

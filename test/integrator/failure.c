@@ -1,0 +1,322 @@
+/* Rejected tries and failed steps. */
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const char *const adaptive[] = {"heun", "bs32", "dopri5", "tsit5", "dop853"};
+enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
+
+/* A problem that can be told to go wrong: at the call `at` (counted from 1), or beyond a time. */
+typedef struct trap {
+    const problem *p;
+    int calls, at;
+    double beyond; /* infinite: nowhere */
+    int code;      /* what the callback then returns */
+    bool poison;   /* or a value that is not finite */
+    bool project;  /* the projection goes wrong, not the right-hand side */
+} trap;
+
+static int trapped(double t, const double *y, double *dydt, void *user) {
+    trap *f = user;
+    const int code = f->p->rhs(t, y, dydt, NULL);
+    f->calls++;
+    if (f->calls != f->at && (f->project || !(t > f->beyond)))
+        return code;
+    if (f->poison)
+        dydt[f->p->n - 1] = (double)NAN;
+    return f->code;
+}
+
+static int trapped_projection(double t, double *y, bool *changed, void *user) {
+    const trap *f = user;
+    *changed = false;
+    if (!(t > f->beyond))
+        return 0;
+    if (f->poison) {
+        y[0] = HUGE_VAL;
+        *changed = true;
+    }
+    return f->code;
+}
+
+static kt_integrator *trap_begin(const kt_method *m, trap *f, const kt_integrator_options *options) {
+    kt_error error;
+    double y[PROBLEM_MAX];
+    f->p->solution(f->p->start, y);
+    const kt_integrator_callbacks callbacks = {trapped, f->project ? trapped_projection : NULL, f};
+    kt_integrator *it = integrator_make(m, f->p->n, options);
+    is_ok("start", kt_integrator_start(it, f->p->start, y, &callbacks, &error), &error);
+    return it;
+}
+
+/* ---- rejected tries ---------------------------------------------------------------------------------------------- */
+
+/* The step that is accepted in the end has the bits of the same step taken at once. */
+static void check_no_trace(const char *what, const char *method, trap f, double first_step) {
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    options.initial_step = first_step;
+    kt_integrator *it = trap_begin(kt_method_find(method), &f, &options);
+    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    kt_note("%s: %s", method, what);
+    kt_check_above("rejected", (double)kt_integrator_counts_get(it).rejected, 1.0);
+
+    trap harmless = {.p = f.p, .beyond = HUGE_VAL, .project = f.project};
+    options.initial_step = kt_integrator_memory_get(it)->last_step;
+    kt_integrator *at_once = trap_begin(kt_method_find(method), &harmless, &options);
+    is_ok("step at once", kt_integrator_step(at_once, HUGE_VAL, &error), &error);
+    kt_check_equal_int("rejected at once", (long long)kt_integrator_counts_get(at_once).rejected, 0);
+    kt_check_near("time", kt_integrator_time(it), kt_integrator_time(at_once), 0.0);
+    kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(at_once), f.p->n);
+    const double t[1] = {f.p->start + 0.3 * options.initial_step};
+    double y[2][PROBLEM_MAX];
+    is_ok("value", kt_integrator_interpolate(it, t[0], y[0], &error), &error);
+    is_ok("value", kt_integrator_interpolate(at_once, t[0], y[1], &error), &error);
+    kt_check_equal_bits("value within", y[0], y[1], f.p->n);
+    integrator_free(it);
+    integrator_free(at_once);
+}
+
+KT_TEST(a_rejected_try_leaves_no_trace) {
+    const trap none = {.p = &problem_chirp, .beyond = HUGE_VAL};
+    trap fence = {.p = &problem_kepler, .beyond = 0.02, .code = 7};
+    trap hole = {.p = &problem_kepler, .beyond = 0.02, .poison = true};
+    for (int i = 0; i < ADAPTIVE; i++) {
+        check_no_trace("error too large", adaptive[i], none, 0.6);
+        check_no_trace("right-hand side refuses", adaptive[i], fence, 0.05);
+        check_no_trace("right-hand side is not finite", adaptive[i], hole, 0.05);
+        fence.project = hole.project = true;
+        check_no_trace("projection refuses", adaptive[i], fence, 0.05);
+        check_no_trace("projection is not finite", adaptive[i], hole, 0.05);
+        fence.project = hole.project = false;
+    }
+}
+
+/* ---- failed steps ------------------------------------------------------------------------------------------------ */
+
+typedef struct snapshot {
+    kt_integrator_memory memory;
+    double y[PROBLEM_MAX], within[3][PROBLEM_MAX];
+} snapshot;
+
+static void look(kt_integrator *it, snapshot *s) {
+    kt_error error;
+    memset(s, 0, sizeof *s);
+    kt_integrator_save(it, &s->memory, s->y, NULL);
+    s->memory.counts = (kt_integrator_counts){0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        const double t = s->memory.previous_t + (0.2 + 0.35 * i) * (s->memory.t - s->memory.previous_t);
+        is_ok("value", kt_integrator_interpolate(it, t, s->within[i], &error), &error);
+    }
+}
+
+static bool same_memory(const kt_integrator_memory *a, const kt_integrator_memory *b) {
+    return a->t == b->t && a->previous_t == b->previous_t && a->origin == b->origin && a->grid == b->grid &&
+           a->last_step == b->last_step && a->next_step == b->next_step &&
+           (a->last_error == b->last_error || (isnan(a->last_error) && isnan(b->last_error))) &&
+           a->control_error == b->control_error && a->on_grid == b->on_grid && a->has_previous == b->has_previous;
+}
+
+static bool same(const snapshot *a, const snapshot *b) {
+    return same_memory(&a->memory, &b->memory) && same_bits(a->y, b->y, PROBLEM_MAX) &&
+           same_bits(a->within[0], b->within[0], 3 * PROBLEM_MAX);
+}
+
+/* The callback stops at its first, second, ... call in the sixth step, until the step gets through. */
+static void check_stopped_step(const kt_method *m, const kt_integrator_options *options, bool looks_between) {
+    kt_error error;
+    trap f = {.p = &problem_kepler, .beyond = HUGE_VAL}, g = f;
+    kt_integrator *it = trap_begin(m, &f, options), *undisturbed = trap_begin(m, &g, options);
+    for (int i = 0; i < 5; i++) {
+        is_ok("step", kt_integrator_step(it, 4.0, &error), &error);
+        is_ok("step", kt_integrator_step(undisturbed, 4.0, &error), &error);
+    }
+    snapshot before, after;
+    look(undisturbed, &before);
+    f.code = -3;
+    bool as_before = true;
+    kt_status status;
+    int stops = 0;
+    do {
+        f.calls = 0;
+        f.at = stops + 1;
+        status = kt_integrator_step(it, 4.0, &error);
+        f.at = 0;
+        if (status == KT_OK)
+            break;
+        stops++;
+        if (looks_between || stops == 1) {
+            look(it, &after);
+            as_before = as_before && same(&before, &after);
+        }
+    } while (status == KT_ERROR_CALLBACK && stops < 100);
+    kt_check_true(m->name, as_before);
+    kt_check_equal_int("status in the end", status, KT_OK);
+    /* With looks the new slope is known before the step; without, one stage more is asked for unless it is fsal. */
+    kt_check_above("stops", stops, m->stages - 1);
+    is_ok("step", kt_integrator_step(undisturbed, 4.0, &error), &error);
+    look(undisturbed, &before);
+    look(it, &after);
+    kt_check_true("the step itself is undisturbed", same(&before, &after));
+    integrator_free(it);
+    integrator_free(undisturbed);
+}
+
+KT_TEST(a_stopped_step_leaves_everything_as_it_was) {
+    for (int i = 0; i < kt_method_count() + ADAPTIVE; i++) {
+        const bool fixed = i < kt_method_count();
+        const kt_method *m = fixed ? kt_method_at(i) : kt_method_find(adaptive[i - kt_method_count()]);
+        const kt_integrator_options options = fixed ? fixed_step(0.03) : tolerance(1e-5, 1e-5);
+        kt_note("%s", fixed ? "fixed" : "adaptive");
+        check_stopped_step(m, &options, true);
+        check_stopped_step(m, &options, false);
+    }
+}
+
+/* ---- the outcomes of callbacks ----------------------------------------------------------------------------------- */
+
+static kt_status outcome(const char *method, double step, trap f, kt_error *error) {
+    const kt_integrator_options options = step > 0.0 ? fixed_step(step) : tolerance(1e-6, 1e-6);
+    kt_integrator *it = trap_begin(kt_method_find(method), &f, &options);
+    kt_status status = KT_OK;
+    while (status == KT_OK && kt_integrator_time(it) < 1.0)
+        status = kt_integrator_step(it, 1.0, error);
+    kt_check_below("time before the trap", kt_integrator_time(it), fmin(1.0, f.beyond));
+    integrator_free(it);
+    return status;
+}
+
+KT_TEST(callbacks_go_on_refuse_or_stop) {
+    kt_error error;
+    for (int project = 0; project <= 1; project++) {
+        trap f = {.p = &problem_kepler, .beyond = HUGE_VAL, .project = project};
+        kt_note("%s", project ? "the projection" : "the right-hand side");
+        kt_check_equal_int("fixed, 0", outcome("rk4", 0.1, f, &error), KT_OK);
+        kt_check_equal_int("adaptive, 0", outcome("dopri5", 0.0, f, &error), KT_OK);
+        f.beyond = 0.54;
+        f.code = -4;
+        const char *stopped =
+            project ? "the projection asked to stop (code -4)" : "the right-hand side asked to stop (code -4)";
+        kt_check_equal_int("fixed, < 0", outcome("rk4", 0.1, f, &error), KT_ERROR_CALLBACK);
+        kt_check_contains("words", error.message, stopped);
+        kt_check_contains("where", error.where, project ? "t = 0.6" : "t = 0.55"); /* the end, or a stage */
+        kt_check_equal_int("adaptive, < 0", outcome("dopri5", 0.0, f, &error), KT_ERROR_CALLBACK);
+        kt_check_contains("words", error.message, stopped);
+        f.code = 5;
+        kt_check_equal_int("fixed, > 0", outcome("rk4", 0.1, f, &error), KT_ERROR_CALLBACK);
+        kt_check_contains("words", error.message, "could not be had (code 5); the step is fixed: take a smaller one");
+        kt_check_equal_int("adaptive, > 0", outcome("dopri5", 0.0, f, &error), KT_ERROR_STEP);
+        kt_check_contains("words", error.message,
+                          project ? "the projection could not be had at t = 0.54"
+                                  : "the right-hand side could not be had at t = 0.54");
+        kt_check_contains("where", error.where, "t = 0.53999");
+    }
+}
+
+KT_TEST(a_value_that_is_not_finite_is_named_with_its_time) {
+    kt_error error;
+    trap f = {.p = &problem_kepler, .beyond = 0.51, .poison = true};
+    kt_check_equal_int("right-hand side, fixed", outcome("rk4", 0.1, f, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("component", error.message, "component 3 of the right-hand side is not finite");
+    kt_check_contains("where", error.where, "t = 0.55");
+    kt_check_equal_int("right-hand side, adaptive", outcome("dopri5", 0.0, f, &error), KT_ERROR_STEP);
+    kt_check_contains("component", error.message, "component 3 of the right-hand side was not finite at t = 0.51");
+    f.project = true;
+    kt_check_equal_int("projection, fixed", outcome("rk4", 0.1, f, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("component", error.message, "component 0 of the projected state is not finite");
+    kt_check_contains("where", error.where, "t = 0.6");
+    kt_check_equal_int("projection, adaptive", outcome("dopri5", 0.0, f, &error), KT_ERROR_STEP);
+    kt_check_contains("component", error.message, "component 0 of the projected state was not finite at t = 0.51");
+}
+
+/* y' = y^2, y = 1 / (1 - t) */
+static int explosion(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[0] * y[0];
+    return 0;
+}
+
+static kt_status explode(const char *method, const kt_integrator_options *options, kt_integrator **it,
+                         kt_error *error) {
+    const kt_integrator_callbacks callbacks = {explosion, NULL, NULL};
+    *it = integrator_make(kt_method_find(method), 1, options);
+    is_ok("start", kt_integrator_start(*it, 0.0, (double[]){1.0}, &callbacks, error), error);
+    kt_status status = KT_OK;
+    while (status == KT_OK && kt_integrator_time(*it) < 2.0)
+        status = kt_integrator_step(*it, 2.0, error);
+    return status;
+}
+
+KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
+    for (int i = 0; i < ADAPTIVE; i++) {
+        kt_error error;
+        kt_integrator *it;
+        const kt_integrator_options options = tolerance(1e-4, 1e-4);
+        kt_check_equal_int(adaptive[i], explode(adaptive[i], &options, &it, &error), KT_ERROR_STEP);
+        kt_check_contains("words", error.message, "Look for a jump or a pole of a force");
+        kt_check_contains("words", error.message, "stiff");
+        kt_check_contains("time", error.where, "t = ");
+        kt_check_near("time", kt_integrator_time(it), 1.0, 1e-3); /* the global error, magnified by y */
+        const double y = kt_integrator_state(it)[0], next = kt_integrator_memory_get(it)->next_step;
+        kt_check_equal_int("again", kt_integrator_step(it, 2.0, &error), KT_ERROR_STEP);
+        kt_check_near("state", kt_integrator_state(it)[0], y, 0.0);
+        kt_check_near("proposal", kt_integrator_memory_get(it)->next_step, next, 0.0);
+        integrator_free(it);
+    }
+}
+
+KT_TEST(a_state_that_overflows_is_not_committed) {
+    kt_error error;
+    kt_integrator *it;
+    const kt_integrator_options options = fixed_step(0.5);
+    kt_check_equal_int("status", explode("rk4", &options, &it, &error), KT_OK); /* 4 steps: 1e9 or so */
+    kt_status status = KT_OK;
+    while (status == KT_OK && kt_integrator_time(it) < 100.0)
+        status = kt_integrator_step(it, HUGE_VAL, &error);
+    kt_check_equal_int("status", status, KT_ERROR_NOT_FINITE);
+    kt_check_contains("words", error.message, "not finite; the step is fixed");
+    kt_check_true("finite", isfinite(kt_integrator_state(it)[0]));
+    integrator_free(it);
+}
+
+KT_TEST(steps_can_be_limited_in_number_and_from_below) {
+    kt_error error;
+    kt_integrator *it;
+    kt_integrator_options options = tolerance(1e-4, 1e-4);
+    options.max_steps = 20;
+    kt_check_equal_int("max_steps", explode("dopri5", &options, &it, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message, "max_steps = 20 are used up");
+    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    kt_check_equal_int("tries", (long long)counts.steps + (long long)counts.rejected, 20);
+    integrator_free(it);
+    options.max_steps = 0;
+    options.min_step = 1e-3;
+    kt_check_equal_int("min_step", explode("dopri5", &options, &it, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message, "a step below 0.001 would be needed: the error estimate was still");
+    kt_check_above("last step", kt_integrator_memory_get(it)->last_step, 1e-3 * (1.0 - 1e-12));
+    integrator_free(it);
+}
+
+KT_TEST(calls_out_of_order_are_refused) {
+    kt_error error;
+    double y[4] = {1.0, 2.0, 3.0, 4.0};
+    const kt_integrator_options options = fixed_step(0.1);
+    kt_integrator *it = integrator_make(kt_method_find("rk4"), 4, &options);
+    kt_check_equal_int("step", kt_integrator_step(it, 1.0, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "kt_integrator_start first");
+    kt_check_equal_int("interpolate", kt_integrator_interpolate(it, 0.0, y, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("jump", kt_integrator_jump(it, y, &error), KT_ERROR_ARGUMENT);
+    integrator_free(it);
+    it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    kt_check_equal_int("no way to go", kt_integrator_step(it, 0.0, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("NaN", kt_integrator_step(it, (double)NAN, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("nothing was evaluated", (long long)kt_integrator_counts_get(it).evaluations, 0);
+    integrator_free(it);
+}

@@ -1,0 +1,34 @@
+#include "check.h"
+
+#include "kinetree/integrator.h"
+
+#include <string.h>
+
+KT_TEST(every_method_is_found_by_its_name) {
+    static const char *const names[] = {"euler", "midpoint", "heun",   "ralston", "kutta3", "bs32",
+                                        "rk4",   "rk38",     "dopri5", "tsit5",   "dop853"};
+    kt_check_equal_int("count", kt_method_count(), (long long)(sizeof names / sizeof *names));
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_find(names[i]);
+        kt_check_true(names[i], m != NULL);
+        if (m == NULL)
+            continue;
+        kt_check_true("the same at its index", m == kt_method_at(i));
+        kt_check_true("title and source", m->title != NULL && m->source != NULL);
+        kt_check_true("in rising order", i == 0 || m->order >= kt_method_at(i - 1)->order);
+    }
+}
+
+KT_TEST(what_is_no_method_is_not_found) {
+    kt_check_true("unknown", kt_method_find("rk5") == NULL);
+    kt_check_true("empty", kt_method_find("") == NULL);
+    kt_check_true("NULL", kt_method_find(NULL) == NULL);
+    kt_check_true("-1", kt_method_at(-1) == NULL);
+    kt_check_true("count", kt_method_at(kt_method_count()) == NULL);
+}
+
+KT_TEST(dense_orders_are_those_documented) {
+    static const int expected[] = {1, 2, 2, 2, 3, 3, 3, 3, 4, 4, 7};
+    for (int i = 0; i < kt_method_count(); i++)
+        kt_check_equal_int(kt_method_at(i)->name, kt_method_dense_order(kt_method_at(i)), expected[i]);
+}

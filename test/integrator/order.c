@@ -1,0 +1,236 @@
+#include "check.h"
+
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A copy of a table whose numbers can be spoilt. */
+typedef struct copy {
+    kt_method method;
+    double a[KT_METHOD_STAGES_MAX * KT_METHOD_STAGES_MAX / 2], b[KT_METHOD_STAGES_MAX], c[KT_METHOD_STAGES_MAX];
+    double e[KT_METHOD_STAGES_MAX], e_low[KT_METHOD_STAGES_MAX];
+    double dense_a[KT_METHOD_STAGES_MAX * KT_METHOD_STAGES_MAX], dense_c[KT_METHOD_STAGES_MAX];
+    double dense_d[KT_METHOD_DENSE_TERMS_MAX * KT_METHOD_STAGES_MAX];
+    struct {
+        double *values;
+        int count;
+        const char *name;
+    } arrays[8];
+    int count;
+} copy;
+
+static const double *copy_array(copy *to, const char *name, double *values, const double *from, int count) {
+    if (from == NULL)
+        return NULL;
+    memcpy(values, from, (size_t)count * sizeof *values);
+    to->arrays[to->count].values = values;
+    to->arrays[to->count].count = count;
+    to->arrays[to->count].name = name;
+    to->count++;
+    return values;
+}
+
+static void copy_method(copy *to, const kt_method *m) {
+    const int s = m->stages, slots = kt_method_slots(m), w = kt_method_fresh(m) + 1, d = m->dense_stages;
+    to->count = 0;
+    to->method = *m;
+    to->method.a = copy_array(to, "a", to->a, m->a, s * (s - 1) / 2);
+    to->method.b = copy_array(to, "b", to->b, m->b, s);
+    to->method.c = copy_array(to, "c", to->c, m->c, s);
+    to->method.e = copy_array(to, "e", to->e, m->e, s);
+    to->method.e_low = copy_array(to, "e_low", to->e_low, m->e_low, s);
+    to->method.dense_a = copy_array(to, "dense_a", to->dense_a, m->dense_a, d * w + d * (d - 1) / 2);
+    to->method.dense_c = copy_array(to, "dense_c", to->dense_c, m->dense_c, d);
+    to->method.dense_d = copy_array(to, "dense_d", to->dense_d, m->dense_d, m->dense_terms * slots);
+}
+
+KT_TEST(every_built_in_table_fulfils_its_order_conditions) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        kt_error error = {KT_OK, "", ""};
+        const kt_method *m = kt_method_at(i);
+        if (!kt_check_equal_int(m->name, kt_method_check(m, &error), KT_OK))
+            kt_note("%s: %s", error.where, error.message);
+    }
+}
+
+/* So that no claim is too modest, and so that the conditions of every order are known to bite. */
+KT_TEST(no_built_in_table_fulfils_more_than_it_claims) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        kt_method m = *kt_method_at(i);
+        kt_note("%s", m.name);
+        m.order++;
+        kt_check_equal_int("order + 1", kt_method_check(&m, NULL), KT_ERROR_ARGUMENT);
+        m.order--;
+        if (m.e != NULL) {
+            m.embedded_order++;
+            kt_check_equal_int("embedded order + 1", kt_method_check(&m, NULL), KT_ERROR_ARGUMENT);
+            m.embedded_order--;
+        }
+        if (m.e_low != NULL) {
+            m.embedded_order_low++;
+            kt_check_equal_int("low embedded order + 1", kt_method_check(&m, NULL), KT_ERROR_ARGUMENT);
+            m.embedded_order_low--;
+        }
+        m.dense_order = kt_method_dense_order(&m) + 1;
+        kt_check_equal_int("dense order + 1", kt_method_check(&m, NULL), KT_ERROR_ARGUMENT);
+    }
+}
+
+static double largest_entry(const copy *m) {
+    double largest = 0.0;
+    for (int j = 0; j < m->count; j++)
+        for (int l = 0; l < m->arrays[j].count; l++)
+            largest = fmax(largest, fabs(m->arrays[j].values[l]));
+    return largest;
+}
+
+/* The smallest change of one value, doubled from 1e-16 on, at which the table is refused. */
+static double change_that_is_seen(copy *m, double *value) {
+    const double kept = *value;
+    double change = 1e-16;
+    do {
+        change *= 2.0;
+        *value = kept + change;
+    } while (change < 1.0 && kt_method_check(&m->method, NULL) == KT_OK);
+    *value = kept;
+    return change;
+}
+
+/* Every coefficient of every table enters some condition. Rounding of the largest coefficients bounds what can be
+ * seen: measured, changes of 2 to 50 eps of the largest are. */
+KT_TEST(a_change_of_any_coefficient_is_refused) {
+    static copy spoilt;
+    for (int i = 0; i < kt_method_count(); i++) {
+        copy_method(&spoilt, kt_method_at(i));
+        const double bound = 64.0 * DBL_EPSILON * largest_entry(&spoilt);
+        kt_worst worst = kt_worst_make(spoilt.method.name);
+        for (int j = 0; j < spoilt.count; j++)
+            for (int l = 0; l < spoilt.arrays[j].count; l++)
+                kt_worst_below(&worst, change_that_is_seen(&spoilt, &spoilt.arrays[j].values[l]), bound, "%s[%d]",
+                               spoilt.arrays[j].name, l);
+        kt_check_worst(&worst);
+        kt_check_equal_int("the table itself", kt_method_check(&spoilt.method, NULL), KT_OK);
+    }
+}
+
+/* The eight conditions of order 4 written out by hand (HNW II.1, (1.11)), against what the trees give. */
+KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {
+    for (int k = 0; k < kt_method_count(); k++) {
+        const kt_method *m = kt_method_at(k);
+        if (m->order < 4)
+            continue;
+        const int s = m->stages;
+        double sum[8] = {0.0};
+        for (int i = 0; i < s; i++) {
+            double ac = 0.0, acc = 0.0, aac = 0.0;
+            for (int j = 0; j < i; j++) {
+                const double aij = m->a[i * (i - 1) / 2 + j];
+                double inner = 0.0;
+                for (int l = 0; l < j; l++)
+                    inner += m->a[j * (j - 1) / 2 + l] * m->c[l];
+                ac += aij * m->c[j];
+                acc += aij * m->c[j] * m->c[j];
+                aac += aij * inner;
+            }
+            const double b = m->b[i], c = m->c[i];
+            const double terms[8] = {b, b * c, b * c * c, b * ac, b * c * c * c, b * c * ac, b * acc, b * aac};
+            for (int j = 0; j < 8; j++)
+                sum[j] += terms[j];
+        }
+        static const double expected[8] = {1.0,       1.0 / 2.0, 1.0 / 3.0,  1.0 / 6.0,
+                                           1.0 / 4.0, 1.0 / 8.0, 1.0 / 12.0, 1.0 / 24.0};
+        kt_worst worst = kt_worst_make(m->name);
+        for (int j = 0; j < 8; j++) /* measured: dop853's terms reach 40 in size */
+            kt_worst_near(&worst, sum[j], expected[j], (m->order > 5 ? 64.0 : 8.0) * DBL_EPSILON, "condition %d",
+                          j + 1);
+        kt_check_worst(&worst);
+    }
+}
+
+/* Shu and Osher's SSP method of order 3 (J. Comput. Phys. 77 (1988) 439): a table that is not built in. */
+static const double ssp_a[] = {1.0, 1.0 / 4.0, 1.0 / 4.0};
+static const double ssp_b[] = {1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0};
+static const double ssp_c[] = {0.0, 1.0, 1.0 / 2.0};
+
+static kt_method ssp_method(void) {
+    kt_method m;
+    memset(&m, 0, sizeof m);
+    m.name = "ssp3";
+    m.stages = 3;
+    m.order = 3;
+    m.a = ssp_a;
+    m.b = ssp_b;
+    m.c = ssp_c;
+    return m;
+}
+
+KT_TEST(a_callers_table_is_accepted_if_its_conditions_hold) {
+    kt_error error;
+    kt_method m = ssp_method();
+    kt_check_equal_int("ssp3", kt_method_check(&m, &error), KT_OK);
+    m.order = 2;
+    kt_check_equal_int("claimed as order 2", kt_method_check(&m, &error), KT_OK);
+}
+
+KT_TEST(a_refusal_names_the_condition_that_fails) {
+    kt_error error;
+    kt_method m = ssp_method();
+    const double wrong_b[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 2.0};
+    m.b = wrong_b; /* sum b = 1, sum b c = 7/12 */
+    kt_check_equal_int("order 2", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_text("where", error.where, "ssp3");
+    kt_check_contains("tree", error.message, "b: the condition of order 2 of the tree [.] fails");
+    kt_check_contains("residual", error.message, "not 0.5 (off by 0.0833)");
+
+    m = ssp_method();
+    m.order = 4;
+    kt_check_equal_int("order 4", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("tree", error.message, "order 4 of the tree [[[.]]] fails: the sum is 0, not 0.0416");
+
+    m = ssp_method();
+    const double wrong_c[] = {0.0, 1.0, 0.6};
+    m.c = wrong_c;
+    kt_check_equal_int("row sum", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("stage", error.message, "stage 3: the row of a sums to 0.5, but c is 0.59999999999999998");
+
+    m = *kt_method_find("dopri5");
+    m.embedded_order = 5;
+    kt_check_equal_int("embedded", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("embedded", error.message, "error weights e: the condition of order 5 of the tree [[[[.]]]]");
+    m = *kt_method_find("dop853");
+    m.dense_order = 8;
+    kt_check_equal_int("dense", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("dense", error.message, "dense output: the condition of order 8");
+}
+
+KT_TEST(a_malformed_table_is_refused_without_reading_beyond_it) {
+    kt_error error;
+    const double not_finite[] = {1.0, (double)NAN, 0.25}, zeros[] = {0.0, 0.0, 0.0};
+    kt_check_equal_int("none", kt_method_check(NULL, &error), KT_ERROR_ARGUMENT);
+#define KT_REFUSED(what, change)                                                                                       \
+    do {                                                                                                               \
+        kt_method m = ssp_method();                                                                                    \
+        change;                                                                                                        \
+        kt_check_equal_int(what, kt_method_check(&m, &error), KT_ERROR_ARGUMENT);                                      \
+        kt_check_true("says why", error.message[0] != '\0');                                                           \
+    } while (0)
+    KT_REFUSED("no stage", m.stages = 0);
+    KT_REFUSED("too many stages", m.stages = KT_METHOD_STAGES_MAX);
+    KT_REFUSED("negative stages of the dense output", m.dense_stages = -1);
+    KT_REFUSED("order 0", m.order = 0);
+    KT_REFUSED("order 13", m.order = 13);
+    KT_REFUSED("no a", m.a = NULL);
+    KT_REFUSED("no b", m.b = NULL);
+    KT_REFUSED("no c", m.c = NULL);
+    KT_REFUSED("not finite", m.a = not_finite);
+    KT_REFUSED("embedded order without e", m.embedded_order = 2);
+    KT_REFUSED("e without embedded order", m.e = zeros);
+    KT_REFUSED("e of zeros", (m.e = zeros, m.embedded_order = 2));
+    KT_REFUSED("dense terms without d", m.dense_terms = 1);
+    KT_REFUSED("too many dense terms", (m.dense_terms = 9, m.dense_d = ssp_a));
+    KT_REFUSED("dense stages without a", m.dense_stages = 1);
+    KT_REFUSED("fsal that is not", m.fsal = true);
+#undef KT_REFUSED
+}

@@ -1,0 +1,390 @@
+#include "check.h"
+
+#include "interpose.h"
+#include "problems.h"
+
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* The count in the header, and less than 8 kB of struct, table and filled-up lines. */
+KT_TEST(sizes_are_those_documented) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const size_t n = 1000000, vectors = (size_t)(m->stages + 5 + m->dense_stages - (m->fsal ? 1 : 0));
+        const size_t bytes = kt_integrator_size(m, n);
+        kt_note("%s: %zu bytes for one equation", m->name, kt_integrator_size(m, 1));
+        kt_check_above("bytes for a million equations", (double)bytes, 8.0 * (double)(n * vectors));
+        kt_check_below("bytes beyond the vectors", (double)bytes - 8.0 * (double)(n * vectors), 8192.0);
+    }
+}
+
+KT_TEST(sizes_that_cannot_be_are_zero) {
+    const kt_method *m = kt_method_find("dop853");
+    kt_method wrong = *m;
+    wrong.stages = 0;
+    kt_check_equal_int("no equation", (long long)kt_integrator_size(m, 0), 0);
+    kt_check_equal_int("no method", (long long)kt_integrator_size(NULL, 1), 0);
+    kt_check_equal_int("no stage", (long long)kt_integrator_size(&wrong, 1), 0);
+    kt_check_equal_int("too many equations", (long long)kt_integrator_size(m, SIZE_MAX / 8), 0);
+    kt_check_equal_int("overflow", (long long)kt_integrator_size(m, SIZE_MAX), 0);
+}
+
+/* At every offset, with guards on both sides; the bits of the motion do not depend on it. */
+KT_TEST(memory_may_begin_anywhere_and_is_not_overrun) {
+    kt_error error;
+    enum { GUARD = 32 };
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const kt_integrator_options options = m->e != NULL ? tolerance(1e-6, 1e-6) : fixed_step(0.05);
+        const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+        const size_t size = kt_integrator_size(m, 4);
+        unsigned char *block = malloc(size + 64 + 2 * GUARD);
+        double start[4], first[4], value[4];
+        problem_kepler.solution(0.0, start);
+        bool same = true, kept = true;
+        for (size_t offset = 0; offset < 64; offset++) {
+            memset(block, 0xA5, size + 64 + 2 * GUARD);
+            unsigned char *memory = block + GUARD + offset;
+            kt_integrator *it = NULL;
+            is_ok("place", kt_integrator_place(memory, size, m, 4, &options, &it, &error), &error);
+            is_ok("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
+            integrate_to(it, 1.0);
+            is_ok("value", kt_integrator_interpolate(it, 0.999, value, &error), &error);
+            if (offset == 0)
+                memcpy(first, kt_integrator_state(it), sizeof first);
+            same = same && same_bits(first, kt_integrator_state(it), 4);
+            for (size_t j = 0; j < GUARD; j++)
+                kept = kept && memory[-1 - (long)j] == 0xA5 && memory[size + j] == 0xA5;
+        }
+        kt_check_true(m->name, same);
+        kt_check_true("guards", kept);
+        free(block);
+    }
+}
+
+KT_TEST(nothing_is_allocated) {
+    kt_error error;
+    const size_t size = kt_integrator_size(kt_method_find("dop853"), 4);
+    void *memory = malloc(size);
+    const kt_integrator_options options = tolerance(1e-9, 1e-9);
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+    kt_integrator *it = NULL;
+    double start[4], value[4];
+    problem_kepler.solution(0.0, start);
+    kt_interpose_start();
+    kt_status status = kt_integrator_place(memory, size, kt_method_find("dop853"), 4, &options, &it, &error);
+    if (status == KT_OK)
+        status = kt_integrator_start(it, 0.0, start, &callbacks, &error);
+    for (int k = 0; k < 20 && status == KT_OK; k++)
+        status = kt_integrator_step(it, 100.0, &error);
+    if (status == KT_OK)
+        status = kt_integrator_interpolate(it, kt_integrator_time(it) - 1e-3, value, &error);
+    const kt_status refused = kt_integrator_interpolate(it, -1.0, value, &error);
+    kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+    kt_check_equal_int("status", status, KT_OK);
+    kt_check_equal_int("a refusal", refused, KT_ERROR_ARGUMENT);
+    free(memory);
+}
+
+/* What is scratch is filled with garbage between all calls. */
+KT_TEST(garbage_in_scratch_changes_no_bit) {
+    kt_error error;
+    static const unsigned char bytes[] = {0xFF, 0x00, 0x7F, 0x55}; /* 0xFF..: NaN; 0x7F7F..: 1.4e306 */
+    for (int i = 0; i < kt_method_count() + 5; i++) {
+        const kt_method *m = kt_method_at(i < kt_method_count() ? i : i - 5);
+        const kt_integrator_options options =
+            i >= kt_method_count() && m->e != NULL ? tolerance(1e-6, 1e-6) : fixed_step(0.05);
+        kt_integrator *clean = integrator_begin(m, &problem_kepler, &options);
+        kt_integrator *dirty = integrator_begin(m, &problem_kepler, &options);
+        double y[2][4];
+        bool same = true;
+        for (int k = 0; k < 12; k++) {
+            kt_integrator_poison(dirty, bytes[k % 4]);
+            is_ok("clean", kt_integrator_step(clean, 9.0, &error), &error);
+            is_ok("dirty", kt_integrator_step(dirty, 9.0, &error), &error);
+            const double t0 = kt_integrator_previous_time(clean), t1 = kt_integrator_time(clean);
+            kt_integrator_poison(dirty, bytes[(k + 1) % 4]);
+            is_ok("clean", kt_integrator_interpolate(clean, 0.4 * t0 + 0.6 * t1, y[0], &error), &error);
+            is_ok("dirty", kt_integrator_interpolate(dirty, 0.4 * t0 + 0.6 * t1, y[1], &error), &error);
+            same = same && same_bits(y[0], y[1], 4) && t1 == kt_integrator_time(dirty) &&
+                   same_bits(kt_integrator_state(clean), kt_integrator_state(dirty), 4);
+        }
+        kt_check_true(m->name, same);
+        integrator_free(clean);
+        integrator_free(dirty);
+    }
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+
+static kt_status place_status(const char *method, size_t n, const kt_integrator_options *options, size_t missing,
+                              kt_error *error) {
+    const kt_method *m = kt_method_find(method);
+    const size_t size = kt_integrator_size(m, n == 0 ? 1 : n);
+    void *memory = malloc(size);
+    kt_integrator *it = NULL;
+    const kt_status status = kt_integrator_place(memory, size - missing, m, n, options, &it, error);
+    kt_check_true("integrator is set on success only", (status == KT_OK) == (it != NULL));
+    free(memory);
+    return status;
+}
+
+KT_TEST(wrong_options_are_refused_with_words) {
+    kt_error error;
+    static const double zero[2] = {1.0, 0.0}, negative[2] = {1.0, -1.0};
+#define KT_REFUSED(part, change)                                                                                       \
+    do {                                                                                                               \
+        kt_integrator_options o = kt_integrator_options_default();                                                     \
+        change;                                                                                                        \
+        kt_check_equal_int(#change, place_status("dopri5", 2, &o, 0, &error), KT_ERROR_ARGUMENT);                      \
+        kt_check_contains("words", error.message, part);                                                               \
+    } while (0)
+    KT_REFUSED("step must be", o.step = -0.1);
+    KT_REFUSED("step must be", o.step = (double)NAN);
+    KT_REFUSED("tolerances must be", o.relative_tolerance = -1.0);
+    KT_REFUSED("tolerances must be", o.absolute_tolerance = HUGE_VAL);
+    KT_REFUSED("one of the tolerances", o.absolute_tolerance = o.relative_tolerance = 0.0);
+    KT_REFUSED("absolute_tolerances[1] is -1", o.absolute_tolerances = negative);
+    KT_REFUSED("absolute_tolerances[1] is 0", (o.absolute_tolerances = zero, o.relative_tolerance = 0.0));
+    KT_REFUSED("initial_step, min_step and max_step", o.initial_step = -1.0);
+    KT_REFUSED("initial_step, min_step and max_step", o.min_step = (double)NAN);
+    KT_REFUSED("initial_step, min_step and max_step", o.max_step = HUGE_VAL);
+    KT_REFUSED("max_step must not be below", (o.max_step = 0.1, o.min_step = 0.2));
+    KT_REFUSED("safety", o.safety = 1.0);
+    KT_REFUSED("alpha", o.alpha = 0.0);
+    KT_REFUSED("beta", o.beta = 1.0);
+    KT_REFUSED("factor_min", o.factor_min = 1.0);
+    KT_REFUSED("factor_max", o.factor_max = 1.0);
+#undef KT_REFUSED
+    kt_integrator_options o = kt_integrator_options_default();
+    kt_check_equal_int("no estimate", place_status("rk4", 2, &o, 0, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "method 'rk4' has no error estimate: give a step");
+    kt_check_equal_int("no equation", place_status("dopri5", 0, &o, 0, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("memory", place_status("dopri5", 2, &o, 1, &error), KT_ERROR_MEMORY);
+    kt_check_contains("words", error.message, "kt_integrator_size asks for");
+    kt_check_equal_int("as they are", place_status("dopri5", 2, &o, 0, &error), KT_OK);
+    o.relative_tolerance = 0.0;
+    kt_check_equal_int("absolute alone", place_status("dopri5", 2, &o, 0, &error), KT_OK);
+}
+
+KT_TEST(a_start_that_is_refused_changes_nothing) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(0.1);
+    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    integrate_to(it, 0.3);
+    double before[4];
+    memcpy(before, kt_integrator_state(it), sizeof before);
+    const double bad[4] = {1.0, 2.0, (double)NAN, 3.0};
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL}, none = {NULL, NULL, NULL};
+    kt_check_equal_int("NaN", kt_integrator_start(it, 0.0, bad, &callbacks, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("words", error.message, "y[2] = ");
+    kt_check_equal_int("jump", kt_integrator_jump(it, bad, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("time", kt_integrator_start(it, HUGE_VAL, before, &callbacks, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("no rhs", kt_integrator_start(it, 0.0, before, &none, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no state", kt_integrator_start(it, 0.0, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_bits("state", kt_integrator_state(it), before, 4);
+    kt_check_near("time", kt_integrator_time(it), 0.3, 0.0);
+    integrator_free(it);
+}
+
+/* ---- a caller's table -------------------------------------------------------------------------------------------- */
+
+/* Fehlberg's 4(5), carried on with the lower order: HNW II.5, table 5.1; not built in. */
+static const double fehlberg_a[] = {1.0 / 4.0,        3.0 / 32.0,      9.0 / 32.0,    1932.0 / 2197.0,
+                                    -7200.0 / 2197.0, 7296.0 / 2197.0, 439.0 / 216.0, -8.0,
+                                    3680.0 / 513.0,   -845.0 / 4104.0, -8.0 / 27.0,   2.0,
+                                    -3544.0 / 2565.0, 1859.0 / 4104.0, -11.0 / 40.0};
+static const double fehlberg_b[] = {25.0 / 216.0, 0.0, 1408.0 / 2565.0, 2197.0 / 4104.0, -1.0 / 5.0, 0.0};
+static const double fehlberg_c[] = {0.0, 1.0 / 4.0, 3.0 / 8.0, 12.0 / 13.0, 1.0, 1.0 / 2.0};
+static const double fehlberg_e[] = {
+    25.0 / 216.0 - 16.0 / 135.0, 0.0,        1408.0 / 2565.0 - 6656.0 / 12825.0, 2197.0 / 4104.0 - 28561.0 / 56430.0,
+    -1.0 / 5.0 + 9.0 / 50.0,     -2.0 / 55.0};
+
+KT_TEST(a_copy_of_a_built_in_table_gives_the_same_bits) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method copy = *kt_method_at(i);
+        const kt_integrator_options options = fixed_step(0.05);
+        kt_integrator *it = integrator_begin(&copy, &problem_kepler, &options);
+        kt_integrator *built_in = integrator_begin(kt_method_at(i), &problem_kepler, &options);
+        integrate_to(it, 1.0);
+        integrate_to(built_in, 1.0);
+        kt_check_equal_bits(copy.name, kt_integrator_state(it), kt_integrator_state(built_in), 4);
+        integrator_free(it);
+        integrator_free(built_in);
+    }
+}
+
+KT_TEST(a_callers_table_is_checked_and_used) {
+    kt_error error;
+    kt_method m;
+    memset(&m, 0, sizeof m);
+    m.name = "fehlberg";
+    m.stages = 6;
+    m.order = 4;
+    m.embedded_order = 4; /* both are of order 4: the estimate is of order h^5 */
+    m.a = fehlberg_a;
+    m.b = fehlberg_b;
+    m.c = fehlberg_c;
+    m.e = fehlberg_e;
+    const kt_integrator_options options = tolerance(1e-6, 1e-6);
+    kt_integrator *it = integrator_begin(&m, &problem_kepler, &options);
+    integrate_to(it, 9.0);
+    kt_check_below("error over tolerance", error_at(&problem_kepler, 9.0, kt_integrator_state(it)) / 1e-6, 100.0);
+    integrator_free(it);
+
+    m.order = 5;
+    void *memory = malloc(kt_integrator_size(&m, 4));
+    kt_check_equal_int("refused", kt_integrator_place(memory, kt_integrator_size(&m, 4), &m, 4, &options, &it, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_text("where", error.where, "fehlberg");
+    kt_check_contains("words", error.message, "b: the condition of order 5");
+    free(memory);
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+static bool unit_circle(double *y) {
+    const double r = sqrt(y[0] * y[0] + y[1] * y[1]);
+    if (fabs(r - 1.0) < 1e-9)
+        return false;
+    y[0] /= r;
+    y[1] /= r;
+    return true;
+}
+
+static int turn(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    dydt[0] = -(1.0 + sin(t)) * y[1];
+    dydt[1] = (1.0 + sin(t)) * y[0];
+    return 0;
+}
+
+static int onto_circle(double t, double *y, bool *changed, void *user) {
+    (void)t;
+    (void)user;
+    *changed = unit_circle(y);
+    return 0;
+}
+
+/* At every step a fresh integrator takes over, with or without the previous state, and the old one goes on beside it.
+ */
+static void check_restore(const kt_method *m, const kt_integrator_options *options, bool with_previous) {
+    kt_error error;
+    const kt_integrator_callbacks callbacks = {turn, onto_circle, NULL};
+    kt_integrator *it = integrator_make(m, 2, options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
+    bool same = true;
+    for (int k = 0; k < 15; k++) {
+        kt_integrator_memory memory;
+        double y[2], previous[2], value[2][2];
+        is_ok("step", kt_integrator_step(it, k % 3 == 2 ? kt_integrator_time(it) + 0.03 : HUGE_VAL, &error), &error);
+        kt_integrator_save(it, &memory, y, with_previous ? previous : NULL);
+        kt_integrator *other = integrator_make(m, 2, options);
+        is_ok("restore", kt_integrator_restore(other, &memory, y, with_previous ? previous : NULL, &callbacks, &error),
+              &error);
+        const double t = 0.3 * kt_integrator_previous_time(it) + 0.7 * kt_integrator_time(it);
+        if (with_previous) {
+            is_ok("value", kt_integrator_interpolate(it, t, value[0], &error), &error);
+            is_ok("value", kt_integrator_interpolate(other, t, value[1], &error), &error);
+            same = same && same_bits(value[0], value[1], 2);
+        } else
+            same = same && kt_integrator_interpolate(other, t, value[1], NULL) == KT_ERROR_ARGUMENT;
+        for (int l = 0; l < 3; l++) {
+            is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+            is_ok("step", kt_integrator_step(other, HUGE_VAL, &error), &error);
+            const kt_integrator_memory *a = kt_integrator_memory_get(it), *b = kt_integrator_memory_get(other);
+            same = same && same_bits(kt_integrator_state(it), kt_integrator_state(other), 2) && a->t == b->t &&
+                   a->next_step == b->next_step && a->control_error == b->control_error && a->grid == b->grid &&
+                   a->counts.steps == b->counts.steps;
+        }
+        integrator_free(other);
+    }
+    kt_check_true(m->name, same);
+    integrator_free(it);
+}
+
+KT_TEST(a_restored_integrator_goes_on_with_the_same_bits) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const kt_integrator_options fixed = fixed_step(0.07), adaptive = tolerance(1e-5, 1e-5);
+        check_restore(m, &fixed, true);
+        check_restore(m, &fixed, false);
+        if (m->e != NULL) {
+            check_restore(m, &adaptive, true);
+            check_restore(m, &adaptive, false);
+        }
+    }
+}
+
+KT_TEST(a_damaged_checkpoint_is_refused) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-5, 1e-5);
+    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+    integrate_to(it, 1.0);
+    kt_integrator_memory good, bad;
+    double y[4], wrong[4] = {0.0, 0.0, HUGE_VAL, 0.0};
+    kt_integrator_save(it, &good, y, NULL);
+    bad = good;
+    bad.t = (double)NAN;
+    kt_check_equal_int("t", kt_integrator_restore(it, &bad, y, NULL, &callbacks, &error), KT_ERROR_NOT_FINITE);
+    bad = good;
+    bad.next_step = -1.0;
+    kt_check_equal_int("step", kt_integrator_restore(it, &bad, y, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);
+    bad = good;
+    bad.control_error = 0.0;
+    kt_check_equal_int("error", kt_integrator_restore(it, &bad, y, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("y", kt_integrator_restore(it, &good, wrong, NULL, &callbacks, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("y", kt_integrator_restore(it, &good, y, wrong, &callbacks, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_bits("state", kt_integrator_state(it), y, 4);
+    kt_check_equal_int("good", kt_integrator_restore(it, &good, y, NULL, &callbacks, &error), KT_OK);
+    integrator_free(it);
+}
+
+/* ---- jumps ------------------------------------------------------------------------------------------------------- */
+
+/* A ball that is thrown back: after the jump the motion is that of an integrator started there, step for step. */
+KT_TEST(a_jump_keeps_the_time_and_forgets_the_rest) {
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-7, 1e-7);
+    const kt_integrator_callbacks callbacks = {turn, NULL, NULL};
+    kt_integrator *it = integrator_make(kt_method_find("tsit5"), 2, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
+    integrate_to(it, 1.25);
+    const double next = kt_integrator_memory_get(it)->next_step, y[2] = {0.0, -1.0};
+    is_ok("jump", kt_integrator_jump(it, y, &error), &error);
+    kt_check_near("time", kt_integrator_time(it), 1.25, 0.0);
+    kt_check_equal_bits("state", kt_integrator_state(it), y, 2);
+    kt_check_near("proposal", kt_integrator_memory_get(it)->next_step, next, 0.0);
+    kt_check_equal_int("no value before", kt_integrator_interpolate(it, 1.24, (double[2]){0.0, 0.0}, &error),
+                       KT_ERROR_ARGUMENT);
+
+    options.initial_step = next;
+    kt_integrator *other = integrator_make(kt_method_find("tsit5"), 2, &options);
+    is_ok("start", kt_integrator_start(other, 1.25, y, &callbacks, &error), &error);
+    for (int k = 0; k < 10; k++) {
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        is_ok("step", kt_integrator_step(other, HUGE_VAL, &error), &error);
+    }
+    kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 2);
+    kt_check_near("time", kt_integrator_time(it), kt_integrator_time(other), 0.0);
+    integrator_free(it);
+    integrator_free(other);
+}
+
+KT_TEST(a_jump_keeps_the_grid) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(0.1);
+    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    integrate_to(it, 0.25);
+    is_ok("jump", kt_integrator_jump(it, kt_integrator_state(it), &error), &error);
+    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    kt_check_near("time", kt_integrator_time(it), 3.0 * 0.1, 0.0);
+    integrator_free(it);
+}

@@ -1,0 +1,53 @@
+/* Problems with known solutions, and an integrator in memory of its own. */
+#ifndef KT_TEST_PROBLEMS_H
+#define KT_TEST_PROBLEMS_H
+
+#include "kinetree/integrator.h"
+
+typedef struct problem {
+    const char *name;
+    size_t n;
+    double start, end;
+    int (*rhs)(double t, const double *y, double *dydt, void *user);
+    void (*solution)(double t, double *y);
+} problem;
+
+enum { PROBLEM_MAX = 4 };
+
+/* Nonlinear, not autonomous, closed form:
+ *     y1' = 2 t y2^(1/5) y4, y2' = 10 t exp(5 (y3 - 1)) y4, y3' = 2 t y4, y4' = -2 t ln y1
+ *     y = (exp(sin t^2), exp(5 sin t^2), 1 + sin t^2, cos t^2) */
+extern const problem problem_chirp;
+
+/* y' = 2 t (1 + y^2), y = tan(t^2 + 1/2): not autonomous, one equation. */
+extern const problem problem_tangent;
+
+/* The plane Kepler problem, eccentricity 0.2, one revolution and a half. */
+extern const problem problem_kepler;
+
+/* Silent if the status is KT_OK, as it is thousands of times; otherwise prints the message and fails the test. */
+bool is_ok(const char *what, kt_status status, const kt_error *error);
+
+/* An integrator in allocated memory, NULL where it was refused; integrator_free releases it. */
+kt_integrator *integrator_make(const kt_method *method, size_t n, const kt_integrator_options *options);
+void integrator_free(kt_integrator *integrator);
+
+/* The same, started. */
+kt_integrator *integrator_begin(const kt_method *method, const problem *p, const kt_integrator_options *options);
+
+kt_integrator_options fixed_step(double step);
+kt_integrator_options tolerance(double relative, double absolute);
+
+/* Steps until t; whether all went well. */
+bool integrate_to(kt_integrator *integrator, double t);
+
+/* max_i |y_i - solution_i(t)| */
+double error_at(const problem *p, double t, const double *y);
+
+/* The same bits, without a word about it. */
+bool same_bits(const double *a, const double *b, size_t count);
+
+/* Least-squares slope of ln(error) over ln(h). */
+double slope_of(const double *h, const double *error, int count);
+
+#endif

@@ -1,0 +1,217 @@
+/* Every rule of loops and effects, each broken once. */
+#include <math.h>
+#include <stdio.h>
+
+#include "check.h"
+#include "mechanism.h"
+
+static const double nan_value = (double)NAN;
+
+#define REFUSES_LOOP(loop, change, sub, field, where, message)                                                         \
+    do {                                                                                                               \
+        mechanism m;                                                                                                   \
+        mechanism_fill(&m);                                                                                            \
+        kt_loop *l = &m.loops[loop];                                                                                   \
+        (void)l;                                                                                                       \
+        change;                                                                                                        \
+        mechanism_fails(&m, KT_ITEM_LOOP, loop, sub, field, where, message);                                           \
+    } while (0)
+
+#define PASSES_LOOP(what, loop, change)                                                                                \
+    do {                                                                                                               \
+        mechanism m;                                                                                                   \
+        mechanism_fill(&m);                                                                                            \
+        kt_loop *l = &m.loops[loop];                                                                                   \
+        (void)l;                                                                                                       \
+        change;                                                                                                        \
+        mechanism_passes(what, &m);                                                                                    \
+    } while (0)
+
+#define REFUSES_EFFECT(effect, change, sub, field, where, message)                                                     \
+    do {                                                                                                               \
+        mechanism m;                                                                                                   \
+        mechanism_fill(&m);                                                                                            \
+        kt_effect *e = &m.effects[effect];                                                                             \
+        (void)e;                                                                                                       \
+        change;                                                                                                        \
+        mechanism_fails(&m, KT_ITEM_EFFECT, effect, sub, field, where, message);                                       \
+    } while (0)
+
+KT_TEST(names_and_types_of_loops_are_checked) {
+    REFUSES_LOOP(ROD, l->name = NULL, -1, "name", "loops[1]", "name is missing; give it one");
+    REFUSES_LOOP(ROD, l->name = "a b", -1, "name", "loop 'a b'",
+                 "name 'a b' is not valid; begin with a letter or _, go on with letters, digits, _ and -");
+    REFUSES_LOOP(ROD, l->name = "close", -1, "name", "loop 'close'",
+                 "name 'close' is that of loops[0] already; choose another");
+    REFUSES_LOOP(ROD, l->type = (kt_loop_type)17, -1, "type", "loop 'rod'",
+                 "type is 17, and there is no loop of that number");
+    PASSES_LOOP("name of a body", ROD, l->name = "crank");
+}
+
+KT_TEST(ends_of_loops_exist) {
+    REFUSES_LOOP(CLOSE, l->between[1].body = "roker", 1, "between", "loop 'close'",
+                 "body 'roker' does not exist; did you mean 'rocker'?");
+    REFUSES_LOOP(CLOSE, l->between[0].body = "piston", 0, "between", "loop 'close'",
+                 "body 'piston' does not exist; name a body of the scene, or 'world'");
+    REFUSES_LOOP(CLOSE, l->between[0].body = "wrld", 0, "between", "loop 'close'",
+                 "body 'wrld' does not exist; did you mean 'world'?");
+    REFUSES_LOOP(CLOSE, l->between[1].marker = "edn", 1, "between", "loop 'close'",
+                 "body 'rocker' has no marker 'edn'; did you mean 'end'?");
+    REFUSES_LOOP(CLOSE, l->between[1].marker = "start", 1, "between", "loop 'close'",
+                 "body 'rocker' has no marker 'start'; add it, or give the point by `at`");
+    REFUSES_LOOP(CLOSE, l->between[0].marker = "tip", 0, "between", "loop 'close'",
+                 "body 'coupler' has no marker 'tip'; add it, or give the point by `at`");
+    REFUSES_LOOP(ROD, l->between[0].marker = "tip", 0, "between", "loop 'rod'",
+                 "the world has no markers, and no 'tip'; give the point by `at`");
+    REFUSES_LOOP(CLOSE, (l->between[0] = l->between[1], l->between[0].marker = NULL), -1, "between", "loop 'close'",
+                 "both ends are on 'rocker'; it takes two bodies");
+    REFUSES_LOOP(ROD, l->between[1].body = "world", -1, "between", "loop 'rod'",
+                 "both ends are on the world; it takes two bodies");
+    REFUSES_LOOP(CLOSE, l->between[0].at.y = nan_value, 0, "between", "loop 'close'",
+                 "between[0].at[1] is nan; give a finite number");
+    REFUSES_LOOP(ROD, l->between[1].at.z = 1e200, 1, "between", "loop 'rod'",
+                 "between[1].at[2] is 1e+200, and the equations would overflow; magnitudes end at 1e+50");
+    PASSES_LOOP("at beside a marker", CLOSE, l->between[1].at.x = nan_value);
+}
+
+KT_TEST(rotations_of_ends_are_checked) {
+    const kt_rotation wrong = kt_rotation_axis_angle(kt_vec3_make(0.0, 0.0, 0.0), 1.0);
+    kt_mat3 matrix;
+    kt_error error;
+    kt_check_true("no rotation", kt_rotation_evaluate(&wrong, &matrix, &error) != KT_OK);
+    for (int end = 0; end < 2; end++) {
+        char message[KT_MESSAGE_SIZE + 40];
+        snprintf(message, sizeof message, "between[%d].rotation: %s", end, error.message);
+        REFUSES_LOOP(CLOSE, l->between[end].rotation = wrong, end, "between", "loop 'close'", message);
+    }
+}
+
+/* Whether the check of a loop of each type looks at a member is told by spoiling it. */
+static int faults_when(kt_loop_type type, void (*spoil)(kt_loop *)) {
+    mechanism m;
+    mechanism_fill(&m);
+    m.loops[CLOSE].type = type;
+    m.loops[CLOSE].function = kt_function_constant(1.0);
+    m.loops[CLOSE].joint = "crank";
+    m.loops[CLOSE].terms = m.terms;
+    m.loops[CLOSE].term_count = 2;
+    m.loops[CLOSE].radius = 1.0;
+    kt_check_equal_int("faults of the sound loop", mechanism_faults(&m.description).count, 0);
+    spoil(&m.loops[CLOSE]);
+    return mechanism_faults(&m.description).count;
+}
+
+static void spoil_ends(kt_loop *l) { l->between[0].body = "nobody"; }
+static void spoil_axis(kt_loop *l) { l->axis = kt_vec3_make(0.0, 0.0, 0.0); }
+static void spoil_axis2(kt_loop *l) { l->axis2 = kt_vec3_make(0.0, 0.0, 0.0); }
+static void spoil_pitch(kt_loop *l) { l->pitch = nan_value; }
+static void spoil_radius(kt_loop *l) { l->radius = 0.0; }
+static void spoil_function(kt_loop *l) { l->function.value = nan_value; }
+static void spoil_joint(kt_loop *l) { l->joint = "nobody"; }
+static void spoil_terms(kt_loop *l) { l->term_count = 0; }
+static void spoil_offset(kt_loop *l) { l->offset = nan_value; }
+
+KT_TEST(each_loop_type_reads_what_the_format_says) {
+    static void (*const spoil[])(kt_loop *) = {spoil_ends,     spoil_axis,  spoil_axis2, spoil_pitch, spoil_radius,
+                                               spoil_function, spoil_joint, spoil_terms, spoil_offset};
+    static const struct {
+        kt_loop_type type;
+        const char *reads; /* one digit for each member above */
+    } table[] = {
+        {KT_LOOP_SPHERICAL, "100000000"},  {KT_LOOP_INLINE, "110000000"},      {KT_LOOP_INPLANE, "110000000"},
+        {KT_LOOP_DISTANCE, "100001000"},   {KT_LOOP_PARALLEL, "100000000"},    {KT_LOOP_COAXIAL, "110000000"},
+        {KT_LOOP_ORTHOGONAL, "111000000"}, {KT_LOOP_REVOLUTE, "110000000"},    {KT_LOOP_PRISMATIC, "110000000"},
+        {KT_LOOP_SCREW, "110100000"},      {KT_LOOP_CYLINDRICAL, "110000000"}, {KT_LOOP_PLANAR, "110000000"},
+        {KT_LOOP_WELD, "100000000"},       {KT_LOOP_UNIVERSAL, "111000000"},   {KT_LOOP_COUPLING, "000000011"},
+        {KT_LOOP_MOTION, "000001100"},     {KT_LOOP_ROLLING, "111010000"},
+    };
+    kt_check_equal_int("types in the table", sizeof table / sizeof *table, KT_LOOP_TYPE_COUNT);
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char found[10] = "";
+        for (size_t k = 0; k < 9; k++)
+            found[k] = (char)('0' + faults_when(table[i].type, spoil[k]));
+        kt_check_text(kt_loop_type_name(table[i].type), found, table[i].reads);
+    }
+}
+
+KT_TEST(numbers_of_loops_are_checked) {
+    REFUSES_LOOP(CLOSE, l->axis = kt_vec3_make(0.0, 0.0, 0.0), -1, "axis", "loop 'close'",
+                 "axis is zero; give it a direction, such as [0, 0, 1]");
+    REFUSES_LOOP(CARDAN, l->axis2 = kt_vec3_make(0.0, 0.0, 0.0), -1, "axis2", "loop 'cardan'",
+                 "axis2 is zero; give it a direction, such as [0, 0, 1]");
+    REFUSES_LOOP(CLOSE, (l->type = KT_LOOP_SCREW, l->pitch = nan_value), -1, "pitch", "loop 'close'",
+                 "pitch is nan; give a finite number");
+    REFUSES_LOOP(WHEEL, l->radius = -1.0, -1, "radius", "loop 'wheel'", "radius is -1; it must be greater than 0");
+    REFUSES_LOOP(GEAR, l->offset = nan_value, -1, "offset", "loop 'gear'", "offset is nan; give a finite number");
+}
+
+KT_TEST(joints_of_motions_have_one_coordinate) {
+    REFUSES_LOOP(DRIVE, l->joint = NULL, -1, "joint", "loop 'drive'",
+                 "joint is missing; name the body that it carries");
+    REFUSES_LOOP(DRIVE, l->joint = "world", -1, "joint", "loop 'drive'",
+                 "the world has no joint; name a body of the scene");
+    REFUSES_LOOP(DRIVE, l->joint = "crnak", -1, "joint", "loop 'drive'",
+                 "joint 'crnak' does not exist; did you mean 'crank'?");
+    REFUSES_LOOP(DRIVE, l->joint = "piston", -1, "joint", "loop 'drive'",
+                 "joint 'piston' does not exist; name a body of the scene");
+    REFUSES_LOOP(DRIVE, l->joint = "ball", -1, "joint", "loop 'drive'",
+                 "joint 'ball' is spherical; what is wanted has one coordinate: revolute, prismatic or screw");
+    REFUSES_LOOP(DRIVE, l->joint = "base", -1, "joint", "loop 'drive'",
+                 "joint 'base' is fixed; what is wanted has one coordinate: revolute, prismatic or screw");
+    PASSES_LOOP("screw", DRIVE, l->joint = "screw");
+    PASSES_LOOP("revolute", DRIVE, l->joint = "rocker");
+    REFUSES_LOOP(DRIVE, l->function.type = KT_FUNCTION_NONE, -1, "position", "loop 'drive'",
+                 "position is missing; give the joint's motion in time");
+}
+
+KT_TEST(couplings_are_checked) {
+    const char *missing = "coefficients are missing; give each joint its own";
+    REFUSES_LOOP(GEAR, l->term_count = 0, -1, "coefficients", "loop 'gear'", missing);
+    REFUSES_LOOP(GEAR, l->term_count = -3, -1, "coefficients", "loop 'gear'", missing);
+    REFUSES_LOOP(GEAR, l->terms = NULL, -1, "coefficients", "loop 'gear'", missing);
+    REFUSES_LOOP(GEAR, m.terms[1].joint = "crank", 1, "coefficients", "loop 'gear'",
+                 "joint 'crank' stands twice; add up its coefficients");
+    REFUSES_LOOP(GEAR, m.terms[1].joint = "bird", 1, "coefficients", "loop 'gear'",
+                 "joint 'bird' is free; what is wanted has one coordinate: revolute, prismatic or screw");
+    REFUSES_LOOP(GEAR, m.terms[0].coefficient = nan_value, 0, "coefficients", "loop 'gear'",
+                 "coefficients of 'crank' is nan; give a finite number");
+    const char *zero = "coefficients are all zero, or next to it; give one that is not";
+    REFUSES_LOOP(GEAR, m.terms[0].coefficient = m.terms[1].coefficient = 0.0, -1, "coefficients", "loop 'gear'", zero);
+    REFUSES_LOOP(GEAR, (m.terms[0].coefficient = 0.0, m.terms[1].coefficient = 9e-51), -1, "coefficients",
+                 "loop 'gear'", zero);
+    PASSES_LOOP("one zero among others", GEAR, (m.terms[0].coefficient = 0.0));
+    /* Two couplings may share their joints. */
+    PASSES_LOOP("joints in two couplings", CLOSE, (l->type = KT_LOOP_COUPLING, l->terms = m.terms, l->term_count = 2));
+}
+
+KT_TEST(effects_are_checked) {
+    REFUSES_EFFECT(OIL, e->name = "", -1, "name", "effects[1]", "name is missing; give it one");
+    REFUSES_EFFECT(ENGINE, e->name = "oil", -1, "name", "effect 'oil'",
+                   "name 'oil' is that of effects[1] already; choose another");
+    REFUSES_EFFECT(OIL, e->type = (kt_effect_type)99, -1, "type", "effect 'oil'",
+                   "type is 99, and there is no effect of that number");
+    REFUSES_EFFECT(COIL, e->between[1].marker = "hele", 1, "between", "effects[0]",
+                   "body 'crank' has no marker 'hele'; did you mean 'heel'?");
+    REFUSES_EFFECT(COIL, e->between[1] = e->between[0], -1, "between", "effects[0]",
+                   "both ends are on 'bird'; it takes two bodies");
+    REFUSES_EFFECT(COIL, e->stiffness = -1.0, -1, "stiffness", "effects[0]", "stiffness is -1; it cannot be negative");
+    REFUSES_EFFECT(COIL, e->damping = -2.0, -1, "damping", "effects[0]", "damping is -2; it cannot be negative");
+    REFUSES_EFFECT(COIL, e->length = nan_value, -1, "length", "effects[0]", "length is nan; give a finite number");
+    REFUSES_EFFECT(COIL, e->length = -0.5, -1, "length", "effects[0]", "length is -0.5; it cannot be negative");
+    REFUSES_EFFECT(OIL, e->damping = 1e300, -1, "damping", "effect 'oil'",
+                   "damping is 1e+300, and the equations would overflow; magnitudes end at 1e+50");
+    REFUSES_EFFECT(OIL, e->joint = "gimbal", -1, "joint", "effect 'oil'",
+                   "joint 'gimbal' is universal; what is wanted has one coordinate: revolute, prismatic or screw");
+    REFUSES_EFFECT(ENGINE, e->joint = NULL, -1, "joint", "effect 'engine'",
+                   "joint is missing; name the body that it carries");
+    REFUSES_EFFECT(ENGINE, e->torque.type = KT_FUNCTION_NONE, -1, "torque", "effect 'engine'",
+                   "torque is missing; give a number or a function of time");
+    REFUSES_EFFECT(ENGINE, e->torque.value = nan_value, -1, "torque", "effect 'engine'",
+                   "torque is nan; give a finite number");
+    mechanism m;
+    mechanism_fill(&m);
+    m.effects[COIL].initial_length = true;
+    m.effects[COIL].length = nan_value;
+    m.effects[OIL].name = "crank";
+    mechanism_passes("length that the start replaces; name of a body", &m);
+}

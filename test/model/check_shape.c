@@ -1,0 +1,91 @@
+/* Every rule of a shape, each broken once. */
+#include <math.h>
+#include <stdio.h>
+
+#include "check.h"
+#include "mechanism.h"
+
+static const double nan_value = (double)NAN;
+
+/* Shapes without a fault. */
+static kt_shape shape_of(kt_shape_type type) {
+    kt_shape shape = kt_shape_default();
+    shape.type = type;
+    shape.to = kt_vec3_make(1.0, 0.0, 0.0);
+    shape.size = kt_vec3_make(1.0, 2.0, 3.0);
+    shape.length = 2.0;
+    shape.radius = 0.5;
+    return shape;
+}
+
+#define REFUSES(of_type, change, field, message)                                                                       \
+    do {                                                                                                               \
+        mechanism m;                                                                                                   \
+        mechanism_fill(&m);                                                                                            \
+        kt_shape *s = &m.bodies[BASE].shape;                                                                           \
+        *s = shape_of(of_type);                                                                                        \
+        (void)s;                                                                                                       \
+        change;                                                                                                        \
+        mechanism_fails(&m, KT_ITEM_BODY, BASE, -1, field, "body 'base'", message);                                    \
+    } while (0)
+
+#define PASSES(what, of_type, change)                                                                                  \
+    do {                                                                                                               \
+        mechanism m;                                                                                                   \
+        mechanism_fill(&m);                                                                                            \
+        kt_shape *s = &m.bodies[BASE].shape;                                                                           \
+        *s = shape_of(of_type);                                                                                        \
+        (void)s;                                                                                                       \
+        change;                                                                                                        \
+        mechanism_passes(what, &m);                                                                                    \
+    } while (0)
+
+KT_TEST(sound_shapes_pass) {
+    for (int type = 0; type < KT_SHAPE_TYPE_COUNT; type++)
+        PASSES(kt_shape_type_name((kt_shape_type)type), (kt_shape_type)type, s->radius += 1.0);
+    PASSES("slender rod", KT_SHAPE_ROD, s->radius = 0.0);
+    PASSES("what a point does not read", KT_SHAPE_POINT,
+           (s->radius = nan_value, s->size.x = -1.0, s->from.x = nan_value, s->axis.x = nan_value));
+    PASSES("what a rod does not read", KT_SHAPE_ROD, (s->at.x = nan_value, s->length = 0.0));
+    PASSES("what no shape does not read", KT_SHAPE_NONE, (s->at.x = nan_value, s->rotation.value[0] = nan_value));
+}
+
+KT_TEST(numbers_of_shapes_are_checked) {
+    REFUSES((kt_shape_type)6, s->radius = 1.0, "shape.type", "shape.type is 6, and there is no shape of that number");
+    REFUSES(KT_SHAPE_ROD, s->from.x = nan_value, "shape.from", "shape.from[0] is nan; give a finite number");
+    REFUSES(KT_SHAPE_ROD, s->to.y = nan_value, "shape.to", "shape.to[1] is nan; give a finite number");
+    REFUSES(KT_SHAPE_ROD, s->from = s->to, "shape.to", "shape.to is where shape.from is; a rod needs a length");
+    REFUSES(KT_SHAPE_ROD, s->radius = -0.1, "shape.radius", "shape.radius is -0.1; it cannot be negative");
+    static const kt_shape_type placed[] = {KT_SHAPE_POINT, KT_SHAPE_BOX, KT_SHAPE_SPHERE, KT_SHAPE_CYLINDER};
+    for (size_t i = 0; i < sizeof placed / sizeof *placed; i++)
+        REFUSES(placed[i], s->at.z = nan_value, "shape.at", "shape.at[2] is nan; give a finite number");
+    REFUSES(KT_SHAPE_BOX, s->size.z = nan_value, "shape.size", "shape.size[2] is nan; give a finite number");
+    REFUSES(KT_SHAPE_BOX, s->size.x = 0.0, "shape.size", "shape.size[0] is 0; it must be greater than 0");
+    REFUSES(KT_SHAPE_BOX, s->size.y = -2.0, "shape.size", "shape.size[1] is -2; it must be greater than 0");
+    REFUSES(KT_SHAPE_SPHERE, s->radius = 0.0, "shape.radius", "shape.radius is 0; it must be greater than 0");
+    REFUSES(KT_SHAPE_CYLINDER, s->radius = 0.0, "shape.radius", "shape.radius is 0; it must be greater than 0");
+    REFUSES(KT_SHAPE_CYLINDER, s->length = -1.0, "shape.length", "shape.length is -1; it must be greater than 0");
+    REFUSES(KT_SHAPE_CYLINDER, s->length = 1e60, "shape.length",
+            "shape.length is 1e+60, and the equations would overflow; magnitudes end at 1e+50");
+    REFUSES(KT_SHAPE_CYLINDER, s->axis = kt_vec3_make(0.0, 0.0, 0.0), "shape.axis",
+            "shape.axis is zero; give it a direction, such as [0, 0, 1]");
+}
+
+KT_TEST(rotations_of_shapes_are_checked) {
+    const kt_rotation wrong = kt_rotation_quaternion(2.0, 0.0, 0.0, 0.0);
+    kt_mat3 matrix;
+    kt_error error;
+    kt_check_true("no rotation", kt_rotation_evaluate(&wrong, &matrix, &error) != KT_OK);
+    char message[KT_MESSAGE_SIZE + 20];
+    snprintf(message, sizeof message, "shape.rotation: %s", error.message);
+    REFUSES(KT_SHAPE_BOX, s->rotation = wrong, "shape.rotation", message);
+    REFUSES(KT_SHAPE_CYLINDER, s->rotation = wrong, "shape.rotation", message);
+    PASSES("a sphere has no rotation", KT_SHAPE_SPHERE, s->rotation = wrong);
+}
+
+KT_TEST(mass_properties_of_no_shape_are_refused) {
+    REFUSES(KT_SHAPE_NONE, m.bodies[BASE].com_of_shape = true, "shape",
+            "com is to be that of the shape, and there is none; give a shape or the com");
+    REFUSES(KT_SHAPE_NONE, m.bodies[BASE].inertia_of_shape = true, "shape",
+            "inertia is to be that of the shape, and there is none; give a shape or the inertia");
+}

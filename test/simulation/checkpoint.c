@@ -1,0 +1,158 @@
+/* Checkpoints: after one is taken back, everything that follows has the bits that it would have had. */
+#include "../dynamics/tree.h"
+#include "scenes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A random tree with forces on every freedom and wrenches on every body. */
+typedef struct kt_stage {
+    kt_tree tree;
+    kt_tree_state state;
+} kt_stage;
+
+static bool set_stage(kt_stage *stage) {
+    kt_random random = kt_random_of_test();
+    kt_tree_plan plan = kt_tree_plan_default();
+    plan.bodies = 6;
+    if (!kt_tree_grow(&stage->tree, &plan, &random))
+        return false;
+    kt_tree_state_draw(&stage->tree, &random, &stage->state);
+    return true;
+}
+
+static kt_simulation *begin(const kt_stage *stage, const kt_run *run) {
+    kt_simulation *simulation = kt_scene_simulate(stage->tree.model, run, NULL);
+    kt_error error;
+    if (simulation == NULL)
+        return NULL;
+    (void)kt_fine("state", kt_simulation_set_state(simulation, 0.0, stage->state.q, stage->state.v, &error), &error);
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, stage->state.tau, &error), &error);
+    (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, stage->state.external, &error), &error);
+    return simulation;
+}
+
+/* Goes on in another simulation of the same kind, from a copy of the block. */
+static kt_simulation *go_on(const kt_stage *stage, const kt_run *run, const kt_simulation *from) {
+    size_t size = kt_simulation_state_size(from);
+    void *block = malloc(size), *copy = malloc(size);
+    kt_simulation *other = kt_scene_simulate(stage->tree.model, run, NULL);
+    kt_error error;
+    if (block != NULL && copy != NULL && other != NULL) {
+        kt_simulation_save(from, block);
+        memcpy(copy, block, size);
+        memset(block, 0xA5, size);
+        (void)kt_fine("restore", kt_simulation_restore(other, copy, &error), &error);
+        kt_simulation_save(other, block);
+        kt_check_true("a checkpoint of what was taken back is the same block", memcmp(block, copy, size) == 0);
+    }
+    free(block);
+    free(copy);
+    return other;
+}
+
+/* Stops at a record that lies within a step, goes on elsewhere, and compares every record with those of a whole run. */
+static void compare_runs(const kt_stage *stage, const kt_run *run) {
+    static kt_kept whole;
+    kt_error error;
+    kt_note("%s, step %g", run->integrator, run->step);
+    kt_simulation *simulation = begin(stage, run);
+    kt_kept *kept = kt_kept_empty(stage->tree.model);
+    (void)kt_fine("whole run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    whole = *kept;
+    kt_check_equal_int("records", whole.count, 41);
+    kt_simulation_free(simulation);
+
+    kept = kt_kept_empty(stage->tree.model);
+    kept->stop_at = 17;
+    simulation = begin(stage, run);
+    kt_check_equal_int("first half", kt_simulation_run(simulation, kt_keep, kept, &error), KT_ERROR_CALLBACK);
+    kt_simulation *other = go_on(stage, run, simulation);
+    (void)kt_fine("second half", kt_simulation_run(other, kt_keep, kept, &error), &error);
+    kt_check_equal_int("records", kept->count, whole.count);
+    kt_check_equal_bits("times", kept->time, whole.time, (size_t)whole.count);
+    kt_check_equal_bits("states and accelerations", kept->state[0], whole.state[0],
+                        (size_t)whole.count * KT_KEPT_NUMBERS);
+    kt_check_equal_bits("energies", kept->energy, whole.energy, (size_t)whole.count);
+    kt_simulation_free(simulation);
+    kt_simulation_free(other);
+}
+
+KT_TEST(restored_simulation_goes_on_bit_for_bit) {
+    static const char *const methods[] = {"rk4", "dopri5", "tsit5", "dop853", "bs32"};
+    static kt_stage stage;
+    if (!set_stage(&stage))
+        return;
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++) {
+        kt_run run = kt_run_fixed(methods[i], 0.03, 0.4);
+        run.interval = 0.01;
+        run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY;
+        run.relative = run.absolute = 1e-7;
+        compare_runs(&stage, &run);
+        run.step = 0.0;
+        if (kt_method_find(methods[i])->embedded_order > 0)
+            compare_runs(&stage, &run);
+    }
+    kt_tree_free(&stage.tree);
+}
+
+/* What was set and waits for the next step is part of a checkpoint. */
+KT_TEST(checkpoint_keeps_torques_that_wait) {
+    static kt_stage stage;
+    kt_run run = kt_run_fixed("dopri5", 0.02, 1.0);
+    kt_error error;
+    if (!set_stage(&stage))
+        return;
+    size_t nv = (size_t)stage.tree.nv;
+    kt_simulation *simulation = begin(&stage, &run);
+    (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    for (size_t i = 0; i < nv; i++)
+        stage.state.tau[i] *= -2.0;
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, stage.state.tau, &error), &error);
+    kt_simulation *other = go_on(&stage, &run, simulation);
+    (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    (void)kt_fine("step", kt_simulation_step(other, HUGE_VAL, &error), &error);
+    kt_check_equal_bits("velocities", kt_simulation_velocities(other), kt_simulation_velocities(simulation), nv);
+    kt_simulation_free(simulation);
+    kt_simulation_free(other);
+    kt_tree_free(&stage.tree);
+}
+
+KT_TEST(wrong_checkpoint_is_refused_and_changes_nothing) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
+    kt_model *another = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL),
+                  *stranger = kt_scene_simulate(another, NULL, NULL);
+    kt_run run = kt_run_default();
+    run.integrator = "tsit5";
+    kt_simulation *other_method = kt_scene_simulate(model, &run, NULL);
+    size_t size = kt_simulation_state_size(simulation), large = kt_simulation_state_size(stranger);
+    void *block = calloc(1, large), *before = malloc(size), *after = malloc(size);
+    kt_error error;
+    (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    kt_simulation_save(simulation, before);
+
+    kt_check_equal_int("zeros", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "not a checkpoint");
+    kt_simulation_save(stranger, block);
+    kt_check_equal_int("another model", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "another model");
+    kt_simulation_save(other_method, block);
+    kt_check_equal_int("another method", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "tsit5");
+
+    kt_simulation_save(simulation, after);
+    kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    free(block);
+    free(before);
+    free(after);
+    kt_simulation_free(simulation);
+    kt_simulation_free(stranger);
+    kt_simulation_free(other_method);
+    kt_model_free(model);
+    kt_model_free(another);
+}

@@ -1,0 +1,195 @@
+/* What a simulation says when it cannot go on, and what it leaves behind. */
+#include "scenes.h"
+
+#include <float.h>
+#include <math.h>
+
+/* A step that must fail with this code and leave the state, and say when and where. */
+static void fail_step(kt_simulation *simulation, kt_status expected, const char *time, const char *joint) {
+    kt_error error = {KT_OK, "", ""};
+    double state[2] = {kt_simulation_positions(simulation)[0], kt_simulation_velocities(simulation)[0]};
+    double t = kt_simulation_time(simulation);
+    kt_check_equal_int("status", kt_simulation_step(simulation, HUGE_VAL, &error), expected);
+    kt_check_equal_int("code", error.code, expected);
+    kt_check_contains("time", error.where, time);
+    kt_check_contains("joint", error.where, joint);
+    kt_note("%s: %s", error.where, error.message);
+    double now[2] = {kt_simulation_positions(simulation)[0], kt_simulation_velocities(simulation)[0]};
+    kt_check_equal_bits("state", now, state, 2);
+    kt_check_equal_bits("clock", &(double){kt_simulation_time(simulation)}, &t, 1);
+}
+
+/* 1e300 N on 1e-20 kg overflow. */
+static void overflow(kt_run run) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1e-20);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_error error;
+    double force = 1e-19;
+    if (simulation == NULL)
+        return;
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 0.25, &error), &error);
+    force = 1e300;
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
+    fail_step(simulation, KT_ERROR_NOT_FINITE, "t = 0.25 s", "joint 'block'");
+    force = -1e-19;
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
+    (void)kt_fine("it goes on with another force", kt_simulation_advance(simulation, 0.5, &error), &error);
+    kt_check_near("velocity", kt_simulation_velocities(simulation)[0], 0.0, 32.0 * DBL_EPSILON);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+KT_TEST(not_finite_names_time_and_joint_and_leaves_the_state) {
+    overflow(kt_run_fixed("rk4", 0.125, 10.0));
+    overflow(kt_run_fixed("dopri5", 0.125, 10.0));
+    overflow(kt_run_default());
+}
+
+/* Spun so fast about two axes that the third rate overflows in the first stage after the start, however small the step:
+ * in the end the step is lost in the rounding of the time, and the message says both. */
+KT_TEST(adaptive_step_that_never_succeeds_tells_the_cause) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation_options options = kt_simulation_options_default();
+    options.initial_step = 0.01;
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, &options);
+    kt_error error;
+    double q[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, v[6] = {0.0, 0.0, 0.0, 3e153, 3e153, 0.0};
+    (void)kt_fine("state", kt_simulation_set_state(simulation, 1.0, q, v, &error), &error);
+    kt_check_equal_int("status", kt_simulation_run(simulation, kt_keep, kt_kept_empty(model), &error),
+                       KT_ERROR_NOT_FINITE);
+    kt_note("%s: %s", error.where, error.message);
+    kt_check_contains("time", error.where, "t = 1 s");
+    kt_check_contains("joint", error.where, "'block'");
+    kt_check_contains("message", error.message, "smaller steps did not help");
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A point mass 1 m above a universal joint (about x, then y): tilted by a right angle it lies on the x axis, and
+ * turning about that moves nothing. */
+KT_TEST(singular_names_time_and_joint) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_UNIVERSAL, 1.0);
+    lone.body.name = "pointer";
+    lone.body.inertia = (kt_sym3){0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    lone.body.joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    lone.body.joint.axis2 = kt_vec3_make(0.0, 1.0, 0.0);
+    lone.body.com = kt_vec3_make(0.0, 0.0, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_error error;
+    double q[2] = {0.0, 0.5 * 3.14159265358979323846}, v[2] = {1.0, 0.0};
+    (void)kt_fine("state", kt_simulation_set_state(simulation, 0.5, q, v, &error), &error);
+    fail_step(simulation, KT_ERROR_SINGULAR, "t = 0.5 s", "joint 'pointer'");
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* The steps that there are give their records; then the run ends in words. */
+KT_TEST(run_that_fails_has_handed_over_all_records_up_to_then) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error;
+    run.interval = 0.01;
+    options.max_steps = 20;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_kept *kept = kt_kept_empty(model);
+    kt_check_equal_int("status", kt_simulation_run(simulation, kt_keep, kept, &error), KT_ERROR_STEP);
+    kt_note("%s: %s", error.where, error.message);
+    kt_check_contains("message", error.message, "max_steps");
+    double t = kt_simulation_time(simulation);
+    kt_check_above("time reached", t, 0.1);
+    kt_check_equal_int("records", kept->count, (long long)floor(t / 0.01) + 1);
+    kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    kt_check_equal_int("steps and rejected", (long long)(counts.steps + counts.rejected), 20);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- what is asked for wrongly ----------------------------------------------------------------------------------- */
+
+static void refuse(const kt_model *model, const kt_run *run, kt_status expected, const char *where,
+                   const char *message) {
+    kt_error error = {KT_OK, "", ""};
+    kt_simulation *simulation = NULL;
+    kt_check_equal_int("status", kt_simulation_create(model, run, NULL, &simulation, &error), expected);
+    kt_check_text("where", error.where, where);
+    kt_check_contains("message", error.message, message);
+    kt_check_true("no simulation", simulation == NULL);
+    kt_check_equal_int("size", (long long)kt_simulation_size(model, run, NULL), 0);
+}
+
+KT_TEST(run_that_makes_no_sense_is_refused_in_words) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    run.integrator = "dopri6";
+    refuse(model, &run, KT_ERROR_ARGUMENT, "integrator", "dopri6");
+    run.integrator = "rk4";
+    refuse(model, &run, KT_ERROR_ARGUMENT, "integrator", "give it a step");
+    run = kt_run_default();
+    run.duration = (double)NAN;
+    refuse(model, &run, KT_ERROR_ARGUMENT, "duration", "nan");
+    run.duration = -1.0;
+    refuse(model, &run, KT_ERROR_ARGUMENT, "duration", "-1");
+    run = kt_run_default();
+    run.step = -1e-3;
+    refuse(model, &run, KT_ERROR_ARGUMENT, "step", "-0.001");
+    run = kt_run_default();
+    run.interval = HUGE_VAL;
+    refuse(model, &run, KT_ERROR_ARGUMENT, "interval", "inf");
+    run.interval = 1e-17;
+    refuse(model, &run, KT_ERROR_ARGUMENT, "interval", "more records");
+    run = kt_run_default();
+    run.formulation = KT_FORMULATION_ABSOLUTE;
+    refuse(model, &run, KT_ERROR_UNSUPPORTED, "formulation", "tree");
+    kt_model_free(model);
+}
+
+KT_TEST(clock_does_not_run_backwards) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_error error;
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    (void)kt_fine("to where it is", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_equal_int("advance", kt_simulation_advance(simulation, 0.5, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("NaN", kt_simulation_advance(simulation, (double)NAN, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("for ever", kt_simulation_advance(simulation, HUGE_VAL, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("step", kt_simulation_step(simulation, 1.0, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("NaN", kt_simulation_step(simulation, (double)NAN, &error), KT_ERROR_ARGUMENT);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+KT_TEST(state_that_is_not_finite_is_refused_and_the_old_one_stays) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_error error;
+    double q[7] = {1.0, 2.0, 3.0, 0.0, 0.0, 0.0, -2.0}, v[6] = {0.5, 0.0, 0.0, 0.0, 0.0, 0.0};
+    static const double unit[4] = {0.0, 0.0, 0.0, -1.0};
+    (void)kt_fine("state", kt_simulation_set_state(simulation, 2.0, q, v, &error), &error);
+    kt_check_equal_bits("quaternion scaled", kt_simulation_positions(simulation) + 3, unit, 4);
+    v[3] = HUGE_VAL;
+    kt_check_equal_int("velocity", kt_simulation_set_state(simulation, 0.0, q, v, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("where", error.where, "body 'block'");
+    v[3] = 0.0;
+    q[5] = q[6] = 0.0;
+    kt_check_equal_int("quaternion", kt_simulation_set_state(simulation, 0.0, q, v, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_bits("quaternion", kt_simulation_positions(simulation) + 3, unit, 4);
+    kt_check_near("time", kt_simulation_time(simulation), 2.0, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}

@@ -1,0 +1,84 @@
+#include "scenes.h"
+
+#include <string.h>
+
+void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass) {
+    lone->body = kt_body_default();
+    lone->body.name = "block";
+    lone->body.joint.type = type;
+    if (type == KT_JOINT_PRISMATIC)
+        lone->body.joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    lone->body.mass = mass;
+    lone->body.inertia.xx = 1.0;
+    lone->body.inertia.yy = 2.0;
+    lone->body.inertia.zz = 3.0;
+    lone->description = kt_description_default();
+    lone->description.bodies = &lone->body;
+    lone->description.body_count = 1;
+}
+
+void kt_pendulum_make(kt_lone *lone, double angle, double velocity) {
+    kt_lone_make(lone, KT_JOINT_REVOLUTE, 1.0);
+    lone->body.name = "bob";
+    lone->body.inertia = (kt_sym3){0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    lone->body.com = kt_vec3_make(0.0, -1.0, 0.0);
+    lone->body.joint.position[0] = angle;
+    lone->body.joint.velocity[0] = velocity;
+    lone->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+}
+
+bool kt_fine(const char *what, kt_status status, const kt_error *error) {
+    if (status == KT_OK)
+        return true;
+    kt_note("%s: %s: %s", what, error->where, error->message);
+    return kt_check_true(what, false);
+}
+
+kt_model *kt_scene_compile(const kt_description *description) {
+    kt_error error;
+    kt_model *model = NULL;
+    (void)kt_fine("model", kt_model_compile(description, NULL, &model, &error), &error);
+    return model;
+}
+
+kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
+    kt_error error;
+    kt_simulation *simulation = NULL;
+    if (model != NULL)
+        (void)kt_fine("simulation", kt_simulation_create(model, run, options, &simulation, &error), &error);
+    return simulation;
+}
+
+kt_run kt_run_fixed(const char *integrator, double step, double duration) {
+    kt_run run = kt_run_default();
+    run.integrator = integrator;
+    run.step = step;
+    run.duration = duration;
+    return run;
+}
+
+kt_kept *kt_kept_empty(const kt_model *model) {
+    static kt_kept kept;
+    memset(&kept, 0, sizeof kept);
+    kept.stop_at = -1;
+    kept.nq = kt_model_nq(model);
+    kept.nv = kt_model_nv(model);
+    return &kept;
+}
+
+int kt_keep(const kt_record *record, void *user) {
+    kt_kept *kept = user;
+    int nq = kept->nq, nv = kept->nv;
+    if (kept->count == KT_KEPT_RECORDS || nq + 2 * nv > KT_KEPT_NUMBERS)
+        return -1;
+    double *state = kept->state[kept->count];
+    memcpy(state, record->q, (size_t)nq * sizeof(double));
+    memcpy(state + nq, record->v, (size_t)nv * sizeof(double));
+    if (record->a != NULL)
+        memcpy(state + nq + nv, record->a, (size_t)nv * sizeof(double));
+    kept->time[kept->count] = record->time;
+    kept->index[kept->count] = record->index;
+    kept->energy[kept->count] = record->kinetic + record->potential;
+    kept->count++;
+    return record->index == kept->stop_at ? -1 : 0;
+}

@@ -1,0 +1,50 @@
+/* Small mechanisms whose motion is known, and a recorder that keeps what it is given. */
+#ifndef KT_TEST_SIMULATION_SCENES_H
+#define KT_TEST_SIMULATION_SCENES_H
+
+#include "check.h"
+
+#include "kinetree/simulation.h"
+
+/* One body on a joint of this type, axis z (prismatic: x), its centre of mass on the joint's origin, inertia diag(1, 2,
+ * 3), no gravity. The caller's to change before kt_scene_compile. */
+typedef struct kt_lone {
+    kt_body body;
+    kt_description description;
+} kt_lone;
+
+void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass);
+
+/* A point mass of 1 kg on a massless link of 1 m, hanging along -y from a revolute joint about z, gravity 9.81 along
+ * -y. */
+void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
+
+/* NULL after a failed check. */
+kt_model *kt_scene_compile(const kt_description *description);
+kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
+
+/* Fixed steps of this method. */
+kt_run kt_run_fixed(const char *integrator, double step, double duration);
+
+/* Whether the call succeeded; a failure is a failed check with the error's words. */
+bool kt_fine(const char *what, kt_status status, const kt_error *error);
+
+/* ---- records ----------------------------------------------------------------------------------------------------- */
+
+enum { KT_KEPT_RECORDS = 4096, KT_KEPT_NUMBERS = 64 };
+
+typedef struct kt_kept {
+    int count;
+    int stop_at; /* returns -1 at the record of this index; -1: never */
+    int nq, nv;
+    double time[KT_KEPT_RECORDS];
+    int64_t index[KT_KEPT_RECORDS];
+    double state[KT_KEPT_RECORDS][KT_KEPT_NUMBERS]; /* q, v, and a where there is one */
+    double energy[KT_KEPT_RECORDS];                 /* NaN where it is not recorded */
+} kt_kept;
+
+/* Static storage, emptied; there is one. */
+kt_kept *kt_kept_empty(const kt_model *model);
+int kt_keep(const kt_record *record, void *kept);
+
+#endif
