@@ -8,6 +8,7 @@
 #include "kinetree/joint.h"
 #include "kinetree/model.h"
 #include "kinetree/scene.h"
+#include "kinetree/reduction.h"
 #include "kinetree/simulation.h"
 #include "kinetree/status.h"
 

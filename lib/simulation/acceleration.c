@@ -4,7 +4,7 @@
  */
 #include "simulation/acceleration.h"
 
-kt_status kt_acceleration_evaluate(kt_acceleration *acceleration, double t, const double *q, const double *v, double *a,
+kt_status kt_simulation_accelerate(kt_acceleration *acceleration, double t, const double *q, const double *v, double *a,
                                    kt_error *error) {
     (void)t; /* nothing on a tree asks for the time */
     return kt_dynamics_forward(acceleration->model, acceleration->data, q, v, acceleration->torque,

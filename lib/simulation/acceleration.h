@@ -15,7 +15,7 @@ typedef struct kt_acceleration {
 } kt_acceleration;
 
 /* a (nv) at time t. On failure a is untouched. */
-KT_CHECKED kt_status kt_acceleration_evaluate(kt_acceleration *acceleration, double t, const double *q, const double *v,
+KT_CHECKED kt_status kt_simulation_accelerate(kt_acceleration *acceleration, double t, const double *q, const double *v,
                                               double *a, kt_error *error);
 
 #endif

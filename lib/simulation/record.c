@@ -71,7 +71,7 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     kt_acceleration *acceleration = &simulation->acceleration;
     kt_status status = KT_OK;
     if ((simulation->record & (KT_RECORD_ACCELERATION | KT_RECORD_REACTION)) != 0) {
-        status = kt_acceleration_evaluate(acceleration, record->time, record->q, record->v, simulation->a, error);
+        status = kt_simulation_accelerate(acceleration, record->time, record->q, record->v, simulation->a, error);
         record->a = simulation->a;
     }
     if (status == KT_OK && simulation->kinematics) {

@@ -3,7 +3,7 @@
  * The state is y = (q, v), and the right-hand side is
  *
  *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
- *     v' = a(t, q, v)    kt_acceleration_evaluate
+ *     v' = a(t, q, v)    kt_simulation_accelerate
  *
  * Runge-Kutta steps leave a quaternion's norm off by their local error; after each accepted step it is scaled back,
  * which moves the state by no more than that error and so keeps the method's order.
@@ -26,7 +26,7 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const double *q = y, *v = y + simulation->size.nq;
     kt_status status =
-        kt_acceleration_evaluate(&simulation->acceleration, t, q, v, dydt + simulation->size.nq, &simulation->cause);
+        kt_simulation_accelerate(&simulation->acceleration, t, q, v, dydt + simulation->size.nq, &simulation->cause);
     if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
         return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
     if (simulation->size.nq == 0)
@@ -260,7 +260,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     simulation->cause.code = KT_OK;
     kt_error from = {0};
     kt_status status =
-        kt_acceleration_evaluate(&acceleration, kt_integrator_time(simulation->integrator),
+        kt_simulation_accelerate(&acceleration, kt_integrator_time(simulation->integrator),
                                  kt_simulation_positions(simulation), kt_simulation_velocities(simulation), a, &from);
     if (status == KT_OK)
         return KT_OK;

@@ -28,7 +28,7 @@ kt_tree_plan kt_tree_plan_default(void);
 typedef struct kt_tree {
     kt_description description;
     kt_body body[KT_TREE_BODIES];
-    char name[KT_TREE_BODIES][8];
+    char name[KT_TREE_BODIES][16];
     kt_marker marker[KT_TREE_BODIES];
     kt_model *model;
     kt_data *data;

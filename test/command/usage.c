@@ -1,0 +1,119 @@
+/* Command lines that are right, wrong, and nearly right; exit codes and words. */
+#include "shell.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const char pendulum[] = "kinetree: 1\n"
+                               "gravity: [0, -9.81, 0]\n"
+                               "bodies:\n"
+                               "  - name: bob\n"
+                               "    joint: {type: revolute, position: 1}\n"
+                               "    mass: 1\n"
+                               "    shape: {type: point, at: [0, -1, 0]}\n"
+                               "    markers: {tip: [0, -1, 0]}\n";
+
+KT_TEST(help_of_every_subcommand_leads_with_examples) {
+    static const char *const subcommands[] = {"",      "run",  "evaluate", "info",
+                                              "check", "demo", "make",     "integrators"};
+    for (size_t i = 0; i < sizeof subcommands / sizeof subcommands[0]; i++) {
+        kt_ran ran = kt_shell("$K %s --help", subcommands[i]);
+        char start[64];
+        snprintf(start, sizeof start, "Examples\n  kinetree %s", subcommands[i]);
+        kt_check_equal_int(subcommands[i], ran.code, 0);
+        kt_check_true("examples first", strncmp(ran.out, start, strlen(start)) == 0);
+        kt_check_contains("usage", ran.out, "\nUsage: kinetree ");
+        kt_check_text("standard error", ran.err, "");
+        if (i > 0) {
+            kt_ran all = kt_shell("$K --help");
+            snprintf(start, sizeof start, "\n  %s ", subcommands[i]);
+            kt_check_contains("told of by 'kinetree --help'", all.out, start);
+        }
+    }
+}
+
+KT_TEST(version_is_that_of_the_project) {
+    kt_ran ran = kt_shell("$K --version");
+    kt_check_text("version", ran.out, "kinetree " KT_PROJECT_VERSION "\n");
+    kt_check_equal_int("exit code", ran.code, 0);
+}
+
+KT_TEST(typing_errors_end_in_one_with_the_nearest_name) {
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(1, "a subcommand is missing", "$K");
+    kt_expect(1, "did you mean 'run'?", "$K rnu p.yaml");
+    kt_expect(1, "did you mean 'integrators'?", "$K integrator");
+    kt_expect(1, "'kinetree --help' lists them", "$K xyzzy");
+    kt_expect(1, "did you mean '--duration'?", "$K run p.yaml --duratoin 3");
+    kt_expect(1, "did you mean '--tolerance'?", "$K run p.yaml --tolerence=3");
+    kt_expect(1, "did you mean 'dopri5'?", "$K run p.yaml --integrator dopri");
+    kt_expect(1, "did you mean 'partition'?", "$K run p.yaml --reduction partiton");
+    kt_expect(1, "did you mean 'velocity'?", "$K run p.yaml --record position,velocty");
+    kt_expect(1, "did you mean 'bob'?", "$K run p.yaml --markers bab.tip");
+    kt_expect(1, "did you mean 'tip'?", "$K run p.yaml --markers bob.top");
+    kt_expect(1, "did you mean 'chain'?", "$K make chian");
+    kt_expect(1, "did you mean 'spherical'?", "$K make chain --joint sperical");
+}
+
+KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(1, "SCENE is missing", "$K run");
+    kt_expect(1, "'q.yaml' is one word too many", "$K run p.yaml q.yaml");
+    kt_expect(1, "--duration takes a number, not 'x'", "$K run p.yaml --duration x");
+    kt_expect(1, "--duration takes a number, not 'nan'", "$K run p.yaml --duration nan");
+    kt_expect(1, "--duration takes a number, not '1e999'", "$K run p.yaml --duration 1e999");
+    kt_expect(1, "--duration takes a number, not '3s'", "$K run p.yaml --duration 3s");
+    kt_expect(1, "must be zero or more", "$K run p.yaml --duration -1");
+    kt_expect(1, "--duration must be followed by its S", "$K run p.yaml --duration");
+    kt_expect(1, "--step takes a number above zero, not '0'", "$K run p.yaml --step 0");
+    kt_expect(1, "--interval takes a number above zero, not '-1'", "$K run p.yaml --interval=-1");
+    kt_expect(1, "--tolerance takes", "$K run p.yaml --tolerance 1e-9,");
+    kt_expect(1, "--tolerance takes", "$K run p.yaml --tolerance 0");
+    kt_expect(1, "--quiet takes nothing", "$K run p.yaml --quiet=yes");
+    kt_expect(1, "there is no option '-q'", "$K run p.yaml -q");
+    kt_expect(1, "the list is empty", "$K run p.yaml --record=");
+    kt_expect(1, "BODY.MARKER", "$K run p.yaml --markers bob");
+    kt_expect(1, "fixed step and --tolerance", "$K run p.yaml --step 1e-3 --tolerance 1e-3");
+    kt_expect(1, "needs a fixed step: --step 1e-3", "$K run p.yaml --integrator rk4");
+    kt_expect(1, "both be standard output", "$K run p.yaml --out - --summary -");
+    kt_expect(1, "is the scene itself", "$K run p.yaml --out ./p.yaml");
+    kt_expect(1, "is the scene itself", "$K run p.yaml --summary p.yaml");
+    kt_check_text("the scene is untouched", kt_read_file("p.yaml"), pendulum);
+    kt_expect(1, "--links takes a whole number, not '-3'", "$K make chain --links=-3");
+    kt_expect(1, "--links takes a number from 1", "$K make chain --links 0");
+    kt_expect(1, "--angle takes an angle", "$K make chain --angle 3turns");
+    kt_expect(1, "--branching is for a tree", "$K make chain --branching 3");
+    kt_expect(1, "point masses", "$K make chain --joint spherical --shape point");
+    kt_expect(1, "has 2 numbers, and the scene has 1 freedoms", "$K evaluate p.yaml --acceleration=1,2");
+    kt_expect(1, "'x' is none", "$K evaluate p.yaml --acceleration=x");
+}
+
+/* Faults of the scene: status 2, every one with its place, as compilers tell them. */
+KT_TEST(wrong_scene_ends_in_two_with_all_its_faults) {
+    kt_write_file("w.yaml", "kinetree: 1\n"
+                            "bodies:\n"
+                            "  - {name: crank, mass: -1, joint: {type: revolute}}\n"
+                            "  - {name: rod, parent: crnak, mass: 1}\n");
+    kt_ran ran = kt_shell("$K run w.yaml");
+    kt_check_equal_int("run", ran.code, 2);
+    kt_check_true("the place starts the line", strncmp(ran.err, "w.yaml:3:", 9) == 0);
+    kt_check_contains("the other fault", ran.err, "\nw.yaml:4:");
+    kt_check_contains("the way to mend it", ran.err, "did you mean 'crank'?");
+    kt_check_true("no results", kt_read_file("w.csv") == NULL);
+    kt_expect(2, "w.yaml:3:", "$K evaluate w.yaml");
+    kt_expect(2, "w.yaml:3:", "$K info w.yaml");
+    kt_expect(2, "(standard input):3:", "$K run - <w.yaml");
+    kt_expect(2, "none.yaml", "$K run none.yaml");
+
+    kt_write_file("p.yaml", pendulum);
+    ran = kt_shell("$K check p.yaml w.yaml p.yaml");
+    kt_check_equal_int("check", ran.code, 2);
+    kt_check_text("the right ones", ran.out, "p.yaml: ok\np.yaml: ok\n");
+    kt_check_contains("the wrong one", ran.err, "w.yaml:4:");
+    ran = kt_shell("$K check p.yaml");
+    kt_check_equal_int("all right", ran.code, 0);
+    kt_write_file("m.yaml", "kinetree: 1\n"
+                            "bodies: [{name: a, mass: 1, joint: {type: prismatic}}]\n"
+                            "simulate: {integrator: rk4}\n");
+    kt_expect(2, "rk4", "$K run m.yaml");
+}
