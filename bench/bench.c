@@ -88,8 +88,7 @@ kt_bench_ratio kt_bench_compare(const kt_bench_times *part, const kt_bench_times
     for (int i = 0; i < ratios.rounds; i++)
         ratios.sample[i] = part->sample[i] / whole->sample[i];
     kt_bench_sort(&ratios);
-    return (kt_bench_ratio){
-        .least = part->least / whole->least, .low = ratios.low, .median = ratios.median, .high = ratios.high};
+    return (kt_bench_ratio){.low = ratios.low, .median = ratios.median, .high = ratios.high};
 }
 
 double kt_bench_exponent(const double *x, const double *y, int count) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts the single tests in meson's testlog.json, and shows the whole output of every program that failed.
+"""Counts the single tests in meson's testlog.json, and shows what each that failed has printed.
 
 A program prints "[       OK ] name" for each test that passes and "[  FAILED  ] name" for each that fails, as cmocka does.
 One that prints no such line is one test by itself; one that fails without saying which test did counts as one failure.
@@ -20,6 +20,22 @@ def during_the_run(text):
     return SUMMARY.sub("", text)
 
 
+def without_what_passed(text):
+    """The output less the lines from a test's start, or from the test before it, to its OK."""
+    kept, section = [], []
+    for line in text.splitlines():
+        if re.match(r"\[ +RUN +\]", line):
+            kept += section
+            section = []
+        section.append(line)
+        if PASSED.match(line):
+            section = []
+        elif FAILED.match(line):
+            kept += section
+            section = []
+    return "\n".join(kept + section)
+
+
 def main(path):
     passed = failed = skipped = 0
     with open(path, encoding="utf-8") as log:
@@ -37,7 +53,7 @@ def main(path):
                 print(f"---- {test['name']}: {test['result']}")
                 for key in ("stdout", "stderr"):
                     if test.get(key):
-                        print(test[key].rstrip())
+                        print(without_what_passed(test[key]).rstrip())
             elif well + ill == 0:
                 well = 1
             passed += well

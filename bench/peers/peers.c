@@ -35,7 +35,7 @@ static const char about[] = "Times kinetree and MuJoCo in turns, for chains of 1
 
 static const char columns[] =
     "n,call," KT_CSV_TIMES
-    ",ratio,ratio_low,ratio_median,ratio_high,difference_a,difference_tau,difference_back," KT_CSV_ORIGIN;
+    ",ratio_low,ratio_median,ratio_high,difference_a,difference_tau,difference_back," KT_CSV_ORIGIN;
 
 /* ---- measuring --------------------------------------------------------------------------------------------------- */
 
@@ -104,14 +104,13 @@ static bool is_trusted(const line *l) {
 static void print_heading(kt_level level) {
     kt_bench_heading("Kinetree and MuJoCo on chains of n links", level);
     printf("peer       MuJoCo %s\n\n"
-           "us a call (least of the rounds), their ratio, in brackets its quartiles round by round; differences.\n\n"
+           "us a call (lower quartile of the rounds); their ratio round by round: median [quartiles]; differences.\n\n"
            "%5s |%9s%10s%8s %-15s |%9s%10s%8s %-15s |%8s%9s%9s\n",
            kt_mujoco_version(), "n", "ABA", "MuJoCo", "ratio", "", "RNEA", "MuJoCo", "ratio", "", "a", "tau", "back");
 }
 
 static void print_pair(const kt_bench_times *own, const kt_bench_times *peer, const kt_bench_ratio *ratio) {
-    printf(" |%9.4g%10.4g%8.4f [%.4f %.4f]", 1e6 * own->least, 1e6 * peer->least, ratio->least, ratio->low,
-           ratio->high);
+    printf(" |%9.4g%10.4g%8.4f [%.4f %.4f]", 1e6 * own->low, 1e6 * peer->low, ratio->median, ratio->low, ratio->high);
 }
 
 static void print_line(const line *l) {
@@ -128,7 +127,6 @@ static void write_line(kt_csv *csv, const line *l) {
         kt_csv_number(csv, l->n);
         kt_csv_text(csv, call_names[i]);
         kt_csv_times(csv, &l->times[i]);
-        kt_csv_number(csv, ratio ? ratio->least : 1.0);
         kt_csv_number(csv, ratio ? ratio->low : 1.0);
         kt_csv_number(csv, ratio ? ratio->median : 1.0);
         kt_csv_number(csv, ratio ? ratio->high : 1.0);
@@ -145,7 +143,7 @@ static bool conclude(const line *lines, int count) {
     for (int i = 0; i < count; i++) {
         if (lines[i].n != BOUND_AT)
             continue;
-        const double forward = lines[i].forward.least, inverse = lines[i].inverse.least;
+        const double forward = lines[i].forward.median, inverse = lines[i].inverse.median;
         const bool forward_holds = forward <= forward_most, inverse_holds = inverse <= inverse_most;
         printf("\nn = %d: ABA costs %.3f of MuJoCo's time, bound %.2f: %s; RNEA %.3f, bound %.2f: %s\n", BOUND_AT,
                forward, forward_most, forward_holds ? "holds" : "MISSED", inverse, inverse_most,

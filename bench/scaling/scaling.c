@@ -32,7 +32,8 @@ static bool is_trusted(const kt_scaling_line *l) {
 /* ---- the table --------------------------------------------------------------------------------------------------- */
 
 static void print_heading(void) {
-    printf("Time a call in us and a body in ns (least of the rounds); bytes of model and data a body; set-up in us;\n"
+    printf("Time a call in us and a body in ns (lower quartile of the rounds); bytes of model and data a body; set-up "
+           "in us;\n"
            "allocations after set-up; error of tau -> ABA -> RNEA.\n\n"
            "%7s |%10s%7s |%10s%7s |%10s%8s |%10s |%7s%10s%7s%9s\n",
            "n", "RNEA us", "ns", "ABA us", "ns", "RK4 us", "ns", "CRBA us", "bytes", "set-up", "alloc.", "error");
@@ -42,9 +43,9 @@ static void print_line(const kt_scaling_line *l) {
     static const int width[] = {[KT_SCALING_RNEA] = 7, [KT_SCALING_ABA] = 7, [KT_SCALING_RK4] = 8};
     printf("%7d |", l->n);
     for (int i = 0; i < KT_SCALING_CRBA; i++)
-        printf("%10.4g%*.1f |", 1e6 * l->times[i].least, width[i], 1e9 * l->times[i].least / l->n);
+        printf("%10.4g%*.1f |", 1e6 * l->times[i].low, width[i], 1e9 * l->times[i].low / l->n);
     if (l->measured[KT_SCALING_CRBA])
-        printf("%10.4g |", 1e6 * l->times[KT_SCALING_CRBA].least);
+        printf("%10.4g |", 1e6 * l->times[KT_SCALING_CRBA].low);
     else
         printf("%10s |", "-");
     printf("%7.0f%10.3g%7ld%9.1e%s\n", (double)(l->model + l->data) / l->n, 1e6 * l->set_up, l->allocations, l->error,
@@ -79,7 +80,7 @@ static bool is_linear(const kt_scaling_line *lines, int count, int call) {
     for (int i = 0; i < count; i++)
         if (lines[i].n >= EXPONENT_FROM) {
             n[points] = lines[i].n;
-            t[points++] = lines[i].times[call].least;
+            t[points++] = lines[i].times[call].low;
         }
     if (points < 3) {
         printf("%s: too few lengths from n = %d on to tell how its time grows\n", kt_scaling_call[call], EXPONENT_FROM);
@@ -129,8 +130,7 @@ static int run_levels(const int *lengths, int count, const kt_bench_options *opt
         for (int call = 0; call < KT_SCALING_RK4; call++) {
             printf(" | %s", kt_scaling_call[call]);
             for (int k = 0; k < levels; k++)
-                printf("  %s %6.1f", kt_bench_level_name(lines[k].level),
-                       1e9 * lines[k].times[call].least / lengths[i]);
+                printf("  %s %6.1f", kt_bench_level_name(lines[k].level), 1e9 * lines[k].times[call].low / lengths[i]);
         }
         printf("\n");
         (void)fflush(stdout);

@@ -80,8 +80,9 @@ KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data 
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);
 
-/* Potential energy of the effects at (t, q); needs kt_kinematics_update. Gravity's is kt_potential_energy. */
-KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q);
+/* Potential energy of the effects at (t, q, v), J; needs kt_kinematics_update at q and v. Gravity's is
+ * kt_potential_energy. */
+KT_API double kt_effect_energy(const kt_model *model, const kt_data *data, double t, const double *q, const double *v);
 
 #ifdef __cplusplus
 }

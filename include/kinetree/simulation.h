@@ -192,8 +192,9 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
 /* Runs from the current time to the duration and hands a record to `record` at each of their times from then on. Steps
  * are not shortened for records: these come from the method's dense output. May be called again after an error or a
  * recorder that stopped: it goes on with the record after the last one handed over.
- * On failure all records up to the time reached have been handed over. Errors: as for a step; KT_ERROR_CALLBACK where
- * the recorder stopped. */
+ * On failure all records up to the time reached have been handed over, but for those within a last step that ends where
+ * there is no acceleration any more, which dense output needs. Errors: as for a step; KT_ERROR_CALLBACK where the
+ * recorder stopped. */
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 

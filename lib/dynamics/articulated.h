@@ -1,24 +1,33 @@
 /* Articulated inertias: what one link adds, how a joint takes its freedoms out, how the rest moves on to the parent.
  * The equations stand in forward.c.
+ *
+ * Where is there no inertia? What a joint has taken out leaves rounding errors behind, and a massless link that turns
+ * or slides the same way would find these instead of nothing. So sizes go along that rounding errors of J and M are
+ * proportional to: for M the mass of the subtree; for J the traces of the rigid inertias in the subtree, the terms
+ * sum s_i^2 J_ii of what joints take out, and mass times r^2 at each shift. An inertia is none where it is not above
+ * KT_NO_INERTIA times that. (A bound by the trace of J would not do: that of a chain in a plane grows as its length
+ * cubed in the directions that no joint frees, and swamps an inertia about the others that is exact.)
  */
 #ifndef KT_DYNAMICS_ARTICULATED_H
 #define KT_DYNAMICS_ARTICULATED_H
 
 #include "dynamics/sweep.h"
 
-/* Inverse of a symmetric matrix by Cholesky, or false where it is not positive definite beyond rounding of `scale`. */
-KT_INLINE bool kt_invert3(const kt_v4 a[3], double scale, kt_v4 out[3]) {
-    const double least = 1e-14 * scale;
+#define KT_NO_INERTIA 1e-14 /* some 45 units of rounding */
+
+/* Inverse of a symmetric matrix by Cholesky, or false where it is not positive definite beyond rounding. `size[k]` is
+ * what the rounding error of entry kk is proportional to. */
+KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
     const double l00 = a[0][0];
-    if (!(l00 > least))
+    if (!(l00 > KT_NO_INERTIA * size[0]))
         return false;
     const double l10 = a[0][1] / l00, l20 = a[0][2] / l00; /* a = L D L' */
     const double d1 = a[1][1] - l10 * a[0][1];
-    if (!(d1 > least))
+    if (!(d1 > KT_NO_INERTIA * size[1]))
         return false;
     const double b21 = a[1][2] - l10 * a[0][2], l21 = b21 / d1;
     const double d2 = a[2][2] - l20 * a[0][2] - l21 * b21;
-    if (!(d2 > least))
+    if (!(d2 > KT_NO_INERTIA * size[2]))
         return false;
     const double m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
     const double e0 = 1.0 / l00, e1 = 1.0 / d1, e2 = 1.0 / d2;
@@ -29,7 +38,11 @@ KT_INLINE bool kt_invert3(const kt_v4 a[3], double scale, kt_v4 out[3]) {
     return true;
 }
 
-KT_INLINE double kt_trace3(const kt_v4 a[3]) { return a[0][0] + a[1][1] + a[2][2]; }
+KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
+    return __builtin_shufflevector(__builtin_shufflevector(a[0], a[1], 0, 5, 2, 3), a[2], 0, 1, 6, 3);
+}
+
+KT_INLINE double kt_sum3(kt_v4 a) { return (a[0] + a[1]) + a[2]; }
 
 /* The link's own inertia and bias wrench. */
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
@@ -46,6 +59,8 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
     }
     out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + m->moment;
     out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + m->force;
+    out->j_size = kt_diagonal3(out->j);
+    out->m_size = link->mass;
 }
 
 KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from) {
@@ -57,6 +72,8 @@ KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from
     }
     to->moment += from->moment;
     to->force += from->force;
+    to->j_size += from->j_size;
+    to->m_size += from->m_size;
 }
 
 /* From the child's origin to the parent's. */
@@ -73,6 +90,7 @@ KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
         x->h[k] += kt_v4_cross(r, x->m[k]);
     }
     x->moment += kt_v4_cross(r, x->force);
+    x->j_size += kt_v4_splat(x->m_size) * (r * r);
 }
 
 /* One freedom: takes it out of x, and keeps the joint's response, shifted to the parent's origin. */
@@ -81,29 +99,31 @@ KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, doub
     const kt_v4 s = m->axis, cn = m->alpha, cf = m->linear;
     const kt_v4 sx = kt_v4_splat(s[0]), sy = kt_v4_splat(s[1]), sz = kt_v4_splat(s[2]);
     kt_v4 un, uf;
-    double inertia, bias, scale;
+    double inertia, bias, size;
     if (link->motion == KT_MOTION_TURN) {
         un = x->j[0] * sx + x->j[1] * sy + x->j[2] * sz;
         uf = x->g[0] * sx + x->g[1] * sy + x->g[2] * sz;
         inertia = kt_v4_dot(s, un);
         bias = kt_v4_dot(s, x->moment);
-        scale = kt_trace3(x->j);
+        x->j_size += s * s * kt_diagonal3(x->j);
+        size = kt_sum3(x->j_size);
     } else {
         un = x->h[0] * sx + x->h[1] * sy + x->h[2] * sz;
         uf = x->m[0] * sx + x->m[1] * sy + x->m[2] * sz;
         inertia = kt_v4_dot(s, uf);
         bias = kt_v4_dot(s, x->force);
-        scale = kt_trace3(x->m);
+        size = x->m_size;
         if (link->motion == KT_MOTION_HELIX) {
             const kt_v4 p = kt_v4_splat(link->pitch);
             un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
             uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
             inertia = kt_v4_dot(s, un + p * uf);
             bias = kt_v4_dot(s, x->moment + p * x->force);
-            scale = kt_trace3(x->j) + link->pitch * link->pitch * scale;
+            x->j_size += s * s * kt_diagonal3(x->j);
+            size = kt_sum3(x->j_size) + link->pitch * link->pitch * size;
         }
     }
-    if (!(inertia > 1e-14 * scale))
+    if (!(inertia > KT_NO_INERTIA * size))
         return false;
     const double d = 1.0 / inertia;
     const kt_v4 dd = kt_v4_splat(d);
@@ -130,7 +150,7 @@ KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, cons
                               kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
     kt_v4 k[3]; /* J^-1 H */
-    if (!kt_invert3(x->j, kt_trace3(x->j), kept->j))
+    if (!kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(kt_sum3(x->j_size)), kept->j))
         return false;
     kept->moment = applied - x->moment;
     kt_v4_multiply(kept->j, x->h, k);
@@ -144,6 +164,7 @@ KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, cons
         x->j[i] = x->g[i] = x->h[i] = none;
     }
     x->moment = applied;
+    x->j_size = none;
     return true;
 }
 
@@ -156,12 +177,12 @@ KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent,
     kt_rest_axes(link, parent->axes, base);
     const kt_v4 force = kt_v4_apply(base, kt_load3(tau + link->v));
     const kt_v4 moment = kt_v4_apply(m->axes, kt_load3(tau + link->v + 3));
-    if (!kt_invert3(x->m, kt_trace3(x->m), mass))
+    if (!kt_invert3(x->m, kt_v4_splat(x->m_size), mass))
         return false;
     kt_v4_multiply(mass, x->g, k); /* M^-1 G */
     for (int i = 0; i < 3; i++)
         about[i] = x->j[i] - kt_v4_apply(x->h, k[i]);
-    if (!kt_invert3(about, kt_trace3(x->j), inverse))
+    if (!kt_invert3(about, kt_diagonal3(x->j) + kt_v4_splat(kt_sum3(x->j_size)), inverse))
         return false;
     const kt_v4 f = force - x->force, n = moment - x->moment;
     const kt_v4 alpha = kt_v4_apply(inverse, n - kt_v4_apply(x->h, kt_v4_apply(mass, f)));
@@ -171,6 +192,8 @@ KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent,
         x->j[i] = x->g[i] = x->h[i] = x->m[i] = none;
     x->moment = moment;
     x->force = force;
+    x->j_size = none;
+    x->m_size = 0.0;
     return true;
 }
 

@@ -109,3 +109,7 @@ kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const doubl
 size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q) {
     return kernels_of(model)->forward(model, data, q, model->zero, model->zero, NULL, data->scratch);
 }
+
+void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    kernels_of(model)->kinematics(model, data, q, v, model->zero);
+}

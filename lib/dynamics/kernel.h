@@ -35,6 +35,9 @@ typedef struct kt_kernels {
 /* Copies a result of nv numbers that is finite; else says of which joint it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
 
+/* kt_kinematics_update without accelerations and without a look at the numbers. */
+void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
+
 KT_KERNELS_DECLARE(baseline)
 KT_KERNELS_DECLARE(v3)
 KT_KERNELS_DECLARE(v4)

@@ -1,4 +1,10 @@
-/* The list of loop types. (Their files are on the way.) */
+/* The list of loop types, for one level of the instruction set. */
 #include "loop/kind.h"
 
-const kt_loop_kind *const KT_KERNEL(kt_loop_kinds)[KT_LOOP_TYPE_COUNT] = {0};
+#define KT_LOOP_EXTERN(id, name) extern const kt_loop_kind KT_KERNEL(kt_loop_##name);
+KT_LOOP_LIST(KT_LOOP_EXTERN)
+#undef KT_LOOP_EXTERN
+
+#define KT_LOOP_ENTRY(id, name) [id] = &KT_KERNEL(kt_loop_##name),
+const kt_loop_kind *const KT_KERNEL(kt_loop_kinds)[KT_LOOP_TYPE_COUNT] = {KT_LOOP_LIST(KT_LOOP_ENTRY)};
+#undef KT_LOOP_ENTRY

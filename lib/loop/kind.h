@@ -9,10 +9,10 @@
 
 enum { KT_LOOP_ROW_MAX = 6 };
 
-/* One end of a loop. World axes; places and velocities are taken from the origin of the ancestor that carries both
- * ends, whose own origin is at rest and whose accelerations are zero here (a motion of both ends together changes no
- * loop), but whose angular velocity counts. alpha and linear are what the velocities alone give: the accelerations for
- * zero joint accelerations. */
+/* One end of a loop. World axes; places and velocities are counted from the origin of the ancestor that carries both
+ * ends, as if that origin were at rest; its angular velocity counts, its accelerations do not (a motion of both ends
+ * together changes no loop). alpha and linear are what the velocities alone give: the accelerations for zero joint
+ * accelerations. The equations do not read these two; who uses them does. */
 typedef struct kt_loop_end {
     kt_v4 axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
     kt_v4 point;
@@ -20,16 +20,19 @@ typedef struct kt_loop_end {
     kt_v4 alpha, linear;
 } kt_loop_end;
 
-/* One equation phi = 0. With w = omega_2 - omega_1 and u = v_2 - v_1 - omega_1 x d, d = point_2 - point_1 (the second
- * end's motion relative to the first's frame, at the second point), and likewise for accelerations, u' = a_2 - a_1 -
- * alpha_1 x d: phi'  = moment . w  + force . u  + rate phi'' = moment . w' + force . u' + drift        (w' = alpha_2 -
- * alpha_1) (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the first end
- * feels the opposite wrench at the same point. */
+/* One equation phi = 0. With d = point_2 - point_1, and the second end's motion relative to the first's frame,
+ *     w = omega_2 - omega_1,   u  = v_2 - v_1 - omega_1 x d,
+ *     w' = alpha_2 - alpha_1,  u' = a_2 - a_1 - alpha_1 x d      (u' is this, not the rate of u)
+ * it is
+ *     phi'  = moment . w  + force . u  + rate
+ *     phi'' = moment . w' + force . u' + drift
+ * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the first end feels the
+ * opposite wrench at the same point. A row that is not holonomic has no phi, and its phi' is what must vanish. */
 typedef struct kt_loop_row {
     kt_v4 moment, force;
-    double residual; /* phi; of a non-holonomic row: 0 */
-    double rate;     /* partial derivative of phi by time */
-    double drift;    /* what of phi'' is not linear in accelerations */
+    double residual; /* phi; 0 where the row is not holonomic */
+    double rate;     /* partial derivative of phi by time: -b' */
+    double drift;    /* what of phi'' is not linear in accelerations; needs the velocities, all else does not */
     bool holonomic;  /* the row has a residual to be closed */
 } kt_loop_row;
 

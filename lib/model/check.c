@@ -152,7 +152,7 @@ static void find_parents(kt_checker *checker) {
     }
 }
 
-/* Leaves mark = 1 at the first body of each cycle, else 0. */
+/* Leaves mark = 1 at the first body of each cycle, and something less elsewhere. */
 static void find_cycles(kt_checker *checker) {
     const int count = checker->description->body_count;
     const int *parent = checker->parent;
@@ -172,9 +172,6 @@ static void find_cycles(kt_checker *checker) {
             first = k < first ? k : first;
         mark[first] = 1;
     }
-    for (int i = 0; i < count; i++)
-        if (mark[i] < 0)
-            mark[i] = 0;
 }
 
 static void report_cycle(kt_checker *checker, int first) {

@@ -55,7 +55,8 @@ void kt_checker_fault(kt_checker *checker, const char *field, int sub, const cha
 /* The markers of a body that can be read: none where their list is at fault. */
 int kt_checker_marker_count(const kt_body *body);
 
-/* ---- check_number.c: each returns whether the value is right; `sub` as in kt_place ------------------------------- */
+/* ---- check_number.c: those that return tell whether it is right; `sub` as in kt_place -------------------------------
+ */
 
 /* Finite, and within KT_NUMBER_MOST. */
 bool kt_number_is_fine(double value);
@@ -67,11 +68,11 @@ bool kt_checker_values(kt_checker *checker, const char *field, int sub, const ch
 bool kt_checker_number(kt_checker *checker, const char *field, double value);
 bool kt_checker_vector(kt_checker *checker, const char *field, int sub, const char *suffix, kt_vec3 value);
 /* And > 0, >= 0. */
-bool kt_checker_positive(kt_checker *checker, const char *field, const char *suffix, double value);
+void kt_checker_positive(kt_checker *checker, const char *field, double value);
 bool kt_checker_not_negative(kt_checker *checker, const char *field, const char *suffix, double value);
 /* A direction: finite and not zero. */
 bool kt_checker_axis(kt_checker *checker, const char *field, kt_vec3 axis);
-bool kt_checker_rotation(kt_checker *checker, const char *field, int sub, const char *suffix,
+void kt_checker_rotation(kt_checker *checker, const char *field, int sub, const char *suffix,
                          const kt_rotation *rotation);
 
 /* ---- check_function.c -------------------------------------------------------------------------------------------- */
@@ -79,12 +80,12 @@ bool kt_checker_rotation(kt_checker *checker, const char *field, int sub, const 
 /* `field` is the key where the function stands. KT_FUNCTION_NONE is right. */
 bool kt_checker_function(kt_checker *checker, const char *field, const kt_function *function);
 /* And, as far as can be told without running it, > 0 at all times. */
-bool kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function);
+void kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function);
 
 /* ---- check_name.c ------------------------------------------------------------------------------------------------ */
 
 /* The name of an item and of one used twice. `name` may be missing where `optional`. */
-bool kt_checker_name(kt_checker *checker, int scope, const char *list, const char *name, bool optional);
+void kt_checker_name(kt_checker *checker, int scope, const char *list, const char *name, bool optional);
 /* The index of a body of that name, KT_BODY_WORLD, or KT_BODY_UNKNOWN after reporting it. NULL is the world. */
 int kt_checker_body(kt_checker *checker, const char *field, int sub, const char *what, const char *name);
 /* The index of the body that bears a joint, or KT_BODY_UNKNOWN after reporting it. */

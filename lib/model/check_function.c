@@ -110,14 +110,12 @@ static double least_value(const kt_function *f) {
     return least;
 }
 
-bool kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function) {
+void kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function) {
     if (!kt_checker_function(checker, field, function))
-        return false;
+        return;
     const double least = least_value(function);
-    if (least > 0.0)
-        return true;
     if (function->type == KT_FUNCTION_CONSTANT)
-        return kt_checker_positive(checker, field, "", least);
-    kt_checker_fault(checker, field, -1, "%s falls to %g; it must stay greater than 0", field, least);
-    return false;
+        kt_checker_positive(checker, field, least);
+    else if (!(least > 0.0))
+        kt_checker_fault(checker, field, -1, "%s falls to %g; it must stay greater than 0", field, least);
 }

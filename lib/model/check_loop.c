@@ -92,5 +92,5 @@ void kt_checker_loop(kt_checker *checker, const kt_loop *loop) {
     if (what & TERMS)
         check_terms(checker, loop);
     if (what & RADIUS)
-        kt_checker_positive(checker, "radius", "", loop->radius);
+        kt_checker_positive(checker, "radius", loop->radius);
 }

@@ -4,30 +4,23 @@
 #include <stddef.h>
 #include <string.h>
 
-bool kt_checker_name(kt_checker *checker, int scope, const char *list, const char *name, bool optional) {
+void kt_checker_name(kt_checker *checker, int scope, const char *list, const char *name, bool optional) {
     if (name == NULL && optional)
-        return true;
+        return;
     if (name == NULL || *name == '\0') {
         kt_checker_fault(checker, "name", -1, "name is missing; give it one");
-        return false;
+        return;
     }
-    if (!kt_name_is_valid(name)) {
+    const int first = kt_names_find(&checker->names, scope, name);
+    if (!kt_name_is_valid(name))
         kt_checker_fault(checker, "name", -1,
                          "name %s is not valid; begin with a letter or _, go on with letters, digits, _ and -",
                          kt_name_quote(name).text);
-        return false;
-    }
-    if (scope == KT_SCOPE_BODY && strcmp(name, "world") == 0) {
+    else if (scope == KT_SCOPE_BODY && strcmp(name, "world") == 0)
         kt_checker_fault(checker, "name", -1, "name 'world' is that of the ground; choose another");
-        return false;
-    }
-    const int first = kt_names_find(&checker->names, scope, name);
-    if (first != checker->index) {
+    else if (first != checker->index)
         kt_checker_fault(checker, "name", -1, "name %s is that of %s[%d] already; choose another",
                          kt_name_quote(name).text, list, first);
-        return false;
-    }
-    return true;
 }
 
 /* The body's name that comes nearest to one that does not exist; not that of the body which is being checked. */

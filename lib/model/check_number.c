@@ -51,14 +51,9 @@ bool kt_checker_vector(kt_checker *checker, const char *field, int sub, const ch
     return kt_checker_values(checker, field, sub, suffix, values, 3);
 }
 
-bool kt_checker_positive(kt_checker *checker, const char *field, const char *suffix, double value) {
-    if (!kt_checker_value(checker, field, -1, suffix, -1, value))
-        return false;
-    if (!(value > 0.0)) {
-        kt_checker_fault(checker, field, -1, "%s%s is %g; it must be greater than 0", field, suffix, value);
-        return false;
-    }
-    return true;
+void kt_checker_positive(kt_checker *checker, const char *field, double value) {
+    if (kt_checker_number(checker, field, value) && !(value > 0.0))
+        kt_checker_fault(checker, field, -1, "%s is %g; it must be greater than 0", field, value);
 }
 
 bool kt_checker_not_negative(kt_checker *checker, const char *field, const char *suffix, double value) {
@@ -81,12 +76,10 @@ bool kt_checker_axis(kt_checker *checker, const char *field, kt_vec3 axis) {
     return true;
 }
 
-bool kt_checker_rotation(kt_checker *checker, const char *field, int sub, const char *suffix,
+void kt_checker_rotation(kt_checker *checker, const char *field, int sub, const char *suffix,
                          const kt_rotation *rotation) {
     kt_mat3 matrix;
     kt_error error;
-    if (kt_rotation_evaluate(rotation, &matrix, &error) == KT_OK)
-        return true;
-    kt_checker_fault(checker, field, sub, "%s%s: %s", field, suffix, error.message);
-    return false;
+    if (kt_rotation_evaluate(rotation, &matrix, &error) != KT_OK)
+        kt_checker_fault(checker, field, sub, "%s%s: %s", field, suffix, error.message);
 }

@@ -36,9 +36,9 @@ void kt_checker_shape(kt_checker *checker, const kt_shape *shape) {
     if (type == KT_SHAPE_BOX)
         check_box(checker, shape);
     if (type == KT_SHAPE_SPHERE || type == KT_SHAPE_CYLINDER)
-        kt_checker_positive(checker, "shape.radius", "", shape->radius);
+        kt_checker_positive(checker, "shape.radius", shape->radius);
     if (type == KT_SHAPE_CYLINDER) {
-        kt_checker_positive(checker, "shape.length", "", shape->length);
+        kt_checker_positive(checker, "shape.length", shape->length);
         kt_checker_axis(checker, "shape.axis", shape->axis);
     }
     if (type == KT_SHAPE_BOX || type == KT_SHAPE_CYLINDER)

@@ -236,6 +236,8 @@ typedef struct kt_link_place {
 typedef struct kt_articulated {
     kt_v4 j[3], g[3], h[3], m[3];
     kt_v4 moment, force;
+    kt_v4 j_size; /* its lanes' sum is what rounding errors of J are proportional to */
+    double m_size; /* and those of M */
 } kt_articulated;
 
 /* A one-axis joint accelerates by base - angular . alpha - linear . a of its parent. */

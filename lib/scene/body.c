@@ -165,23 +165,20 @@ static bool is_hidden(const kt_body *body, const kt_node *node) {
            kt_node_is_faulty(kt_node_find(node, "joint"));
 }
 
-/* The names of bodies and markers, for look-ups by the sections that follow. */
-static bool index_names(kt_reader *r, const kt_body *bodies, int count) {
-    size_t names = (size_t)count;
+bool kt_index_bodies(kt_arena *arena, kt_names *names, const kt_body *bodies, int count) {
+    size_t most = (size_t)count;
     for (int i = 0; i < count; i++)
-        names += (size_t)bodies[i].marker_count;
-    void *memory = kt_arena_take(&r->scratch, 1, kt_names_size(names));
+        most += (size_t)bodies[i].marker_count;
+    void *memory = kt_arena_take(arena, 1, kt_names_size(most));
     if (memory == NULL)
-        return kt_reader_out_of_memory(r);
-    kt_names_place(&r->names, names, memory);
+        return false;
+    kt_names_place(names, most, memory);
     for (int i = 0; i < count; i++) {
-        if (is_hidden(&bodies[i], r->body_nodes[i]))
-            r->bodies_are_known = false;
         if (bodies[i].name != NULL)
-            (void)kt_names_add(&r->names, 0, bodies[i].name, i);
+            (void)kt_names_add(names, 0, bodies[i].name, i);
         for (int k = 0; k < bodies[i].marker_count; k++)
             if (bodies[i].markers[k].name != NULL)
-                (void)kt_names_add(&r->names, i + 1, bodies[i].markers[k].name, k);
+                (void)kt_names_add(names, i + 1, bodies[i].markers[k].name, k);
     }
     return true;
 }
@@ -205,11 +202,13 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     for (int i = 0; i < count; i++) {
         bodies[i] = kt_body_default();
         read_body(r, r->body_nodes[i], i, &bodies[i]);
+        if (is_hidden(&bodies[i], r->body_nodes[i]))
+            r->bodies_are_known = false;
     }
     scene->description.bodies = bodies;
     scene->description.body_count = count;
     r->description = &scene->description;
-    return index_names(r, bodies, count);
+    return kt_index_bodies(&r->scratch, &r->names, bodies, count) || kt_reader_out_of_memory(r);
 }
 
 static void write_bodies(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {

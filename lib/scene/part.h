@@ -21,6 +21,13 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
 int kt_find_body(const kt_reader *r, const char *name);
 int kt_find_marker(const kt_reader *r, int body, const char *name);
 
+/* Fills *names, in the arena, with the names of bodies (scope 0) and of the markers of body i (scope i + 1). False
+ * where there is no memory. */
+bool kt_index_bodies(kt_arena *arena, kt_names *names, const kt_body *bodies, int count);
+
+/* Whether a method chooses its steps by itself. */
+bool kt_method_is_adaptive(const kt_method *method);
+
 /* The unit of a scalar joint's position; that of an angle where there is no such joint. */
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
 
@@ -29,6 +36,6 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
 void kt_check_description(kt_reader *r, const kt_description *description);
 
 /* Whether a run can be written and read again; says why not. */
-kt_status kt_check_run(const kt_run *run, kt_error *error);
+kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_error *error);
 
 #endif

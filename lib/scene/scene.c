@@ -207,7 +207,7 @@ kt_status kt_scene_write_without(const char *const *refused, const kt_scene *sce
         return kt_error_set(error, KT_ERROR_ARGUMENT, "scene", "scene and stream cannot be NULL");
     kt_status status = kt_description_check(&scene->description, NULL, NULL, error);
     if (status == KT_OK)
-        status = kt_check_run(&scene->run, error);
+        status = kt_check_run(&scene->run, &scene->description, error);
     if (status != KT_OK)
         return status;
     locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);

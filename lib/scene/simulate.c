@@ -1,7 +1,6 @@
 /* How a scene is run, and what is recorded. */
 #include "scene/part.h"
 
-#include <math.h>
 #include <string.h>
 
 #define RUN_NAME(id, name) #name,
@@ -20,13 +19,11 @@ static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(rec
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-static bool is_adaptive(const kt_method *method) { return method->embedded_order > 0; }
-
 static void add_methods(kt_phrase *phrase, bool adaptive_only) {
     const char *before = "";
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *method = kt_method_at(i);
-        if (adaptive_only && !is_adaptive(method))
+        if (adaptive_only && !kt_method_is_adaptive(method))
             continue;
         kt_phrase_add(phrase, "%s%s", before, method->name);
         before = ", ";
@@ -156,7 +153,7 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
                     "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out");
         return;
     }
-    if (method == NULL || is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator))
+    if (method == NULL || kt_method_is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator))
         return;
     kt_phrase adaptive = {.length = 0};
     add_methods(&adaptive, true);
@@ -314,40 +311,3 @@ static const kt_field output_fields[] = {
     {.key = "markers", .kind = &kind_markers},
 };
 const kt_table kt_output_table = {.where = "output", .fields = output_fields, .count = KT_COUNT_OF(output_fields)};
-
-/* ---- what a caller gives to be written --------------------------------------------------------------------------- */
-
-static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
-static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }
-
-static kt_status refuse(kt_error *error, const char *where, const char *message) {
-    return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
-}
-
-static kt_status check_markers(const kt_run *run, kt_error *error) {
-    if (run->marker_count < 0 || (run->marker_count > 0 && run->markers == NULL))
-        return refuse(error, "output.markers", "the list is NULL, or its count negative");
-    for (int i = 0; i < run->marker_count; i++) {
-        const kt_marker_pair *pair = &run->markers[i];
-        if (!kt_name_is_valid(pair->body) || !kt_name_is_valid(pair->marker))
-            return kt_error_set(error, KT_ERROR_ARGUMENT, "output.markers", "[%d] is not BODY.MARKER", i);
-    }
-    return KT_OK;
-}
-
-kt_status kt_check_run(const kt_run *run, kt_error *error) {
-    const kt_method *method = run->integrator == NULL ? NULL : kt_method_find(run->integrator);
-    if (method == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.integrator", "there is no method %s",
-                            kt_name_quote(run->integrator == NULL ? "" : run->integrator).text);
-    if (!is_not_negative(run->duration))
-        return refuse(error, "simulate.duration", "it must be finite and not negative");
-    if (!is_not_negative(run->step) || !is_not_negative(run->interval))
-        return refuse(error, "simulate.step, output.interval", "they must be finite and not negative");
-    if (run->step == 0.0 && !is_adaptive(method))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.step", "%s has a fixed step; give it", method->name);
-    if (run->step == 0.0 && (!is_not_negative(run->relative) || !is_not_negative(run->absolute) ||
-                             !is_positive(run->relative + run->absolute)))
-        return refuse(error, "simulate.tolerance", "tolerances must be finite, not negative, and one of them above 0");
-    return check_markers(run, error);
-}

@@ -28,10 +28,7 @@ KT_TEST(quartiles_are_those_of_the_sorted_samples) {
 KT_TEST(ratio_compares_round_by_round) {
     /* A disturbance that strikes both in one round moves no quartile. */
     kt_bench_times part = {.sample = {1, 10, 1, 2, 1}, .rounds = 5}, whole = {.sample = {4, 40, 4, 8, 2}, .rounds = 5};
-    kt_bench_sort(&part);
-    kt_bench_sort(&whole);
     const kt_bench_ratio r = kt_bench_compare(&part, &whole);
-    kt_check_near("of the least", r.least, 0.5, 0.0);
     kt_check_near("low", r.low, 0.25, 0.0);
     kt_check_near("median", r.median, 0.25, 0.0);
     kt_check_near("high", r.high, 0.25, 0.0);

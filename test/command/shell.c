@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 static char folder[] = "/tmp/kinetree-command-XXXXXX";
@@ -131,7 +132,7 @@ kt_ran kt_terminal(const char *format, ...) {
             if (!is_running)
                 break;
             is_running = waitpid(child, &status, WNOHANG) == 0;
-            usleep(1000);
+            nanosleep(&(struct timespec){0, 1000000}, NULL);
         }
     }
     if (is_running)

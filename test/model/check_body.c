@@ -99,6 +99,8 @@ KT_TEST(axes_have_a_direction) {
     REFUSES(GIMBAL, b->joint.axis2 = kt_vec3_make(0.0, 1e-309, 1e-300), -1, "joint.axis2", "body 'gimbal'", parallel);
     REFUSES(GIMBAL, b->joint.axis2.y = nan_value, -1, "joint.axis2", "body 'gimbal'",
             "joint.axis2[1] is nan; give a finite number");
+    REFUSES(GIMBAL, (b->joint.axis = kt_vec3_make(0.0, 0.0, 0.0), b->joint.axis2.x = 1.0), -1, "joint.axis",
+            "body 'gimbal'", "joint.axis is zero; give it a direction, such as [0, 0, 1]");
     PASSES("axis2 not given", GIMBAL, b->joint.axis2 = kt_vec3_make(0.0, 0.0, 0.0));
     PASSES("axes that are not at right angles", GIMBAL, b->joint.axis2 = kt_vec3_make(0.0, 2e-8, 1.0));
 }

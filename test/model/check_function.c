@@ -115,3 +115,29 @@ KT_TEST(lengths_stay_greater_than_zero) {
     passes("table above zero", ROD, kt_function_table(rows, 4, KT_INTERPOLATION_LINEAR));
     passes("polynomial that starts above zero", ROD, kt_function_polynomial(rows + 1, 2));
 }
+
+/* Whether a function is positive is asked only of one that can be evaluated: each of these would fall below zero. */
+KT_TEST(a_wrong_function_has_no_least_value) {
+    static const double coefficients[] = {-1.0, (double)NAN}, rows[] = {0.0, -1.0, 0.0, -2.0, 1.0};
+    const kt_function functions[] = {
+        kt_function_sine(nan_value, 1.0, 0.0, -1.0),
+        kt_function_sine(1.0, nan_value, 0.0, -1.0),
+        kt_function_sine(1.0, -1.0, 0.0, -1.0),
+        kt_function_sine(1.0, 1.0, nan_value, -1.0),
+        kt_function_sine(1.0, 1.0, 0.0, nan_value),
+        kt_function_ramp(nan_value, -1.0, 0.0, 1.0),
+        kt_function_ramp(-1.0, nan_value, 0.0, 1.0),
+        kt_function_ramp(-1.0, 1.0, nan_value, 1.0),
+        kt_function_ramp(-1.0, 1.0, 0.0, nan_value),
+        kt_function_ramp(-1.0, 1.0, 1.0, 0.0),
+        kt_function_polynomial(coefficients, 2),
+        kt_function_polynomial(coefficients, 0),
+        kt_function_table(rows, 4, KT_INTERPOLATION_LINEAR),
+        kt_function_table(rows, 5, KT_INTERPOLATION_LINEAR),
+        kt_function_table(rows, 2, KT_INTERPOLATION_LINEAR),
+        kt_function_table(rows, 4, (kt_interpolation)7),
+        kt_function_constant(nan_value),
+    };
+    for (size_t i = 0; i < sizeof functions / sizeof *functions; i++)
+        kt_check_equal_int("faults", faults_of(ROD, functions[i]).count, 1);
+}

@@ -158,6 +158,13 @@ KT_TEST(joints_of_motions_have_one_coordinate) {
                  "joint 'ball' is spherical; what is wanted has one coordinate: revolute, prismatic or screw");
     REFUSES_LOOP(DRIVE, l->joint = "base", -1, "joint", "loop 'drive'",
                  "joint 'base' is fixed; what is wanted has one coordinate: revolute, prismatic or screw");
+    REFUSES_LOOP(DRIVE, l->joint = "wrld", -1, "joint", "loop 'drive'",
+                 "joint 'wrld' does not exist; name a body of the scene");
+    REFUSES_LOOP(DRIVE,
+                 (l->joint = "crank", m.bodies[CRANK].joint.type = KT_JOINT_PLANAR, m.terms[0].joint = "screw",
+                  m.effects[ENGINE].joint = "screw"),
+                 -1, "joint", "loop 'drive'",
+                 "joint 'crank' is planar; what is wanted has one coordinate: revolute, prismatic or screw");
     PASSES_LOOP("screw", DRIVE, l->joint = "screw");
     PASSES_LOOP("revolute", DRIVE, l->joint = "rocker");
     REFUSES_LOOP(DRIVE, l->function.type = KT_FUNCTION_NONE, -1, "position", "loop 'drive'",
@@ -180,6 +187,11 @@ KT_TEST(couplings_are_checked) {
     REFUSES_LOOP(GEAR, (m.terms[0].coefficient = 0.0, m.terms[1].coefficient = 9e-51), -1, "coefficients",
                  "loop 'gear'", zero);
     PASSES_LOOP("one zero among others", GEAR, (m.terms[0].coefficient = 0.0));
+    PASSES_LOOP("one term: a locked joint", GEAR, l->term_count = 1);
+    mechanism two;
+    mechanism_fill(&two);
+    two.terms[0].joint = two.terms[1].joint = "nobody";
+    kt_check_equal_int("unknown joints do not stand twice", mechanism_faults(&two.description).count, 2);
     /* Two couplings may share their joints. */
     PASSES_LOOP("joints in two couplings", CLOSE, (l->type = KT_LOOP_COUPLING, l->terms = m.terms, l->term_count = 2));
 }

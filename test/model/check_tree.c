@@ -61,6 +61,14 @@ KT_TEST(cycles_are_named_once) {
     m.bodies[SLIDER].parent = "ball";
     m.bodies[BALL].parent = "bird";
     m.bodies[BIRD].parent = "coupler";
+    const kt_description four = {.bodies = m.bodies + 1, .body_count = 4};
+    m.bodies[COUPLER].parent = "rocker";
+    m.bodies[BALL].parent = "coupler";
+    kt_check_text("four are named", mechanism_faults(&four).text,
+                  "body 0 -1 parent | body 'coupler' | the parents form a cycle of 4 bodies, 'coupler' -> 'rocker' -> "
+                  "'slider' -> 'ball' -> 'coupler'; give one of them another parent\n");
+    m.bodies[COUPLER].parent = "crank";
+    m.bodies[BALL].parent = "bird";
     kt_check_text("a long one", mechanism_faults(&m.description).text,
                   "body 0 -1 parent | body 'crank' | the parents form a cycle of 6 bodies, 'crank' -> 'rocker' -> "
                   "'slider' -> 'ball' -> ... -> 'crank'; give one of them another parent\n");
@@ -75,6 +83,9 @@ KT_TEST(held_joints_exist_once) {
     mechanism_fails(&m, KT_ITEM_HOLD, 1, -1, "hold", "hold[1]", "joint is missing; name the body that it carries");
     m.hold[1] = "crank";
     mechanism_fails(&m, KT_ITEM_HOLD, 1, -1, "hold", "hold[1]", "joint 'crank' stands twice; name it once");
+    m.hold[0] = m.hold[1] = "nobody";
+    kt_check_equal_int("unknown joints do not stand twice", mechanism_faults(&m.description).count, 2);
+    m.hold[0] = "crank";
     m.hold[1] = "ball";
     mechanism_passes("a joint of many coordinates", &m);
 }
@@ -143,6 +154,40 @@ KT_TEST(children_of_a_wrong_body_are_not_wrong) {
     mechanism_fill(&m);
     m.bodies[SLIDER].joint.type = (kt_joint_type)-1;
     kt_check_equal_int("faults", mechanism_faults(&m.description).count, 1);
+}
+
+KT_TEST(every_kind_of_name_has_room) {
+    enum { COUNT = 300 };
+    static char names[COUNT][8];
+    static kt_loop loops[COUNT];
+    static kt_effect effects[COUNT];
+    static kt_marker markers[COUNT];
+    kt_body body = kt_body_default();
+    body.name = "slider";
+    body.joint.type = KT_JOINT_PRISMATIC;
+    for (int i = 0; i < COUNT; i++) {
+        snprintf(names[i], sizeof names[i], "n%d", i);
+        loops[i] = kt_loop_default();
+        loops[i].name = effects[i].name = markers[i].name = names[i];
+        loops[i].type = KT_LOOP_MOTION;
+        loops[i].function = effects[i].torque = kt_function_constant(0.0);
+        loops[i].joint = effects[i].joint = body.name;
+        effects[i].type = KT_EFFECT_MOTOR;
+    }
+    kt_description d = kt_description_default();
+    d.loops = loops;
+    d.effects = effects;
+    d.bodies = &body;
+    d.body_count = 1;
+    d.loop_count = COUNT;
+    kt_check_text("loops", mechanism_faults(&d).text, "");
+    d.loop_count = 0;
+    d.effect_count = COUNT;
+    kt_check_text("effects", mechanism_faults(&d).text, "");
+    d.effect_count = 0;
+    body.markers = markers;
+    body.marker_count = COUNT;
+    kt_check_text("markers", mechanism_faults(&d).text, "");
 }
 
 KT_TEST(missing_memory_is_told) {

@@ -226,3 +226,22 @@ KT_TEST(time_that_is_no_number_gives_no_number) {
         kt_check_true("value is NaN", isnan(value_at(&r, (double)NAN, 0)));
     }
 }
+
+/* In a block of the very size, so that the sanitizers see one number too many, written or read. */
+KT_TEST(functions_stay_in_their_place) {
+    static const double numbers[] = {1.0, 2.0, 3.0, 8.0, 4.0, 1.0, 5.0, 0.5};
+    const kt_function functions[] = {kt_function_constant(1.0), kt_function_polynomial(numbers, 8),
+                                     kt_function_table(numbers, 8, KT_INTERPOLATION_LINEAR),
+                                     kt_function_table(numbers, 8, KT_INTERPOLATION_CUBIC)};
+    static const size_t counts[] = {0, 8, 20, 20};
+    for (size_t i = 0; i < sizeof functions / sizeof *functions; i++) {
+        const size_t count = kt_curve_number_count(&functions[i]);
+        kt_check_equal_int("numbers", (long long)count, (long long)counts[i]);
+        double *block = malloc((count + 1) * sizeof *block), out[3];
+        const kt_curve curve = kt_curve_compile(&functions[i], block, 1);
+        for (double t = 0.0; t < 6.0; t += 0.25)
+            kt_curve_evaluate(&curve, block, t, out);
+        kt_check_true("value is finite", isfinite(out[0]));
+        free(block);
+    }
+}

@@ -1,0 +1,10 @@
+/* The list of effect types. */
+#include "effect/kind.h"
+
+#define KT_EFFECT_EXTERN(id, name) extern const kt_effect_kind kt_effect_##name;
+KT_EFFECT_LIST(KT_EFFECT_EXTERN)
+#undef KT_EFFECT_EXTERN
+
+#define KT_EFFECT_ENTRY(id, name) [id] = &kt_effect_##name,
+const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
+#undef KT_EFFECT_ENTRY

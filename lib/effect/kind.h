@@ -1,0 +1,41 @@
+/* What an effect type tells those who sum the effects of a scene: a wrench at each of its ends, or the force of a
+ * joint.
+ *
+ * An effect is a pure function of its record, the motion of its ends or joint, and the time. It says where its power
+ * comes from: with P the power of all it exerts,
+ *     P = supplied - dissipated - dV/dt,   V its potential energy.
+ */
+#ifndef KT_EFFECT_KIND_H
+#define KT_EFFECT_KIND_H
+
+#include "model/internal.h"
+
+/* An end in motion, world axes. The points of both ends may be counted from any point that rests in the world: where
+ * both are far from the world's origin, from one near to them loses nothing. */
+typedef struct kt_effect_end {
+    kt_mat3 axes; /* of the end's frame */
+    kt_vec3 point;
+    kt_vec3 omega, velocity; /* angular velocity; velocity of the point */
+} kt_effect_end;
+
+typedef struct kt_effect_balance {
+    double energy;     /* potential energy V, J */
+    double dissipated; /* power turned into heat, W, >= 0 */
+    double supplied;   /* power that comes from outside, W */
+} kt_effect_balance;
+
+/* One file a type: const kt_effect_kind kt_effect_spring. */
+typedef struct kt_effect_kind {
+    int ends; /* frames that it acts on: 1 or 2; 0: a scalar joint */
+    /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
+     */
+    void (*push)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                 kt_wrench *wrench, kt_effect_balance *balance);
+    /* Effects on a joint with position q and velocity v: the joint's force (N m, or N where it slides). */
+    double (*drive)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                    kt_effect_balance *balance);
+} kt_effect_kind;
+
+extern const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT];
+
+#endif

@@ -1,0 +1,14 @@
+/* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
+#include "effect/kind.h"
+
+static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                    kt_effect_balance *balance) {
+    double f[3];
+    (void)q;
+    kt_curve_evaluate(&effect->curve, numbers, t, f);
+    if (balance)
+        *balance = (kt_effect_balance){.supplied = f[0] * v};
+    return f[0];
+}
+
+const kt_effect_kind kt_effect_motor = {.drive = drive};

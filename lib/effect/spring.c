@@ -1,0 +1,32 @@
+/* Spring and damper along the line between two points. With d = p2 - p1, n = d / |d|, rate = n . d':
+ *     tension = k (|d| - L) + c rate,  V = k (|d| - L)^2 / 2,  dissipated = c rate^2
+ * and the ends are pulled together by it, so that a spring of no length (L = 0) pulls with -k d.
+ *
+ * Where the points coincide n is undefined. In a motion through that place n is -d' / |d'| before it and d' / |d'|
+ * after it: the push k L n changes sign there, and c rate n = c d' does not. The mean of both sides is taken: no push,
+ * and damping of the whole d'.
+ */
+#include "effect/kind.h"
+
+#include <float.h>
+
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                 kt_wrench *wrench, kt_effect_balance *balance) {
+    (void)numbers, (void)t;
+    const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
+    const double square = kt_vec3_dot(d, d);
+    const bool apart = square > DBL_MIN; /* below, the square has lost digits */
+    const double length = apart ? sqrt(square) : 0.0, stretch = length - effect->length;
+    const kt_vec3 n = kt_vec3_scale(apart ? 1.0 / length : 0.0, d);
+    const double rate = apart ? kt_vec3_dot(n, moving) : kt_vec3_norm(moving);
+    const kt_vec3 pull = apart ? kt_vec3_scale(effect->stiffness * stretch + effect->damping * rate, n)
+                               : kt_vec3_scale(effect->damping, moving);
+    const kt_vec3 none = {0.0, 0.0, 0.0};
+    wrench[0] = (kt_wrench){.moment = none, .force = pull};
+    wrench[1] = (kt_wrench){.moment = none, .force = kt_vec3_scale(-1.0, pull)};
+    if (balance)
+        *balance = (kt_effect_balance){.energy = 0.5 * effect->stiffness * stretch * stretch,
+                                       .dissipated = effect->damping * rate * rate};
+}
+
+const kt_effect_kind kt_effect_spring = {.ends = 2, .push = push};

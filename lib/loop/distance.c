@@ -1,0 +1,34 @@
+/* Distance: |d| = L(t), d = p2 - p1 [MSD 6.34 to 6.44]. With n = d / |d| and d' = v2 - v1,
+ *     phi   = |d| - L
+ *     phi'  = n . d' - L'
+ *     phi'' = n . d'' + (|d'|^2 - (n . d')^2) / |d| - L''
+ * and n . (w1 x d) = n . (alpha1 x d) = 0, so that n . d' = n . u and n . d'' = n . u'. Where the points coincide n is
+ * undefined and the first end's x axis is taken, so that a search for |d| = L has a way to go; the curvature counts as
+ * none there.
+ */
+#include "loop/relative.h"
+
+#include <float.h>
+#include <math.h>
+
+static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                    kt_loop_row *rows) {
+    double length[3];
+    kt_curve_evaluate(&loop->curve, numbers, t, length);
+    const kt_v4 d = end[1].point - end[0].point, rate = end[1].velocity - end[0].velocity;
+    const double d2 = kt_v4_dot(d, d);
+    const bool apart = d2 > DBL_MIN; /* below, the square has lost digits */
+    const double norm = apart ? sqrt(d2) : 0.0;
+    const kt_v4 n = apart ? d / kt_v4_splat(norm) : end[0].axes[0];
+    const kt_v4 across = kt_v4_cross(n, rate); /* |d'|^2 - (n . d')^2 without cancellation */
+    const double bend = apart ? kt_v4_dot(across, across) / norm : 0.0;
+    rows[0] = (kt_loop_row){.force = n,
+                            .moment = kt_v4_splat(0.0),
+                            .residual = norm - length[0],
+                            .rate = -length[1],
+                            .drift = bend - length[2],
+                            .holonomic = true};
+    return 1;
+}
+
+const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluate};

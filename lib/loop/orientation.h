@@ -1,0 +1,127 @@
+/* Rows that close an orientation, first order in the error and regular up to half a turn of it.
+ *
+ * The skew part of the relative rotation [MSD 6.51] is sin(theta) n: first order, but past a quarter turn it shrinks
+ * again, so a search for its zero goes astray there, and half a turn looks closed. 2 sin(theta / 2) n still has no
+ * slope at half a turn. The residuals here are 4 tan(theta / 4) n (modified Rodrigues parameters: Wiener 1962; Schaub
+ * and Junkins 1996, J. Astronautical Sciences 44): at half a turn it is 4 and has the slope 2. Newton's step turns back
+ * by 2 sin(theta / 2), never too far.
+ *
+ * Frame 1 has the axes e_k, frame 2 the axes f_k; w = w2 - w1; x' is the rate seen in frame 1, where f_k' = w x f_k and
+ * the rate of w is (w2' - w1') - g, g = w1 x w2 (relative.h). So a row with moment m has -m . g in its drift.
+ */
+#ifndef KT_LOOP_ORIENTATION_H
+#define KT_LOOP_ORIENTATION_H
+
+#include "loop/relative.h"
+
+#include <math.h>
+
+/* How far (sine) from a place where its direction is undefined an axis is kept for the equations' sake: there, and
+ * within this of it, they are those of an axis moved that far. */
+#define KT_AXIS_CLEARANCE 1e-4
+
+/* ---- equal orientation ---------------------------------------------------------------------------------------------
+ *
+ * q = (c, e), c >= 0, turns frame 1's axes into frame 2's; p = 4 e / (1 + c), |p| = 4 tan(theta / 4), s = |p|^2 / 16.
+ * From c' = -(w . e) / 2 and e' = (c w + w x e) / 2:
+ *     p'  = (1 - s) w + w x p / 2 + (p . w) p / 8 =: B w,       B'B = (1 + s)^2 1
+ *     p'' = B w' + (p . w) p' / 4 - (1 + s) |w|^2 p / 8
+ * and row k is the component along e_k: phi = e_k . p, moment B' e_k = (1 - s) e_k + p x e_k / 2 + (e_k . p) p / 8.
+ */
+KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[3]) {
+    const kt_v4 *e = end[0].axes, *f = end[1].axes;
+    const kt_v4 x = kt_v4_apply_transposed(e, f[0]), y = kt_v4_apply_transposed(e, f[1]);
+    const kt_v4 z = kt_v4_apply_transposed(e, f[2]);
+    const kt_mat3 turn = {kt_v4_vec3(x), kt_v4_vec3(y), kt_v4_vec3(z)};
+    const kt_quat q = kt_quat_from_matrix(turn);
+    const double scale = 4.0 / (1.0 + q.w);
+    const double component[3] = {scale * q.x, scale * q.y, scale * q.z};
+    const kt_v4 p = kt_v4_apply(e, (kt_v4){component[0], component[1], component[2], 0.0});
+    const double s = kt_v4_dot(p, p) / 16.0;
+    const double pw = kt_v4_dot(p, r->w), ww = kt_v4_dot(r->w, r->w);
+    for (int k = 0; k < 3; k++) {
+        const double phi = component[k];
+        const kt_v4 m =
+            kt_v4_splat(1.0 - s) * e[k] + kt_v4_splat(0.5) * kt_v4_cross(p, e[k]) + kt_v4_splat(0.125 * phi) * p;
+        rows[k] = (kt_loop_row){.moment = m,
+                                .force = kt_v4_splat(0.0),
+                                .residual = phi,
+                                .drift = 0.25 * pw * kt_v4_dot(m, r->w) - 0.125 * (1.0 + s) * ww * phi -
+                                         kt_v4_dot(m, r->turning),
+                                .holonomic = true};
+    }
+}
+
+/* ---- one axis ------------------------------------------------------------------------------------------------------
+ */
+
+/* f, or where its sine against e is below the clearance, f moved so far from the line of e (towards `aside`, normal to
+ * e, where f lies on that line). */
+KT_INLINE kt_v4 kt_axis_clear(kt_v4 e, kt_v4 aside, kt_v4 f) {
+    const double c = kt_v4_dot(e, f);
+    const kt_v4 across = kt_v4_cross(kt_v4_cross(e, f), e); /* f's part normal to e */
+    const double s2 = kt_v4_dot(across, across);
+    if (s2 >= KT_AXIS_CLEARANCE * KT_AXIS_CLEARANCE)
+        return f;
+    const kt_v4 away = s2 > 1e-290 ? across / kt_v4_splat(sqrt(s2)) : aside;
+    const double along = copysign(sqrt(1.0 - KT_AXIS_CLEARANCE * KT_AXIS_CLEARANCE), c);
+    return kt_v4_splat(KT_AXIS_CLEARANCE) * away + kt_v4_splat(along) * e;
+}
+
+/* The second end's z axis, clear of being opposite to the first's. */
+KT_INLINE kt_v4 kt_axis_not_opposite(const kt_loop_end end[2]) {
+    const kt_v4 e = end[0].axes[2], f = end[1].axes[2];
+    return kt_v4_dot(e, f) < 0.0 ? kt_axis_clear(e, end[0].axes[0], f) : f;
+}
+
+/* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with
+ * c = e . f, b = cos(theta / 2) = sqrt((1 + c) / 2),
+ *     phi = F h in the directions e_x and e_y,  F = 4 tan(theta / 4) / sin(theta) = 2 / (b (1 + b))
+ *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2),  F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
+ * h_x = -e_y . f, h_y = e_x . f. For a direction k of frame 1, (k . f)' = w . (f x k) and (k . f)'' = w' . (f x k) +
+ * k . (w x (w x f)); then the chain rule. At c = -1 the direction is undefined: e_x is taken. */
+KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
+    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end), w = r->w;
+    const kt_v4 side[2] = {-end[0].axes[1], end[0].axes[0]}; /* h = side . f */
+    const double c = kt_v4_dot(e, f), hx = kt_v4_dot(side[0], f), hy = kt_v4_dot(side[1], f);
+    /* (1 + c) / 2 = sin^2 / (2 (1 - c)), which loses nothing where c is near -1 */
+    const double half = c < 0.0 ? (hx * hx + hy * hy) / (2.0 * (1.0 - c)) : 0.5 * (1.0 + c);
+    const double b = sqrt(half), one = 1.0 + b;
+    const double f0 = 2.0 / (b * one);
+    const double f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
+    const double f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
+    const kt_v4 slope = kt_v4_cross(f, e), bend = kt_v4_cross(w, kt_v4_cross(w, f));
+    const double c1 = kt_v4_dot(w, slope), c2 = kt_v4_dot(e, bend);
+    const double h[2] = {hx, hy};
+    for (int k = 0; k < 2; k++) {
+        const kt_v4 lever = kt_v4_cross(f, side[k]);
+        const kt_v4 m = kt_v4_splat(f0) * lever + kt_v4_splat(f1 * h[k]) * slope;
+        const double bent =
+            f0 * kt_v4_dot(side[k], bend) + 2.0 * f1 * c1 * kt_v4_dot(w, lever) + (f2 * c1 * c1 + f1 * c2) * h[k];
+        rows[k] = (kt_loop_row){.moment = m,
+                                .force = kt_v4_splat(0.0),
+                                .residual = f0 * h[k],
+                                .drift = bent - kt_v4_dot(m, r->turning),
+                                .holonomic = true};
+    }
+}
+
+/* Axis f = f_z normal to e = e_z. With eps the angle by which they miss it, c = e . f = sin(eps) and s = |e x f| =
+ * cos(eps), whose slope would vanish at a quarter turn, the most that can be missed. So
+ *     phi = 2 tan(eps / 2) = 2 c / (1 + s) =: G(c),  G' = 2 / (s (1 + s)),  G'' = 2 c (1 + 2 s) / (s^3 (1 + s)^2)
+ * with the slope 1 to 2, and Newton's step is sin(eps). At s = 0 any direction leads back: f moves towards e_x. */
+KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_relative *r) {
+    const kt_v4 e = end[0].axes[2], f = kt_axis_clear(e, end[0].axes[0], end[1].axes[2]), w = r->w;
+    const kt_v4 lever = kt_v4_cross(f, e);
+    const double c = kt_v4_dot(e, f), s = sqrt(kt_v4_dot(lever, lever)), one = 1.0 + s;
+    const double g1 = 2.0 / (s * one), g2 = 2.0 * c * (1.0 + 2.0 * s) / (s * s * s * one * one);
+    const kt_v4 m = kt_v4_splat(g1) * lever;
+    const double c1 = kt_v4_dot(w, lever), c2 = kt_v4_dot(e, kt_v4_cross(w, kt_v4_cross(w, f)));
+    return (kt_loop_row){.moment = m,
+                         .force = kt_v4_splat(0.0),
+                         .residual = 2.0 * c / one,
+                         .drift = g1 * c2 + g2 * c1 * c1 - kt_v4_dot(m, r->turning),
+                         .holonomic = true};
+}
+
+#endif

@@ -1,0 +1,44 @@
+/* The second end's motion seen from the first, and rows that close it along the first end's axes.
+ *
+ * d = p2 - p1, and with the frame of end 1 turning at w1,
+ *     u = v2 - v1 - w1 x d     is d's rate seen in it,
+ *     w = w2 - w1.
+ * For an axis e of that frame, e' = w1 x e, so phi = e . d has
+ *     phi'  = e . u
+ *     phi'' = e . u' - e . (2 w1 x u + w1 x (w1 x d)),   u' = a2 - a1 - alpha1 x d  [kind.h]
+ * (du/dt = u' - w1 x (u + w1 x d), and e' . u = - e . (w1 x u)). The same holds of any direction fixed in end 1's
+ * frame. Seen in that frame, w's rate is w' - w1 x w2.
+ */
+#ifndef KT_LOOP_RELATIVE_H
+#define KT_LOOP_RELATIVE_H
+
+#include "loop/kind.h"
+
+typedef struct kt_loop_relative {
+    kt_v4 d, u, w;  /* see above */
+    kt_v4 coriolis; /* -(2 w1 x u + w1 x (w1 x d)) */
+    kt_v4 turning;  /* w1 x w2 */
+} kt_loop_relative;
+
+KT_INLINE kt_loop_relative kt_loop_relative_of(const kt_loop_end end[2]) {
+    kt_loop_relative r;
+    const kt_v4 w1 = end[0].omega;
+    r.d = end[1].point - end[0].point;
+    const kt_v4 carried = kt_v4_cross(w1, r.d);
+    r.u = end[1].velocity - end[0].velocity - carried;
+    r.w = end[1].omega - w1;
+    r.coriolis = -kt_v4_cross(w1, r.u + r.u + carried);
+    r.turning = kt_v4_cross(w1, end[1].omega);
+    return r;
+}
+
+/* phi = e . d, e fixed in end 1's frame */
+KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_v4 e) {
+    return (kt_loop_row){.force = e,
+                         .moment = kt_v4_splat(0.0),
+                         .residual = kt_v4_dot(e, r->d),
+                         .drift = kt_v4_dot(e, r->coriolis),
+                         .holonomic = true};
+}
+
+#endif

@@ -1,0 +1,61 @@
+/* Rolling: a thin disc rolls on a plane without slip. End 1 is the disc's centre, z along its axle a; end 2 a point of
+ * the plane, x and y in it and z its normal n. rho: radius, c = n . a, s = |n x a|.
+ *
+ * The lowest direction in the disc, and the contact:
+ *     -t,  t = (n - c a) / s = a x (n x a) / s,     P = C - rho t,  seen from the plane's point S: r = C - S, P - S = r
+ * - rho t The velocity of the disc's material point at P against the plane, W = w1 - w2, U = v1 - v2 - w2 x r (r's rate
+ * seen in the plane's frame): y = U - rho W x t Rows: y . x = 0, y . y = 0 (non-holonomic), and with contact y . n = 0,
+ * which is the rate of the gap phi = n . r - rho s       (its rate n . U - rho s', and s' = W . (t x n) = n . (W x t))
+ * Each is a velocity of end 1 against end 2 at P along k = x, y, n; in the terms of kind.h force -k, moment -(P - S) x
+ * k. Differentiated in the plane's frame, with a' = W x a, c' = n . a', s' = -c c' / s, t' = -(c' a + c a' + s' t) / s:
+ *     y' = U' - rho (W' x t + W x t')
+ *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r),   W' = alpha1 - alpha2 - w2 x W
+ * so that drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t')).
+ * A disc that lies flat (s = 0) touches everywhere: t is taken along its x axis, and t' as that of s = 1e-6.
+ */
+#include "loop/relative.h"
+
+#include <math.h>
+
+static const double FLAT = 1e-6;
+
+typedef struct contact {
+    double c, s;
+    kt_v4 t, rate; /* t, t' */
+} contact;
+
+static inline contact touch(const kt_loop_end *wheel, kt_v4 n, kt_v4 turning) {
+    const kt_v4 a = wheel->axes[2], across = kt_v4_cross(n, a), rate = kt_v4_cross(turning, a);
+    contact k;
+    k.c = kt_v4_dot(n, a);
+    k.s = sqrt(kt_v4_dot(across, across));
+    k.t = k.s > 1e-150 ? kt_v4_cross(a, across) / kt_v4_splat(k.s) : wheel->axes[0];
+    const double s = fmax(k.s, FLAT), c1 = kt_v4_dot(n, rate), s1 = -k.c * c1 / s;
+    k.rate = -(kt_v4_splat(c1) * a + kt_v4_splat(k.c) * rate + kt_v4_splat(s1) * k.t) / kt_v4_splat(s);
+    return k;
+}
+
+static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                    kt_loop_row *rows) {
+    (void)numbers, (void)t;
+    const kt_v4 rho = kt_v4_splat(loop->radius), w2 = end[1].omega, n = end[1].axes[2];
+    const kt_v4 r = end[0].point - end[1].point, turning = end[0].omega - w2;
+    const contact at = touch(&end[0], n, turning);
+    const kt_v4 point = r - rho * at.t;
+    const kt_v4 carried = kt_v4_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
+    const kt_v4 bend = rho * (kt_v4_cross(kt_v4_cross(w2, turning), at.t) - kt_v4_cross(turning, at.rate)) -
+                       kt_v4_cross(w2, u + u + carried);
+    const int count = loop->contact ? 3 : 2;
+    for (int k = 0; k < count; k++) {
+        const kt_v4 direction = end[1].axes[k];
+        rows[k] = (kt_loop_row){
+            .moment = kt_v4_cross(direction, point), .force = -direction, .drift = kt_v4_dot(direction, bend)};
+    }
+    if (loop->contact) {
+        rows[2].residual = kt_v4_dot(n, r) - loop->radius * at.s;
+        rows[2].holonomic = true;
+    }
+    return count;
+}
+
+const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate};

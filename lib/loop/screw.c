@@ -1,0 +1,44 @@
+/* Screw: inline, coaxial, and an advance along z of `pitch` metres for each radian turned since the start.
+ *     phi = d_z - pitch (theta - theta0)
+ * theta is the angle of the turn about z that, with the least rotation that takes z to the second end's z, makes up
+ * the relative rotation (q = (w, x, y, z): theta = 2 atan2(z, w)):
+ *     theta = atan2(e_y . f_x - e_x . f_y, e_x . f_x + e_y . f_y)
+ * With e = e_z, f = f_z, c = e . f and w the relative angular velocity (of q: tan(theta / 2) = z / w differentiated,
+ * and f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1) put in), theta'  = k . w,  k = (e + f) / (1 + c) theta'' =
+ * k . w' - (k . w) c' / (1 + c),  c' = w . (f x e)        (w . f' = w . (w x f) = 0) also where the axes have not been
+ * closed. Whole turns are not remembered: of all turns that end in this rotation the one that leaves the least phi
+ * counts, so a nut may be anywhere on its thread.
+ */
+#include "loop/orientation.h"
+
+static const double TURN = 6.283185307179586;
+
+static double advance(const kt_loop_record *loop, const kt_loop_end end[2], double along) {
+    const kt_v4 *e = end[0].axes, *f = end[1].axes;
+    const double theta =
+        atan2(kt_v4_dot(e[1], f[0]) - kt_v4_dot(e[0], f[1]), kt_v4_dot(e[0], f[0]) + kt_v4_dot(e[1], f[1]));
+    const double lead = TURN * loop->pitch;
+    const double phi = along - loop->pitch * (theta - loop->angle);
+    return lead != 0.0 ? remainder(phi, lead) : phi;
+}
+
+static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                    kt_loop_row *rows) {
+    (void)numbers, (void)t;
+    const kt_loop_relative r = kt_loop_relative_of(end);
+    for (int k = 0; k < 2; k++)
+        rows[k] = kt_row_along(&r, end[0].axes[k]);
+    kt_row_coaxial(end, &r, rows + 2);
+
+    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end);
+    const double c = 1.0 + kt_v4_dot(e, f);
+    const kt_v4 k = (e + f) / kt_v4_splat(c);
+    const double bend = -kt_v4_dot(k, r.w) * kt_v4_dot(r.w, kt_v4_cross(f, e)) / c - kt_v4_dot(k, r.turning);
+    rows[4] = kt_row_along(&r, e);
+    rows[4].residual = advance(loop, end, rows[4].residual);
+    rows[4].moment = kt_v4_splat(-loop->pitch) * k;
+    rows[4].drift -= loop->pitch * bend;
+    return 5;
+}
+
+const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate};

@@ -1,0 +1,14 @@
+/* Weld: spherical and parallel; no freedom. */
+#include "loop/orientation.h"
+
+static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                    kt_loop_row *rows) {
+    (void)loop, (void)numbers, (void)t;
+    const kt_loop_relative r = kt_loop_relative_of(end);
+    for (int k = 0; k < 3; k++)
+        rows[k] = kt_row_along(&r, end[0].axes[k]);
+    kt_row_parallel(end, &r, rows + 3);
+    return 6;
+}
+
+const kt_loop_kind KT_KERNEL(kt_loop_weld) = {.rows = 6, .evaluate = evaluate};

@@ -1,0 +1,150 @@
+/* make, info, demo, integrators, pictures, and what is only seen on a terminal. */
+#include "shell.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+KT_TEST(everything_that_make_makes_runs) {
+    static const char *const kinds[] = {"chain", "pendulum", "tree"};
+    static const char *const joints[] = {"revolute", "prismatic", "screw",     "cylindrical",
+                                         "planar",   "universal", "spherical", "mixed"};
+    for (size_t k = 0; k < 3; k++)
+        for (size_t j = 0; j < 8; j++) {
+            kt_ran ran = kt_shell("for o in '' '--axes xyz' '--seed 5' '--shape rod' '--angle 20deg'; do $K make %s "
+                                  "--links 8 --joint %s $o | $K run - --quiet --out /dev/null --duration 0.2 || exit "
+                                  "1; done",
+                                  kinds[k], joints[j]);
+            kt_check_equal_int(joints[j], ran.code, 0);
+            kt_check_text(kinds[k], ran.err, "");
+        }
+}
+
+KT_TEST(make_gives_the_scene_that_was_asked_for) {
+    kt_ran ran = kt_shell("$K make tree --links 7 --branching 3 --mass 2.5 --length 0.5 | $K info -");
+    kt_check_contains("bodies", ran.out, "bodies     7\n");
+    kt_check_contains("mass", ran.out, "mass       17.5 kg");
+    kt_check_contains("branching", ran.out,
+                      "world\n"
+                      "`- link1  revolute, 1 freedom, 2.5 kg\n"
+                      "   |- link2  revolute, 1 freedom, 2.5 kg\n"
+                      "   |  |- link5  revolute, 1 freedom, 2.5 kg\n"
+                      "   |  |- link6  revolute, 1 freedom, 2.5 kg\n"
+                      "   |  `- link7  revolute, 1 freedom, 2.5 kg, markers tip\n"
+                      "   |- link3  revolute, 1 freedom, 2.5 kg\n"
+                      "   `- link4  revolute, 1 freedom, 2.5 kg\n");
+    ran = kt_shell("$K make pendulum --links 2 --length 2 --angle 90deg | $K evaluate -");
+    json_t *root = kt_json(ran.out);
+    /* Level, along x: joint 1 carries point masses 2 and 4 m away, and bears g (2 + 4). */
+    kt_check_near("mass matrix", kt_json_at(root, "mass_matrix[0][0]"), 20.0, 1e-14);
+    kt_check_near("bias", kt_json_at(root, "bias[0]"), 6.0 * 9.81, 1e-13);
+    json_decref(root);
+    ran = kt_shell("$K make chain --links 30 --seed 3 >a; $K make chain --links 30 --seed 3 | cmp - a && $K make chain "
+                   "--links 30 --seed 4 | cmp -s - a; test $? = 1");
+    kt_check_equal_int("equal seeds, equal scenes; others, others", ran.code, 0);
+}
+
+KT_TEST(info_is_short_for_any_size) {
+    kt_ran ran = kt_shell("$K make chain --links 10000 | $K info -");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("abridged", ran.out,
+                      "world\n"
+                      "`- link1  revolute, 1 freedom, 1 kg\n"
+                      "   `- link2  revolute, 1 freedom, 1 kg\n"
+                      "      : 9997 more, from link3 on, each on the one before\n"
+                      "      `- link10000  revolute, 1 freedom, 1 kg, markers tip\n");
+    ran = kt_shell("$K make tree --links 10000 | $K info -");
+    kt_check_below("lines of a tree", kt_count_lines(ran.out), 120.0);
+    kt_check_above("lines of a tree", kt_count_lines(ran.out), 50.0);
+    kt_check_contains("what is left out", ran.out, " bodies more\n");
+    ran = kt_shell("$K make tree --links 5000 --branching 4999 | $K info -");
+    kt_check_contains("many children", ran.out, ": 4991 children more, 4991 bodies in all\n");
+    ran = kt_shell("$K make pendulum | $K info -");
+    kt_check_contains("one body", ran.out, "world\n`- link1  revolute, 1 freedom, 1 kg, markers tip\n");
+}
+
+KT_TEST(info_tells_how_a_scene_is_run) {
+    kt_write_file("s.yaml", "kinetree: 1\n"
+                            "name: a name\n"
+                            "bodies: [{name: a, mass: 2, com: [1, 0, 0], inertia: [1, 1, 1], joint: {type: free}}]\n"
+                            "simulate: {duration: 3, integrator: rk4, step: 0.01}\n"
+                            "output: {interval: 0.1, record: [position, reaction]}\n");
+    kt_ran ran = kt_shell("$K info s.yaml");
+    kt_check_contains("name", ran.out, "a name\n");
+    kt_check_contains("freedoms", ran.out, "freedoms   6 (7 positions: 1 quaternion)\n");
+    kt_check_contains("mass", ran.out, "mass       2 kg, centre at [1, 0, 0] m\n");
+    kt_check_contains("gravity", ran.out, "gravity    none\n");
+    kt_check_contains("run", ran.out, "simulate   3 s, rk4 with steps of 0.01 s, tree formulation\n");
+    kt_check_contains("output", ran.out, "output     every 0.1 s: position, reaction\n");
+}
+
+KT_TEST(demo_lists_and_runs_the_scenes_of_a_folder) {
+    kt_ran ran =
+        kt_shell("mkdir -p scenes && $K make pendulum >scenes/one.yaml && $K make chain --links 3 "
+                 ">scenes/two.yaml && echo 'kinetree: 7' >scenes/wrong.yaml && KINETREE_SCENES=scenes $K demo");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("list", ran.out, "one    pendulum of 1 link\ntwo    chain of 3 links\n");
+    kt_check_contains("a wrong one", ran.out, "wrong  (does not read;");
+    ran = kt_shell("KINETREE_SCENES=scenes $K demo two --duration 0.5 --quiet && cat two.csv");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("records", ran.out, "time,position.link1,position.link2,position.link3,");
+    kt_check_contains("the last record", ran.out, "\n0.5,");
+    kt_expect(1, "did you mean 'two'?", "KINETREE_SCENES=scenes $K demo tow");
+    kt_expect(1, "--duration", "KINETREE_SCENES=scenes $K demo two --duraton 1");
+    kt_expect(2, "no folder", "KINETREE_SCENES=nowhere $K demo");
+}
+
+KT_TEST(integrators_are_all_listed) {
+    static const char *const names[] = {"euler", "midpoint", "heun",   "ralston", "kutta3", "bs32",
+                                        "rk4",   "rk38",     "dopri5", "tsit5",   "dop853"};
+    kt_ran ran = kt_shell("$K integrators");
+    kt_check_true("header", strncmp(ran.out, "name       order  stages  adaptive  dense  title\n", 49) == 0);
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        char line[32];
+        snprintf(line, sizeof line, "\n%s ", names[i]);
+        const char *first = strstr(ran.out, line);
+        kt_check_true(names[i], first != NULL && strstr(first + 1, line) != NULL); /* and its source */
+    }
+    kt_check_contains("dopri5", ran.out, "\ndopri5         5       7       yes      4  ");
+    kt_check_contains("rk4", ran.out, "\nrk4            4       4        no      3  ");
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
+KT_TEST(pictures_are_drawn_or_refused_in_words) {
+    kt_expect(0, NULL, "$K make tree --joint mixed --links 9 >t.yaml");
+#ifdef KT_HAS_CAIRO
+    kt_expect(0, NULL,
+              "$K run t.yaml --quiet --duration 0.2 --plot t.svg && $K run t.yaml --quiet --duration 0.2 --plot "
+              "t.png");
+    const char *svg = kt_read_file("t.svg");
+    kt_check_contains("SVG", svg, "<svg");
+    kt_check_above("size", (double)strlen(svg), 10000.0);
+    kt_ran ran = kt_shell("head -c 4 t.png | od -An -c; wc -c <t.png");
+    kt_check_contains("PNG", ran.out, " 211   P   N   G\n");
+    kt_check_above("size", strtod(strchr(ran.out, '\n') + 1, NULL), 20000.0);
+    kt_expect(1, "ends in .svg or .png", "$K run t.yaml --plot t.jpg");
+    kt_expect(4, "none/t.png cannot be written", "$K run t.yaml --quiet --duration 0.2 --plot none/t.png");
+    kt_expect(4, "none/t.svg cannot be written", "$K run t.yaml --quiet --duration 0.2 --plot none/t.svg");
+#else
+    kt_expect(1, "without cairo", "$K run t.yaml --plot t.svg");
+#endif
+}
+
+/* ---- on a terminal ----------------------------------------------------------------------------------------------- */
+
+KT_TEST(terminal_gets_boxes_and_a_bar) {
+    kt_ran ran = kt_terminal("$K make tree --links 3 | $K info -");
+    kt_check_contains("boxes", ran.out, "\u2514\u2500 link1");
+    kt_check_contains("boxes", ran.out, "   \u251c\u2500 link2");
+    ran = kt_terminal("LC_ALL=C $K make tree --links 3 | LC_ALL=C $K info -");
+    kt_check_contains("no boxes in another locale", ran.out, "`- link1");
+    /* Some seconds of work on any machine: a bar, which is gone in the end. */
+    kt_shell("$K make chain --links 300 >c.yaml");
+    ran = kt_terminal("$K run c.yaml --integrator rk4 --step 1e-4 --duration 3 --out /dev/null");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("bar", ran.out, "\u2588\u2588");
+    kt_check_contains("it is cleared before the report", ran.out, "\r\033[Kchain of 300 links: ");
+    ran = kt_terminal("$K run c.yaml --integrator rk4 --step 1e-4 --duration 3 --out /dev/null --quiet");
+    kt_check_text("quiet", ran.out, "");
+}

@@ -1,0 +1,246 @@
+/* What `run` and `evaluate` write, to the letter and to the number. */
+#include "shell.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A block that falls on a vertical slide: y = -g t^2 / 2, energy 0 throughout. */
+static const char falling[] = "kinetree: 1\n"
+                              "name: falling block\n"
+                              "gravity: [0, -10, 0]\n"
+                              "bodies:\n"
+                              "  - name: block\n"
+                              "    joint: {type: prismatic, axis: y}\n"
+                              "    mass: 2\n"
+                              "    markers: {corner: [1, 2, 3]}\n"
+                              "simulate: {duration: 1, integrator: rk4, step: 0.125}\n"
+                              "output: {interval: 0.25}\n";
+
+/* A spherical joint under a revolute one: coordinates of both sorts. */
+static const char ball[] = "kinetree: 1\n"
+                           "gravity: [0, 0, -9.81]\n"
+                           "bodies:\n"
+                           "  - name: arm\n"
+                           "    joint: {type: revolute, velocity: 1}\n"
+                           "    mass: 1\n"
+                           "    shape: {type: rod, to: [1, 0, 0]}\n"
+                           "    markers: {tip: [1, 0, 0]}\n"
+                           "  - name: ball\n"
+                           "    parent: arm\n"
+                           "    joint: {type: spherical, at: [1, 0, 0]}\n"
+                           "    mass: 1\n"
+                           "    com: [0, 0, -1]\n"
+                           "    inertia: [1, 2, 3]\n"
+                           "simulate: {duration: 1}\n";
+
+KT_TEST(header_names_every_column) {
+    kt_write_file("b.yaml", ball);
+    kt_ran ran = kt_shell("$K run b.yaml --quiet --out - --interval 1 --markers arm.tip "
+                          "--record reaction,constraint,energy,acceleration,velocity,position");
+    kt_check_equal_int("exit code", ran.code, 0);
+    char header[2048];
+    snprintf(header, sizeof header, "%.*s", (int)strcspn(ran.out, "\n"), ran.out);
+    kt_check_text(
+        "header", header,
+        "time,position.arm,position.ball[0],position.ball[1],position.ball[2],position.ball[3],velocity.arm,"
+        "velocity.ball[0],velocity.ball[1],velocity.ball[2],acceleration.arm,acceleration.ball[0],"
+        "acceleration.ball[1],acceleration.ball[2],marker.arm.tip.x,marker.arm.tip.y,marker.arm.tip.z,"
+        "energy.kinetic,energy.potential,energy.total,constraint.position,constraint.velocity,"
+        "reaction.arm.fx,reaction.arm.fy,reaction.arm.fz,reaction.arm.mx,reaction.arm.my,reaction.arm.mz,"
+        "reaction.ball.fx,reaction.ball.fy,reaction.ball.fz,reaction.ball.mx,reaction.ball.my,reaction.ball.mz");
+    kt_check_equal_int("lines", kt_count_lines(ran.out), 3);
+    ran = kt_shell("$K run b.yaml --quiet --out - --interval 1");
+    kt_check_true("position, velocity, energy where nothing is said",
+                  strncmp(ran.out,
+                          "time,position.arm,position.ball[0],position.ball[1],position.ball[2],position.ball[3],"
+                          "velocity.arm,velocity.ball[0],velocity.ball[1],velocity.ball[2],"
+                          "energy.kinetic,energy.potential,energy.total\n",
+                          strcspn(ran.out, "\n") + 1) == 0);
+}
+
+KT_TEST(records_are_those_of_the_motion) {
+    kt_write_file("f.yaml", falling);
+    kt_ran ran = kt_shell("$K run f.yaml --quiet --out - --markers block.corner --record "
+                          "position,velocity,acceleration,energy,reaction");
+    int position = kt_csv_column(ran.out, "position.block"), velocity = kt_csv_column(ran.out, "velocity.block");
+    int y = kt_csv_column(ran.out, "marker.block.corner.y"), kinetic = kt_csv_column(ran.out, "energy.kinetic");
+    kt_check_equal_int("lines", kt_count_lines(ran.out), 6);
+    for (int k = 0; k <= 4; k++) {
+        double t = 0.25 * k;
+        kt_check_near("time", kt_csv_number(ran.out, k + 1, 0), t, 0.0);
+        kt_check_near("position", kt_csv_number(ran.out, k + 1, position), -5.0 * t * t, 16.0 * DBL_EPSILON);
+        kt_check_near("velocity", kt_csv_number(ran.out, k + 1, velocity), -10.0 * t, 16.0 * DBL_EPSILON);
+        kt_check_near("marker", kt_csv_number(ran.out, k + 1, y), 2.0 - 5.0 * t * t, 16.0 * DBL_EPSILON);
+        kt_check_near("kinetic energy", kt_csv_number(ran.out, k + 1, kinetic), 100.0 * t * t, 400.0 * DBL_EPSILON);
+    }
+    kt_check_near("acceleration", kt_csv_number(ran.out, 3, kt_csv_column(ran.out, "acceleration.block")), -10.0, 0.0);
+    kt_check_near("free fall has no reaction", kt_csv_number(ran.out, 3, kt_csv_column(ran.out, "reaction.block.fy")),
+                  0.0, 0.0);
+}
+
+/* Reading the last record gives the bits of the summary, which jansson reads and writes by itself. */
+KT_TEST(numbers_read_back_to_the_same_bits) {
+    kt_write_file("b.yaml", ball);
+    kt_ran ran = kt_shell("$K run b.yaml --quiet --summary b.json && cat b.csv && cat b.json >&2");
+    kt_check_equal_int("exit code", ran.code, 0);
+    json_t *root = kt_json(ran.err);
+    int last = kt_count_lines(ran.out) - 1;
+    static const char *const pairs[][2] = {
+        {"position.arm", "position.arm"},         {"position.ball[1]", "position.ball[1]"},
+        {"position.ball[3]", "position.ball[3]"}, {"velocity.arm", "velocity.arm"},
+        {"velocity.ball[2]", "velocity.ball[2]"}, {"energy.kinetic", "energy.kinetic"},
+        {"energy.total", "energy.total"},         {"time", "time"},
+    };
+    for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
+        double csv = kt_csv_number(ran.out, last, kt_csv_column(ran.out, pairs[i][0]));
+        double json = kt_json_at(root, pairs[i][1]);
+        kt_check_equal_bits(pairs[i][0], &csv, &json, 1);
+    }
+    json_decref(root);
+}
+
+KT_TEST(summary_tells_the_end_and_the_cost) {
+    kt_write_file("f.yaml", falling);
+    kt_ran ran = kt_shell("$K run f.yaml --quiet --out /dev/null --summary -");
+    kt_check_equal_int("exit code", ran.code, 0);
+    json_t *root = kt_json(ran.out);
+    static const struct {
+        const char *path;
+        double value, bound;
+    } numbers[] = {
+        {"time", 1.0, 0.0},
+        {"freedom.tree", 1.0, 0.0},
+        {"freedom.equations", 0.0, 0.0},
+        {"freedom.rank", 0.0, 0.0},
+        {"freedom.minimal", 1.0, 0.0},
+        {"position.block", -5.0, 16.0 * DBL_EPSILON},
+        {"velocity.block", -10.0, 16.0 * DBL_EPSILON},
+        {"acceleration.block", -10.0, 0.0},
+        {"marker/block.corner[0]", 1.0, 0.0},
+        {"marker/block.corner[1]", -3.0, 16.0 * DBL_EPSILON},
+        {"marker/block.corner[2]", 3.0, 0.0},
+        {"energy.kinetic", 100.0, 400.0 * DBL_EPSILON},
+        {"energy.potential", -100.0, 400.0 * DBL_EPSILON},
+        {"energy.total", 0.0, 400.0 * DBL_EPSILON},
+        {"energy.drift", 0.0, 400.0 * DBL_EPSILON},
+        {"constraint.position", 0.0, 0.0},
+        {"constraint.velocity", 0.0, 0.0},
+        {"method.step", 0.125, 0.0},
+        {"cost.steps", 8.0, 0.0},
+        {"cost.rejected", 0.0, 0.0},
+        {"cost.factorizations", 0.0, 0.0},
+    };
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
+        kt_check_near(numbers[i].path, kt_json_at(root, numbers[i].path), numbers[i].value, numbers[i].bound);
+    kt_check_text("scene", json_string_value(kt_json_find(root, "scene")), "falling block");
+    kt_check_text("integrator", json_string_value(kt_json_find(root, "method.integrator")), "rk4");
+    kt_check_text("formulation", json_string_value(kt_json_find(root, "method.formulation")), "tree");
+    kt_check_text("reduction", json_string_value(kt_json_find(root, "method.reduction")), "qr");
+    kt_check_true("plan", json_is_string(kt_json_find(root, "method.plan")));
+    kt_check_above("evaluations", kt_json_at(root, "cost.evaluations"), 32.0);
+    kt_check_above("CPU time", kt_json_at(root, "cost.cpu_seconds"), 1e-9);
+    kt_check_equal_int("keys at the top", (long long)json_object_size(root), 11);
+    json_decref(root);
+}
+
+/* Each key of `simulate` and `output`, seen in the summary or in the records. */
+KT_TEST(command_line_overrides_the_scene) {
+    kt_write_file("f.yaml", falling);
+    kt_ran ran =
+        kt_shell("$K run f.yaml --quiet --out /dev/null --summary - --duration 2 --integrator=tsit5 --tolerance "
+                 "1e-6,1e-8 --reduction svd --metric mass");
+    json_t *root = kt_json(ran.out);
+    kt_check_near("duration", kt_json_at(root, "time"), 2.0, 0.0);
+    kt_check_text("integrator", json_string_value(kt_json_find(root, "method.integrator")), "tsit5");
+    kt_check_true("no fixed step", json_is_null(kt_json_find(root, "method.step")));
+    kt_check_near("relative", kt_json_at(root, "method.tolerance.relative"), 1e-6, 0.0);
+    kt_check_near("absolute", kt_json_at(root, "method.tolerance.absolute"), 1e-8, 0.0);
+    kt_check_text("reduction", json_string_value(kt_json_find(root, "method.reduction")), "svd");
+    json_decref(root);
+    ran = kt_shell("$K run f.yaml --quiet --out /dev/null --summary - --step 0.0625");
+    root = kt_json(ran.out);
+    kt_check_near("steps", kt_json_at(root, "cost.steps"), 16.0, 0.0);
+    json_decref(root);
+    ran = kt_shell("$K run f.yaml --quiet --out - --interval 0.5 --record position --markers block.corner");
+    kt_check_equal_int("interval", kt_count_lines(ran.out), 4);
+    kt_check_true("record and markers", strncmp(ran.out,
+                                                "time,position.block,marker.block.corner.x,marker.block.corner.y,"
+                                                "marker.block.corner.z\n",
+                                                strcspn(ran.out, "\n") + 1) == 0);
+}
+
+KT_TEST(scene_may_come_from_standard_input) {
+    kt_write_file("f.yaml", falling);
+    kt_ran ran = kt_shell("$K run f.yaml --quiet && $K run - --quiet <f.yaml && cmp f.csv scene.csv && cat f.yaml | $K "
+                          "run - --quiet --out - | cmp - f.csv");
+    kt_check_equal_int("the same records", ran.code, 0);
+    kt_check_text("nothing on standard output", ran.out, "");
+    kt_check_text("nothing on standard error", ran.err, "");
+}
+
+KT_TEST(report_tells_what_was_done_and_where_it_is) {
+    kt_write_file("f.yaml", falling);
+    kt_ran ran = kt_shell("$K run f.yaml --summary f.json");
+    kt_check_text("standard output", ran.out, "");
+    kt_check_contains("name", ran.err, "falling block: 1 s simulated\n");
+    kt_check_contains("size and method", ran.err, "1 body, 1 freedom, rk4 with steps of 0.125 s\n");
+    kt_check_contains("cost", ran.err, "8 steps, ");
+    kt_check_contains("drift", ran.err, "drift at most ");
+    kt_check_contains("records", ran.err, "5 records: f.csv\n");
+    kt_check_contains("summary", ran.err, "summary: f.json\n");
+    kt_check_true("no bar where there is no terminal", strchr(ran.err, '\r') == NULL);
+}
+
+/* ---- evaluate ---------------------------------------------------------------------------------------------------- */
+
+/* Two slender rods of m = 3 kg, l = 2 m in line along x: with relative angles
+ *   M = [m l^2 (1/3 + 1/12 + 9/4)  m l^2 (1/12 + 3/4); .  m l^2 / 3],   h = m g l (1/2 + 3/2, 1/2). */
+static const char rods[] = "kinetree: 1\n"
+                           "gravity: [0, -10, 0]\n"
+                           "bodies:\n"
+                           "  - {name: a, joint: {type: revolute}, mass: 3, shape: {type: rod, to: [2, 0, 0]}}\n"
+                           "  - {name: b, parent: a, joint: {type: revolute, at: [2, 0, 0]}, mass: 3,\n"
+                           "     shape: {type: rod, to: [2, 0, 0]}}\n";
+
+KT_TEST(evaluate_prints_the_equations_of_motion) {
+    kt_write_file("r.yaml", rods);
+    kt_ran ran = kt_shell("$K evaluate r.yaml --acceleration=1,-2");
+    kt_check_equal_int("exit code", ran.code, 0);
+    json_t *root = kt_json(ran.out);
+    const double m11 = 12.0 * (1.0 / 3.0 + 1.0 / 12.0 + 9.0 / 4.0), m12 = 12.0 * (1.0 / 12.0 + 3.0 / 4.0), m22 = 4.0;
+    const double h1 = 120.0, h2 = 30.0, det = m11 * m22 - m12 * m12, eps = DBL_EPSILON;
+    kt_check_text("coordinates", json_string_value(kt_json_find(root, "coordinates[1]")), "b");
+    kt_check_near("M 11", kt_json_at(root, "mass_matrix[0][0]"), m11, 4.0 * eps * m11);
+    kt_check_near("M 12", kt_json_at(root, "mass_matrix[0][1]"), m12, 4.0 * eps * m11);
+    kt_check_near("M 21", kt_json_at(root, "mass_matrix[1][0]"), m12, 4.0 * eps * m11);
+    kt_check_near("M 22", kt_json_at(root, "mass_matrix[1][1]"), m22, 4.0 * eps * m22);
+    kt_check_near("h 1", kt_json_at(root, "bias[0]"), h1, 4.0 * eps * h1);
+    kt_check_near("h 2", kt_json_at(root, "bias[1]"), h2, 4.0 * eps * h2);
+    /* a = -M^-1 h; the condition of M is below 40. */
+    kt_check_near("a 1", kt_json_at(root, "acceleration[0]"), -(m22 * h1 - m12 * h2) / det, 160.0 * eps);
+    kt_check_near("a 2", kt_json_at(root, "acceleration[1]"), -(m11 * h2 - m12 * h1) / det, 160.0 * eps);
+    kt_check_near("tau 1", kt_json_at(root, "inverse_dynamics[0]"), m11 - 2.0 * m12 + h1, 8.0 * eps * h1);
+    kt_check_near("tau 2", kt_json_at(root, "inverse_dynamics[1]"), m12 - 2.0 * m22 + h2, 8.0 * eps * h2);
+    kt_check_near("energy", kt_json_at(root, "energy.total"), 0.0, 0.0);
+    kt_check_near("x of b", kt_json_at(root, "pose.b.position[0]"), 2.0, 0.0);
+    kt_check_near("orientation", kt_json_at(root, "pose.b.quaternion[0]"), 1.0, 0.0);
+    kt_check_near("rotation", kt_json_at(root, "pose.b.rotation[2][2]"), 1.0, 0.0);
+    kt_check_near("equations", kt_json_at(root, "constraint.equations"), 0.0, 0.0);
+    json_decref(root);
+    ran = kt_shell("$K evaluate r.yaml");
+    root = kt_json(ran.out);
+    kt_check_true("inverse dynamics only where asked", kt_json_find(root, "inverse_dynamics") == NULL);
+    json_decref(root);
+}
+
+KT_TEST(evaluate_names_coordinates_of_joints_with_several) {
+    kt_write_file("b.yaml", ball);
+    kt_ran ran = kt_shell("$K evaluate b.yaml");
+    json_t *root = kt_json(ran.out);
+    kt_check_equal_int("coordinates", (long long)json_array_size(kt_json_find(root, "coordinates")), 4);
+    kt_check_text("first", json_string_value(kt_json_find(root, "coordinates[0]")), "arm");
+    kt_check_text("last", json_string_value(kt_json_find(root, "coordinates[3]")), "ball[2]");
+    json_decref(root);
+}

@@ -1,0 +1,110 @@
+/* Results that cannot be written, runs that fail or are killed: what is there is whole, and the words say why. */
+#define _XOPEN_SOURCE 700
+#include "shell.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+/* Whether the text ends in a newline, and every line of it has as many commas as the first. */
+static void check_whole(const char *text) {
+    int commas = 0, first = -1, ragged = 0;
+    if (!kt_check_true("there is a file, and something in it", text != NULL && *text != '\0'))
+        return;
+    kt_check_true("it ends in a newline", text[strlen(text) - 1] == '\n');
+    for (const char *c = text; *c != '\0'; c++) {
+        commas += *c == ',';
+        if (*c == '\n') {
+            first = first < 0 ? commas : first;
+            ragged += commas != first;
+            commas = 0;
+        }
+    }
+    kt_check_equal_int("lines with too few or too many numbers", ragged, 0);
+}
+
+KT_TEST(write_errors_are_said_and_end_in_four) {
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
+    kt_expect(4, "/dev/full cannot be written: No space left on device", "$K run p.yaml --quiet --out /dev/full");
+    kt_expect(4, "standard output cannot be written: No space left", "$K run p.yaml --quiet --out - >/dev/full");
+    kt_expect(4, "/dev/full cannot be written: No space left on device",
+              "$K run p.yaml --quiet --out o.csv --summary /dev/full");
+    kt_expect(4, "standard output cannot be written: No space left", "$K evaluate p.yaml >/dev/full");
+    kt_expect(4, "standard output cannot be written: No space left", "$K info p.yaml >/dev/full");
+    kt_expect(4, "standard output cannot be written: No space left", "$K check p.yaml >/dev/full");
+    kt_expect(4, "standard output cannot be written: No space left", "$K integrators >/dev/full");
+    kt_expect(4, "standard output cannot be written: No space left", "$K run --help >/dev/full");
+    kt_expect(4, "is the disk full?", "$K make chain >/dev/full");
+    kt_expect(4, "none/o.csv cannot be written: No such file", "$K run p.yaml --quiet --out none/o.csv");
+    kt_expect(4, "none/o.json cannot be written: No such file",
+              "$K run p.yaml --quiet --out o.csv --summary none/o.json");
+}
+
+/* The file system gives out in the middle of a line. 40 blocks of 512 bytes are some hundred records. */
+KT_TEST(disk_that_fills_up_leaves_whole_lines) {
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
+    kt_expect(4, "o.csv cannot be written: File too large",
+              "trap '' XFSZ; ulimit -f 40; $K run p.yaml --quiet --out o.csv");
+    const char *text = kt_read_file("o.csv");
+    check_whole(text);
+    kt_check_above("lines", kt_count_lines(text), 50);
+    kt_check_below("bytes", (double)strlen(text), 40.0 * 512.0);
+}
+
+/* Without warning, in the middle of the work. */
+KT_TEST(killed_run_leaves_whole_lines) {
+    kt_expect(0, NULL, "$K make chain --links 20 >c.yaml");
+    pid_t child = fork();
+    if (child == 0) {
+        execl(KT_COMMAND, "kinetree", "run", "c.yaml", "--quiet", "--out", "k.csv", "--duration", "1000", "--interval",
+              "1e-4", (char *)NULL);
+        _exit(127);
+    }
+    struct stat status = {0};
+    for (int i = 0; i < 20000 && (stat("k.csv", &status) != 0 || status.st_size < 200000); i++)
+        nanosleep(&(struct timespec){0, 1000000}, NULL);
+    kill(child, SIGKILL);
+    int how = 0;
+    waitpid(child, &how, 0);
+    kt_check_true("it was killed", WIFSIGNALED(how) && WTERMSIG(how) == SIGKILL);
+    const char *text = kt_read_file("k.csv");
+    check_whole(text);
+    kt_check_above("lines", kt_count_lines(text), 100);
+}
+
+/* A step far beyond the limit of stability: numbers grow until they overflow. */
+KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
+    kt_expect(0, NULL, "$K make pendulum --links 3 >p.yaml");
+    kt_ran ran = kt_shell("$K run p.yaml --integrator euler --step 0.5 --duration 1e4 --interval 0.25 --out o.csv "
+                          "--summary o.json --plot o.svg");
+    kt_check_equal_int("exit code", ran.code, 4);
+    kt_check_contains("time", ran.err, "kinetree: t = ");
+    kt_check_contains("joint", ran.err, "'link");
+    kt_check_contains("report", ran.err, " s simulated of 10000 s");
+    kt_note("%.*s", (int)strcspn(ran.err, "\n"), ran.err);
+    const char *text = kt_read_file("o.csv");
+    check_whole(text);
+    int last = kt_count_lines(text) - 1;
+    double end = kt_csv_number(text, last, 0);
+    kt_check_equal_int("a record every 0.25 s", last, (long long)floor(end / 0.25) + 1);
+    kt_check_true("the last one is finite", isfinite(kt_csv_number(text, last, 1)));
+    json_t *root = kt_json(kt_read_file("o.json"));
+    /* The last step may end where there is no acceleration any more: then what lies within it cannot be interpolated.
+     */
+    kt_check_above("the summary is of the time reached", kt_json_at(root, "time"), end);
+    kt_check_below("which is at most a step later", kt_json_at(root, "time") - end, 0.5);
+    json_decref(root);
+}
+
+/* A reader that has seen enough. */
+KT_TEST(closed_pipe_ends_the_run_quietly) {
+    kt_expect(0, NULL, "$K make chain --links 20 >c.yaml");
+    kt_ran ran = kt_shell("$K run c.yaml --quiet --out - --duration 1000 | head -2 | wc -l");
+    kt_check_text("lines", ran.out, "2\n");
+    kt_check_text("standard error", ran.err, "");
+}

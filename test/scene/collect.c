@@ -1,0 +1,67 @@
+#include "collect.h"
+
+#include "check.h"
+#include "scene/parse.h"
+#include "scene/support.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void kt_collect(void *user, const kt_error *fault) {
+    kt_collected *c = user;
+    size_t path = strlen(c->path);
+    unsigned line = 0, column = 0;
+    int end = 0;
+    bool has_place = strncmp(fault->where, c->path, path) == 0 &&
+                     sscanf(fault->where + path, ":%u:%u%n", &line, &column, &end) == 2 &&
+                     fault->where[path + (size_t)end] == '\0';
+    bool ordered = c->count == 0 || line > c->line || (line == c->line && column >= c->column);
+    size_t length = strlen(fault->message);
+    bool cut = length < 8 || strcmp(fault->message + length - 3, "...") == 0;
+    if (!has_place || !ordered || cut || fault->code == KT_OK)
+        c->strange++;
+    if (c->count++ == 0)
+        c->first = *fault;
+    c->line = line;
+    c->column = column;
+    int wrote = snprintf(c->text + c->length, sizeof c->text - c->length, "%u:%u: %s\n", line, column, fault->message);
+    if (wrote > 0 && (size_t)wrote < sizeof c->text - c->length)
+        c->length += (size_t)wrote;
+    else
+        c->text[c->length] = '\0';
+}
+
+kt_status kt_collect_parse(kt_collected *faults, bool everything, const char *text, kt_scene *scene) {
+    kt_error error;
+    memset(faults, 0, sizeof *faults);
+    strcpy(faults->path, "test.yaml");
+    return kt_scene_parse_without(everything ? NULL : kt_support_refused, faults->path, text, strlen(text), scene,
+                                  kt_collect, faults, &error);
+}
+
+bool kt_parse_right(bool everything, const char *text, kt_scene *scene) {
+    static kt_collected faults;
+    kt_status status = kt_collect_parse(&faults, everything, text, scene);
+    if (status == KT_OK && faults.count == 0)
+        return true;
+    kt_note("%.400s", faults.text);
+    (void)kt_check_true("a right scene is read without a fault", false);
+    return false;
+}
+
+char *kt_write_text(bool everything, const kt_scene *scene) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error;
+    FILE *stream = open_memstream(&text, &size);
+    if (stream == NULL)
+        return NULL;
+    kt_status status = kt_scene_write_without(everything ? NULL : kt_support_refused, scene, stream, &error);
+    (void)fclose(stream);
+    if (status == KT_OK)
+        return text;
+    kt_note("%s: %s", error.where, error.message);
+    free(text);
+    return NULL;
+}

@@ -1,0 +1,32 @@
+/* Reading in tests: scenes from text, and the faults that reading tells. */
+#ifndef KT_TEST_SCENE_COLLECT_H
+#define KT_TEST_SCENE_COLLECT_H
+
+#include "kinetree/scene.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* All faults of a reading, "LINE:COLUMN: MESSAGE" and a line end each; what does not fit is only counted. */
+typedef struct kt_collected {
+    char path[256]; /* what every `where` must begin with */
+    int count;
+    int strange; /* faults whose `where` is not PATH:LINE:COLUMN, that come out of order, or that are cut */
+    unsigned line, column;
+    kt_error first;
+    size_t length;
+    char text[1 << 16];
+} kt_collected;
+
+void kt_collect(void *user, const kt_error *fault);
+
+/* Reads text. All that the tables of keys know is allowed where `everything`, else what the library supports. */
+kt_status kt_collect_parse(kt_collected *faults, bool everything, const char *text, kt_scene *scene);
+
+/* Reads text that must be right: returns whether it is, and shows the faults where it is not. */
+bool kt_parse_right(bool everything, const char *text, kt_scene *scene);
+
+/* Writes into memory that the caller frees; NULL after showing why not. */
+char *kt_write_text(bool everything, const kt_scene *scene);
+
+#endif

@@ -1,0 +1,441 @@
+/* Every key of SCENE.md that is supported, and what reading makes of it. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "collect.h"
+#include "difference.h"
+
+#define PI 3.14159265358979323846
+
+static void check_numbers(const char *what, const double *observed, int count, const double *expected) {
+    kt_check_equal_bits(what, observed, expected, (size_t)count);
+}
+
+#define CHECK_NUMBERS(what, observed, ...)                                                                             \
+    do {                                                                                                               \
+        const double expected_[] = {__VA_ARGS__};                                                                      \
+        check_numbers(what, observed, (int)(sizeof expected_ / sizeof *expected_), expected_);                         \
+    } while (0)
+
+#define CHECK_VECTOR(what, v, x_, y_, z_)                                                                              \
+    do {                                                                                                               \
+        const double seen_[] = {(v).x, (v).y, (v).z};                                                                  \
+        CHECK_NUMBERS(what, seen_, x_, y_, z_);                                                                        \
+    } while (0)
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+KT_TEST(scene_of_the_contract_is_read) {
+    static const char text[] = "kinetree: 1                      # required: version of this format\n"
+                               "name: four-bar linkage           # optional, free text\n"
+                               "gravity: [0, -9.81, 0]\n"
+                               "\n"
+                               "bodies:\n"
+                               "  - name: crank\n"
+                               "    parent: world\n"
+                               "    joint:\n"
+                               "      type: revolute\n"
+                               "      axis: -y\n"
+                               "      at: [0.1, 0.2, 0.3]\n"
+                               "      rotation: {rpy: [0, 0, 90 deg]}\n"
+                               "      position: 60 deg\n"
+                               "      velocity: 0.5\n"
+                               "    mass: 1.2\n"
+                               "    com: [0.5, 0, 0]\n"
+                               "    inertia: [0.1, 0.2, 0.3]\n"
+                               "    shape: {type: rod, to: [1, 0, 0]}\n"
+                               "    markers:\n"
+                               "      tip: [1, 0, 0]\n"
+                               "      mid: [0.5, 0, 0]\n"
+                               "  - {name: coupler, parent: crank}\n"
+                               "simulate:\n"
+                               "  duration: 2.5\n"
+                               "  integrator: rk4\n"
+                               "  step: 1e-3\n"
+                               "  formulation: tree\n"
+                               "  reduction: qr\n"
+                               "  metric: identity\n"
+                               "output:\n"
+                               "  interval: 0.01\n"
+                               "  record: [position, reaction]\n"
+                               "  markers: [crank.tip, crank.mid]\n";
+    kt_scene scene;
+    if (!kt_parse_right(false, text, &scene))
+        return;
+    const kt_description *d = &scene.description;
+    kt_check_text("name", d->name, "four-bar linkage");
+    CHECK_VECTOR("gravity", d->gravity, 0, -9.81, 0);
+    kt_check_equal_int("bodies", d->body_count, 2);
+    kt_check_equal_int("loops, effects and held joints", d->loop_count + d->effect_count + d->hold_count, 0);
+
+    const kt_body *crank = &d->bodies[0];
+    kt_check_text("name", crank->name, "crank");
+    kt_check_true("the world is NULL", crank->parent == NULL);
+    kt_check_equal_int("type", crank->joint.type, KT_JOINT_REVOLUTE);
+    CHECK_VECTOR("axis", crank->joint.axis, 0, -1, 0);
+    CHECK_VECTOR("at", crank->joint.at, 0.1, 0.2, 0.3);
+    kt_check_equal_int("rotation", crank->joint.rotation.type, KT_ROTATION_RPY);
+    CHECK_NUMBERS("rpy", crank->joint.rotation.value, 0, 0, PI / 2);
+    kt_check_near("position", crank->joint.position[0], PI / 3, 3e-16);
+    CHECK_NUMBERS("velocity", crank->joint.velocity, 0.5, 0, 0, 0, 0, 0);
+    CHECK_NUMBERS("mass", &crank->mass, 1.2);
+    CHECK_VECTOR("com", crank->com, 0.5, 0, 0);
+    const double inertia[] = {crank->inertia.xx, crank->inertia.yy, crank->inertia.zz,
+                              crank->inertia.xy, crank->inertia.xz, crank->inertia.yz};
+    CHECK_NUMBERS("inertia", inertia, 0.1, 0.2, 0.3, 0, 0, 0);
+    kt_check_true("com and inertia are its own", !crank->com_of_shape && !crank->inertia_of_shape);
+    kt_check_equal_int("shape", crank->shape.type, KT_SHAPE_ROD);
+    CHECK_VECTOR("from", crank->shape.from, 0, 0, 0);
+    CHECK_VECTOR("to", crank->shape.to, 1, 0, 0);
+    CHECK_NUMBERS("radius", &crank->shape.radius, 0);
+    kt_check_equal_int("markers", crank->marker_count, 2);
+    kt_check_text("marker", crank->markers[1].name, "mid");
+    CHECK_VECTOR("marker", crank->markers[1].at, 0.5, 0, 0);
+    kt_check_text("parent", d->bodies[1].parent, "crank");
+
+    CHECK_NUMBERS("duration", &scene.run.duration, 2.5);
+    kt_check_text("integrator", scene.run.integrator, "rk4");
+    CHECK_NUMBERS("step", &scene.run.step, 1e-3);
+    CHECK_NUMBERS("interval", &scene.run.interval, 0.01);
+    kt_check_equal_int("record", scene.run.record, KT_RECORD_POSITION | KT_RECORD_REACTION);
+    kt_check_equal_int("markers", scene.run.marker_count, 2);
+    kt_check_text("body", scene.run.markers[1].body, "crank");
+    kt_check_text("marker", scene.run.markers[1].marker, "mid");
+    kt_scene_free(&scene);
+    kt_check_true("a scene that was freed is empty", scene.memory == NULL && scene.description.body_count == 0);
+    kt_scene_free(&scene);
+    kt_scene_free(NULL);
+}
+
+KT_TEST(what_is_not_there_is_the_default) {
+    kt_scene scene;
+    const kt_scene rest = kt_scene_default();
+    const kt_body body = kt_body_default();
+    if (!kt_parse_right(false, "kinetree: 1\nbodies: [{name: a}]\n", &scene))
+        return;
+    kt_check_true("no name", scene.description.name == NULL);
+    CHECK_VECTOR("no gravity", scene.description.gravity, 0, 0, 0);
+    kt_check_text("the run is kt_run_default", kt_run_difference(&scene.run, &rest.run), "");
+    const kt_body *a = &scene.description.bodies[0];
+    kt_check_true("no parent", a->parent == NULL);
+    kt_check_equal_int("joint", a->joint.type, KT_JOINT_FIXED);
+    CHECK_VECTOR("axis", a->joint.axis, body.joint.axis.x, body.joint.axis.y, body.joint.axis.z);
+    CHECK_NUMBERS("mass", &a->mass, 0.0);
+    kt_check_equal_int("shape", a->shape.type, KT_SHAPE_NONE);
+    kt_check_true("nothing of a shape's", !a->com_of_shape && !a->inertia_of_shape);
+    kt_check_equal_int("markers", a->marker_count, 0);
+    kt_scene_free(&scene);
+    if (!kt_parse_right(false, "kinetree: 1\n", &scene))
+        return;
+    kt_check_equal_int("bodies of a scene without any", scene.description.body_count, 0);
+    kt_scene_free(&scene);
+}
+
+/* Mark at the beginning, lines of Windows, no line end at the end, flow style throughout: all the same to YAML. */
+KT_TEST(one_scene_reads_alike_in_every_spelling) {
+    static const char *const texts[] = {
+        "kinetree: 1\nname: a\nbodies:\n- name: b\n  mass: 2\n",
+        "\xEF\xBB\xBFkinetree: 1\nname: a\nbodies:\n- name: b\n  mass: 2\n",
+        "kinetree: 1\r\nname: a\r\nbodies:\r\n  - name: b\r\n    mass: 2\r\n",
+        "{kinetree: 1, name: a, bodies: [{name: b, mass: 2}]}",
+        "---\nbodies:\n  - mass: 2.0\n    name: \"b\"\nname: 'a'\nkinetree: 1\n...\n",
+        "# a comment\n\"kinetree\": 1\n? name\n: a\nbodies: [{mass: 0.2e1, name: b}]",
+        "{\"kinetree\": 1, \"name\": \"a\", \"bodies\": [{\"name\": \"b\", \"mass\": 2}]}\n",
+        "kinetree: 1\nname: >-\n  a\nbodies:\n    -   name:   b\n        mass: +2.\n",
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        kt_scene scene;
+        if (!kt_parse_right(false, texts[i], &scene))
+            continue;
+        char *written = kt_write_text(false, &scene);
+        kt_check_text(texts[i], written, "kinetree: 1\nname: a\n\nbodies:\n  - name: b\n    mass: 2\n");
+        free(written);
+        kt_scene_free(&scene);
+    }
+}
+
+/* ---- joints ------------------------------------------------------------------------------------------------------ */
+
+typedef struct joint_row {
+    const char *text;
+    kt_joint_type type;
+    double position[7], velocity[6];
+} joint_row;
+
+KT_TEST(joints_take_their_coordinates) {
+    static const joint_row table[] = {
+        {"{type: fixed}", KT_JOINT_FIXED, {0}, {0}},
+        {"{type: revolute, position: -45 deg, velocity: 90 deg}", KT_JOINT_REVOLUTE, {-PI / 4}, {PI / 2}},
+        {"{type: prismatic, position: 0.25, velocity: -2}", KT_JOINT_PRISMATIC, {0.25}, {-2}},
+        {"{type: screw, pitch: 0.1, position: 1 rad, velocity: 3}", KT_JOINT_SCREW, {1}, {3}},
+        {"{type: cylindrical, position: [180 deg, 2], velocity: [3, 4]}", KT_JOINT_CYLINDRICAL, {PI, 2}, {3, 4}},
+        {"{type: planar, position: [1, 2, 90 deg], velocity: [4, 5, 180 deg]}",
+         KT_JOINT_PLANAR,
+         {1, 2, PI / 2},
+         {4, 5, PI}},
+        {"{type: universal, position: [90 deg, '180 deg'], velocity: [1, 2]}",
+         KT_JOINT_UNIVERSAL,
+         {PI / 2, PI},
+         {1, 2}},
+        {"{type: spherical, position: [0.6, 0, 0.8, 0], velocity: [1, 2, 3]}",
+         KT_JOINT_SPHERICAL,
+         {0.6, 0, 0.8, 0},
+         {1, 2, 3}},
+        {"{type: spherical, position: {quaternion: [0, -1, 0, 0]}}", KT_JOINT_SPHERICAL, {0, -1, 0, 0}, {0}},
+        {"{type: spherical, position: {matrix: [[1, 0, 0], [0, 0, -1], [0, 1, 0]]}}",
+         KT_JOINT_SPHERICAL,
+         {0.70710678118654757, 0.70710678118654757, 0, 0},
+         {0}},
+        {"{type: free, position: {position: [1, 2, 3], orientation: [0.6, 0.8, 0, 0]}, "
+         "velocity: {linear: [4, 5, 6], angular: [7, 8, 180 deg]}}",
+         KT_JOINT_FREE,
+         {1, 2, 3, 0.6, 0.8, 0, 0},
+         {4, 5, 6, 7, 8, PI}},
+        {"{type: free, position: {orientation: {quaternion: [0, 0, 0, 1]}}}",
+         KT_JOINT_FREE,
+         {0, 0, 0, 0, 0, 0, 1},
+         {0}},
+        {"{type: free, position: {position: [1, 2, 3]}, velocity: {angular: [0, 0, 1]}}",
+         KT_JOINT_FREE,
+         {1, 2, 3},
+         {0, 0, 0, 0, 0, 1}},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[400];
+        kt_scene scene;
+        snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: %s}\n", table[i].text);
+        if (!kt_parse_right(false, text, &scene))
+            continue;
+        const kt_joint *joint = &scene.description.bodies[0].joint;
+        kt_check_equal_int(table[i].text, joint->type, table[i].type);
+        /* Half an ulp of 1/sqrt(2) where a rotation was converted, else to the bit. */
+        kt_worst error = kt_worst_make("coordinates");
+        for (int k = 0; k < 7; k++)
+            kt_worst_near(&error, joint->position[k], table[i].position[k], i == 9 ? 1.2e-16 : 0.0, "position %d", k);
+        for (int k = 0; k < 6; k++)
+            kt_worst_near(&error, joint->velocity[k], table[i].velocity[k], 0.0, "velocity %d", k);
+        kt_check_worst(&error);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(axes_are_letters_or_lists) {
+    static const struct {
+        const char *text;
+        double x, y, z;
+    } table[] = {{"x", 1, 0, 0},   {"y", 0, 1, 0},   {"z", 0, 0, 1},          {"-x", -1, 0, 0},
+                 {"-y", 0, -1, 0}, {"-z", 0, 0, -1}, {"[3, -4, 0]", 3, -4, 0}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[200];
+        kt_scene scene;
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies:\n  - {name: a, joint: {type: universal, axis: %s, axis2: [1, 1, 1]}}\n",
+                 table[i].text);
+        if (!kt_parse_right(false, text, &scene))
+            continue;
+        const kt_joint *joint = &scene.description.bodies[0].joint;
+        CHECK_VECTOR(table[i].text, joint->axis, table[i].x, table[i].y, table[i].z);
+        CHECK_VECTOR("axis2", joint->axis2, 1, 1, 1);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(rotations_are_kept_as_they_are_given) {
+    static const struct {
+        const char *text;
+        kt_rotation_type type;
+        int sequence;
+        double value[9];
+    } table[] = {
+        {"{quaternion: [0.6, 0, 0, -0.8]}", KT_ROTATION_QUATERNION, 0, {0.6, 0, 0, -0.8}},
+        {"{rpy: [1, 2 rad, 180 deg]}", KT_ROTATION_RPY, 0, {1, 2, PI}},
+        {"{euler: {sequence: 313, angles: [1, 90 deg, 3]}}", KT_ROTATION_EULER, 313, {1, PI / 2, 3}},
+        {"{euler: {angles: [1, 2, 3], sequence: 121}}", KT_ROTATION_EULER, 121, {1, 2, 3}},
+        {"{vector: [0, 0, 90 deg]}", KT_ROTATION_VECTOR, 0, {0, 0, PI / 2}},
+        {"{cgr: [1, 2, 3]}", KT_ROTATION_CGR, 0, {1, 2, 3}},
+        {"{axis: [0, 3, 4], angle: 90 deg}", KT_ROTATION_AXIS_ANGLE, 0, {0, 3, 4, PI / 2}},
+        {"{angle: 1, axis: -z}", KT_ROTATION_AXIS_ANGLE, 0, {0, 0, -1, 1}},
+        {"{matrix: [[0, -1, 0], [1, 0, 0], [0, 0, 1]]}", KT_ROTATION_MATRIX, 0, {0, -1, 0, 1, 0, 0, 0, 0, 1}},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[300];
+        kt_scene scene;
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies:\n  - {name: a, joint: {type: fixed, rotation: %s}, "
+                 "shape: {type: box, size: [1, 2, 3], at: [4, 5, 6], rotation: %s}}\n",
+                 table[i].text, table[i].text);
+        if (!kt_parse_right(false, text, &scene))
+            continue;
+        const kt_rotation *rotation = &scene.description.bodies[0].joint.rotation;
+        kt_check_equal_int(table[i].text, rotation->type, table[i].type);
+        kt_check_equal_int("sequence", rotation->sequence, table[i].sequence);
+        check_numbers("value", rotation->value, 9, table[i].value);
+        kt_check_true("the same for a shape",
+                      memcmp(rotation, &scene.description.bodies[0].shape.rotation, sizeof *rotation) == 0);
+        kt_scene_free(&scene);
+    }
+}
+
+/* Off by up to 1e-3 in norm: brought to norm one, and not again when it is read once more. */
+KT_TEST(quaternions_are_normalised) {
+    kt_random random = kt_random_of_test();
+    kt_worst norm = kt_worst_make("norm of a quaternion off by up to 1e-3");
+    int moved = 0;
+    for (int i = 0; i < 300; i++) {
+        double q[4], off = 1.0 + kt_random_uniform(&random, -0.999e-3, 0.999e-3);
+        char text[400];
+        kt_scene scene, again;
+        kt_random_direction(&random, 4, q);
+        snprintf(
+            text, sizeof text,
+            "kinetree: 1\nbodies:\n  - {name: a, joint: {type: spherical, position: [%.17g, %.17g, %.17g, %.17g]}}\n",
+            off * q[0], off * q[1], off * q[2], off * q[3]);
+        if (!kt_parse_right(false, text, &scene))
+            continue;
+        const double *p = scene.description.bodies[0].joint.position;
+        /* Five roundings of eps / 2 in each component. */
+        kt_worst_near(&norm, sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), 1.0, 8e-16, "%d", i);
+        for (int k = 0; k < 4; k++)
+            kt_worst_near(&norm, p[k], q[k], 1.2e-15, "component %d of %d", k, i);
+        char *written = kt_write_text(false, &scene);
+        if (written != NULL && kt_parse_right(false, written, &again)) {
+            moved += memcmp(p, again.description.bodies[0].joint.position, 4 * sizeof *p) != 0;
+            kt_scene_free(&again);
+        }
+        free(written);
+        kt_scene_free(&scene);
+    }
+    kt_check_worst(&norm);
+    kt_check_equal_int("changed by reading them again", moved, 0);
+}
+
+/* ---- bodies ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(shapes_take_their_keys) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "bodies:\n"
+        "  - {name: a, shape: {type: point, at: [1, 2, 3]}}\n"
+        "  - {name: b, shape: {type: rod, from: [1, 0, 0], to: [2, 0, 0], radius: 0.1}}\n"
+        "  - {name: c, shape: {type: box, size: [1, 2, 3]}}\n"
+        "  - {name: d, shape: {type: sphere, radius: 2, at: [0, 0, 1], rotation: {vector: [0, 0, 1]}}}\n"
+        "  - {name: e, shape: {type: cylinder, radius: 1, length: 2, axis: x, at: [3, 0, 0], rotation: {rpy: [1, 0, "
+        "0]}}}\n"
+        "  - {name: f, shape: {type: cylinder, radius: 1, length: 2}}\n";
+    kt_scene scene;
+    if (!kt_parse_right(false, text, &scene))
+        return;
+    const kt_body *b = scene.description.bodies;
+    kt_check_equal_int("point", b[0].shape.type, KT_SHAPE_POINT);
+    CHECK_VECTOR("at", b[0].shape.at, 1, 2, 3);
+    kt_check_equal_int("rod", b[1].shape.type, KT_SHAPE_ROD);
+    CHECK_VECTOR("from", b[1].shape.from, 1, 0, 0);
+    CHECK_VECTOR("to", b[1].shape.to, 2, 0, 0);
+    CHECK_NUMBERS("radius", &b[1].shape.radius, 0.1);
+    kt_check_equal_int("box", b[2].shape.type, KT_SHAPE_BOX);
+    CHECK_VECTOR("size", b[2].shape.size, 1, 2, 3);
+    kt_check_equal_int("sphere", b[3].shape.type, KT_SHAPE_SPHERE);
+    CHECK_NUMBERS("radius", &b[3].shape.radius, 2);
+    CHECK_VECTOR("at", b[3].shape.at, 0, 0, 1);
+    kt_check_equal_int("rotation", b[3].shape.rotation.type, KT_ROTATION_VECTOR);
+    kt_check_equal_int("cylinder", b[4].shape.type, KT_SHAPE_CYLINDER);
+    CHECK_VECTOR("axis", b[4].shape.axis, 1, 0, 0);
+    CHECK_NUMBERS("length", &b[4].shape.length, 2);
+    CHECK_VECTOR("at", b[4].shape.at, 3, 0, 0);
+    kt_check_equal_int("rotation", b[4].shape.rotation.type, KT_ROTATION_RPY);
+    CHECK_VECTOR("axis by default", b[5].shape.axis, 0, 0, 1);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(com_and_inertia_are_the_shapes_where_they_are_missing) {
+    static const char *const shape = "shape: {type: sphere, radius: 1}";
+    static const struct {
+        const char *keys;
+        bool has_shape, com_of_shape, inertia_of_shape;
+    } table[] = {
+        {"mass: 1", true, true, true},
+        {"mass: 0", true, true, true},
+        {"mass: 1, com: [1, 0, 0]", true, false, true},
+        {"mass: 1, inertia: [1, 1, 1]", true, true, false},
+        {"mass: 1, com: [0, 0, 0], inertia: [0, 0, 0]", true, false, false},
+        {"inertia: [1, 1, 1]", true, false, false},
+        {"com: [1, 0, 0]", true, false, false},
+        {"mass: 1", false, false, false},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[300];
+        kt_scene scene;
+        snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, %s%s%s}\n", table[i].keys,
+                 table[i].has_shape ? ", " : "", table[i].has_shape ? shape : "");
+        if (!kt_parse_right(false, text, &scene))
+            continue;
+        kt_check_equal_int(table[i].keys, scene.description.bodies[0].com_of_shape, table[i].com_of_shape);
+        kt_check_equal_int(table[i].keys, scene.description.bodies[0].inertia_of_shape, table[i].inertia_of_shape);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(inertia_has_three_or_six_numbers) {
+    kt_scene scene;
+    if (!kt_parse_right(false, "kinetree: 1\nbodies:\n  - {name: a, mass: 1, inertia: [4, 5, 6, 0.1, 0.2, 0.3]}\n",
+                        &scene))
+        return;
+    const kt_sym3 i = scene.description.bodies[0].inertia;
+    const double seen[] = {i.xx, i.yy, i.zz, i.xy, i.xz, i.yz};
+    CHECK_NUMBERS("Ixx Iyy Izz Ixy Ixz Iyz", seen, 4, 5, 6, 0.1, 0.2, 0.3);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(bodies_stand_in_any_order) {
+    kt_scene scene;
+    if (!kt_parse_right(false, "kinetree: 1\nbodies: [{name: b, parent: a}, {name: a, parent: c}, {name: c}]\n",
+                        &scene))
+        return;
+    kt_check_text("first", scene.description.bodies[0].name, "b");
+    kt_check_text("its parent", scene.description.bodies[0].parent, "a");
+    kt_scene_free(&scene);
+}
+
+/* ---- running ----------------------------------------------------------------------------------------------------- */
+
+KT_TEST(every_method_is_known_by_its_name) {
+    kt_check_above("methods", kt_method_count(), 8.0);
+    for (int i = 0; i < kt_method_count(); i++) {
+        char text[200];
+        kt_scene scene;
+        snprintf(text, sizeof text, "kinetree: 1\nsimulate: {integrator: %s, step: 0.25}\n", kt_method_at(i)->name);
+        if (!kt_parse_right(false, text, &scene))
+            continue;
+        kt_check_text("integrator", scene.run.integrator, kt_method_at(i)->name);
+        CHECK_NUMBERS("step", &scene.run.step, 0.25);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(tolerances_are_one_number_or_two) {
+    kt_scene scene;
+    if (kt_parse_right(false, "kinetree: 1\nsimulate: {tolerance: 1e-6}\n", &scene)) {
+        CHECK_NUMBERS("relative", &scene.run.relative, 1e-6);
+        CHECK_NUMBERS("absolute", &scene.run.absolute, 1e-6);
+        kt_scene_free(&scene);
+    }
+    if (kt_parse_right(false, "kinetree: 1\nsimulate: {tolerance: {relative: 0, absolute: 1e-8}}\n", &scene)) {
+        CHECK_NUMBERS("relative", &scene.run.relative, 0);
+        CHECK_NUMBERS("absolute", &scene.run.absolute, 1e-8);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(records_are_bits) {
+    kt_scene scene;
+    if (!kt_parse_right(false,
+                        "kinetree: 1\noutput: {record: [reaction, constraint, energy, acceleration, velocity, "
+                        "position]}\n",
+                        &scene))
+        return;
+    kt_check_equal_int("all", scene.run.record, 63);
+    kt_scene_free(&scene);
+}

@@ -1,0 +1,305 @@
+/* Writing: the layout, and that nothing is lost on the way there and back. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "collect.h"
+#include "difference.h"
+#include "invent.h"
+#include "scene/parse.h"
+
+KT_TEST(layout_is_that_of_the_contract) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "name: \"every section: a sample\"\n"
+        "gravity: [0, -9.81, 0]\n"
+        "\n"
+        "bodies:\n"
+        "  - name: crank\n"
+        "    joint:\n"
+        "      type: revolute\n"
+        "      axis: -y\n"
+        "      at: [0.1, 0, 0]\n"
+        "      rotation: {euler: {sequence: 313, angles: [0.1, 0.2, 0.3]}}\n"
+        "      position: 1.5\n"
+        "      velocity: -0.1\n"
+        "    mass: 1.2\n"
+        "    com: [0.5, 0, 0]\n"
+        "    inertia: [1, 1, 1, 0.1, 0, 0]\n"
+        "    shape: {type: cylinder, radius: 0.1, length: 1, axis: x, at: [0.5, 0, 0]}\n"
+        "    markers:\n"
+        "      tip: [1, 0, 0]\n"
+        "      \"no\": [0, 1e-9, 0]\n"
+        "  - name: ball\n"
+        "    parent: crank\n"
+        "    joint:\n"
+        "      type: spherical\n"
+        "      position: [0.6, 0.8, 0, 0]\n"
+        "    mass: 2\n"
+        "    shape: {type: box, size: [1, 2, 3], rotation: {axis: z, angle: 0.5}}\n"
+        "  - name: \"null\"\n"
+        "    parent: ball\n"
+        "    joint:\n"
+        "      type: free\n"
+        "      position: {position: [1, 2, 3], orientation: {quaternion: [1, 0, 0, 0]}}\n"
+        "      velocity: {angular: [0, 0, 1]}\n"
+        "\n"
+        "loops:\n"
+        "  - {name: close, type: revolute, between: [crank.tip, {body: ball, at: [0, 0, 1], rotation: {rpy: [0, 0, "
+        "1]}}]}\n"
+        "  - {name: rod, type: distance, between: [ball, world], length: {sine: {amplitude: 0.1, frequency: 2, offset: "
+        "3}}}\n"
+        "  - {name: gear, type: coupling, coefficients: {crank: 1}, offset: 0.5}\n"
+        "  - {name: drive, type: motion, joint: crank, position: {table: [[0, 0], [1, 2]], interpolation: cubic}}\n"
+        "  - {name: roll, type: rolling, wheel: crank.tip, radius: 0.3, on: world, normal: y}\n"
+        "\n"
+        "initial:\n"
+        "  hold: [crank]\n"
+        "\n"
+        "effects:\n"
+        "  - {type: spring, between: [crank.tip, world], stiffness: 100, damping: 1}\n"
+        "  - {name: brake, type: joint_damper, joint: crank, damping: 0.1}\n"
+        "  - {type: motor, joint: crank, torque: {ramp: {from: 0, to: 1, start: 0, end: 2}}}\n"
+        "\n"
+        "simulate:\n"
+        "  duration: 2\n"
+        "  integrator: rk4\n"
+        "  step: 0.001\n"
+        "  formulation: absolute\n"
+        "  reduction: svd\n"
+        "  metric: mass\n"
+        "\n"
+        "output:\n"
+        "  interval: 0.01\n"
+        "  record: [position, energy]\n"
+        "  markers: [crank.tip]\n";
+    kt_scene scene;
+    if (!kt_parse_right(true, text, &scene))
+        return;
+    char *written = kt_write_text(true, &scene);
+    kt_check_text("written", written, text);
+    free(written);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(empty_scene_is_one_line) {
+    const kt_scene scene = kt_scene_default();
+    char *written = kt_write_text(false, &scene);
+    kt_check_text("written", written, "kinetree: 1\n");
+    free(written);
+}
+
+/* Lists of numbers break; no line is much longer than 110 columns (the last item may stand out by one). */
+KT_TEST(long_lists_break_into_lines) {
+    static double points[2 * 500];
+    kt_body body = kt_body_default();
+    kt_loop loop = kt_loop_default();
+    kt_scene scene = kt_scene_default(), again;
+    body.name = "a";
+    body.joint.type = KT_JOINT_REVOLUTE;
+    loop.name = "drive";
+    loop.type = KT_LOOP_MOTION;
+    loop.joint = "a";
+    loop.function.type = KT_FUNCTION_TABLE;
+    loop.function.numbers = points;
+    loop.function.number_count = 1000;
+    for (int i = 0; i < 500; i++) {
+        points[2 * i] = i;
+        points[2 * i + 1] = sin(i);
+    }
+    scene.description.bodies = &body;
+    scene.description.loops = &loop;
+    scene.description.body_count = scene.description.loop_count = 1;
+    char *written = kt_write_text(true, &scene);
+    size_t longest = 0;
+    for (const char *line = written; line != NULL && *line != '\0'; line += strcspn(line, "\n") + 1)
+        if (strcspn(line, "\n") > longest)
+            longest = strcspn(line, "\n");
+    kt_check_below("longest line", (double)longest, 140.0);
+    if (written != NULL && kt_parse_right(true, written, &again)) {
+        kt_check_text("first difference", kt_scene_difference(&scene, &again), "");
+        kt_scene_free(&again);
+    }
+    free(written);
+}
+
+/* x -> write -> read is x, and writing that gives the same bytes. */
+static void check_round_trips(bool everything, int count) {
+    static kt_invented invented;
+    kt_random random = kt_random_of_test();
+    int right = 0;
+    for (int i = 0; i < count; i++) {
+        kt_scene again;
+        kt_invent(&invented, &random, everything);
+        char *written = kt_write_text(everything, &invented.scene);
+        if (written == NULL || !kt_parse_right(everything, written, &again)) {
+            kt_check_true("an invented scene is right", false);
+            free(written);
+            return;
+        }
+        char *rewritten = kt_write_text(everything, &again);
+        const char *difference = kt_scene_difference(&invented.scene, &again);
+        bool same = difference[0] == '\0' && rewritten != NULL && strcmp(written, rewritten) == 0;
+        if (!same)
+            kt_note("scene %d: %s\n%s", i, difference, written);
+        right += same;
+        free(rewritten);
+        free(written);
+        kt_scene_free(&again);
+    }
+    kt_check_equal_int("scenes that come back to the bit", right, count);
+}
+
+KT_TEST(supported_scenes_come_back_to_the_bit) { check_round_trips(false, 400); }
+KT_TEST(scenes_with_loops_and_effects_come_back_to_the_bit) { check_round_trips(true, 400); }
+
+/* ---- text -------------------------------------------------------------------------------------------------------- */
+
+static size_t encode(char *to, unsigned c) {
+    if (c < 0x80U) {
+        to[0] = (char)c;
+        return 1;
+    }
+    size_t length = c < 0x800U ? 2 : c < 0x10000U ? 3 : 4;
+    for (size_t i = length - 1; i > 0; i--, c >>= 6)
+        to[i] = (char)(0x80U | (c & 0x3FU));
+    to[0] = (char)((0xF00U >> length & 0xF0U) | c);
+    return length;
+}
+
+static unsigned any_character(kt_random *random) {
+    static const unsigned special[] = {' ',    '\t',   '\n', '\r', '"',  '\'',   '\\',   ':',     '#',      '-',
+                                       '?',    '%',    '@',  '`',  '&',  '*',    '!',    '|',     '>',      '{',
+                                       '[',    ',',    '~',  0x7F, 0x85, 0xA0,   0x2028, 0x2029,  0xFEFF,   0xFFFD,
+                                       0xFFFE, 0xFFFF, 0x1F, 0x01, 0x9F, 0xD7FF, 0xE000, 0x10000, 0x10FFFF, '0'};
+    int kind = kt_random_int(random, 0, 3);
+    if (kind == 0)
+        return special[kt_random_int(random, 0, (int)(sizeof special / sizeof *special) - 1)];
+    if (kind == 1)
+        return (unsigned)kt_random_int(random, 1, 0x7F);
+    if (kind == 2)
+        return (unsigned)kt_random_int(random, 'a', 'z');
+    unsigned c = (unsigned)kt_random_int(random, 0x80, 0x10FFFF);
+    return c >= 0xD800U && c <= 0xDFFFU ? 'x' : c;
+}
+
+static bool comes_back(const char *name) {
+    kt_scene scene = kt_scene_default(), again;
+    scene.description.name = name;
+    char *written = kt_write_text(false, &scene);
+    bool same = false;
+    if (written != NULL && kt_scene_parse(NULL, written, strlen(written), &again, NULL, NULL, NULL) == KT_OK) {
+        same = again.description.name != NULL && strcmp(again.description.name, name) == 0;
+        kt_scene_free(&again);
+    }
+    if (!same)
+        kt_note("lost: %s", written == NULL ? name : written);
+    free(written);
+    return same;
+}
+
+KT_TEST(any_text_comes_back) {
+    static const char *const words[] = {
+        "",           " ",    "a ",   " a",    "1",    "1.5",  "1e3",  "-1",  ".inf", "~",     "null", "yes", "true",
+        "012",        "0x1F", "1:30", "1_000", "a: b", "a:",   "a #b", "- a", "? a",  "[a",    "a]",   "{",   "'a'",
+        "\"a\"",      "a'b",  "%a",   "@a",    "*a",   "&a",   "!a",   "|",   ">",    "---",   "...",  "<<",  "=",
+        "2026-01-02", "a\nb", "a\n",  "\n",    "\r\n", "a\\n", "=1",   "+.e", "-",    "30 deg"};
+    int lost = 0;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        lost += !comes_back(words[i]);
+    kt_random random = kt_random_of_test();
+    for (int i = 0; i < 5000; i++) {
+        char name[4 * 12 + 1];
+        size_t length = 0;
+        for (int left = kt_random_int(&random, 0, 12); left > 0; left--)
+            length += encode(name + length, any_character(&random));
+        name[length] = '\0';
+        lost += !comes_back(name);
+    }
+    kt_check_equal_int("texts that do not come back", lost, 0);
+}
+
+/* ---- what cannot be written -------------------------------------------------------------------------------------- */
+
+static void check_refused(const char *what, const kt_scene *scene, kt_status expected, const char *part) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {KT_OK, "", ""};
+    FILE *stream = open_memstream(&text, &size);
+    if (stream == NULL)
+        return;
+    kt_check_equal_int(what, kt_scene_write(scene, stream, &error), expected);
+    (void)fclose(stream);
+    kt_check_contains(what, error.message, part);
+    kt_check_equal_int("bytes written", (long long)size, 0);
+    free(text);
+}
+
+KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
+    kt_scene scene = kt_scene_default();
+    kt_body body = kt_body_default();
+    body.name = "a";
+    body.mass = (double)NAN;
+    scene.description.bodies = &body;
+    scene.description.body_count = 1;
+    check_refused("a mass that is no number", &scene, KT_ERROR_MODEL, "mass is nan");
+    body.mass = 1.0;
+    body.parent = "b";
+    check_refused("a parent that does not exist", &scene, KT_ERROR_MODEL, "parent 'b' does not exist");
+    body.parent = NULL;
+    scene.description.name = "\xFF";
+    check_refused("a text that is not UTF-8", &scene, KT_ERROR_MODEL, "not UTF-8");
+    scene.description.name = NULL;
+
+    scene.run.integrator = "leapfrog";
+    check_refused("an unknown method", &scene, KT_ERROR_ARGUMENT, "leapfrog");
+    scene.run.integrator = "rk4";
+    check_refused("a method that needs a step", &scene, KT_ERROR_ARGUMENT, "fixed step");
+    scene.run = kt_run_default();
+    scene.run.duration = (double)INFINITY;
+    check_refused("an endless run", &scene, KT_ERROR_ARGUMENT, "finite");
+    scene.run = kt_run_default();
+    scene.run.relative = scene.run.absolute = 0.0;
+    check_refused("no tolerance", &scene, KT_ERROR_ARGUMENT, "above 0");
+    scene.run = kt_run_default();
+    scene.run.record = 64;
+    check_refused("a record that does not exist", &scene, KT_ERROR_ARGUMENT, "record");
+    scene.run = kt_run_default();
+    const kt_marker_pair pair = {"a", "tip"};
+    scene.run.markers = &pair;
+    scene.run.marker_count = 1;
+    check_refused("a marker that does not exist", &scene, KT_ERROR_ARGUMENT, "has no marker 'tip'");
+}
+
+KT_TEST(what_reading_refuses_writing_refuses) {
+    kt_scene scene = kt_scene_default();
+    kt_body body = kt_body_default();
+    kt_effect effect = kt_effect_default();
+    body.name = "a";
+    body.joint.type = KT_JOINT_REVOLUTE;
+    effect.type = KT_EFFECT_JOINT_DAMPER;
+    effect.joint = "a";
+    effect.damping = 1.0;
+    scene.description.bodies = &body;
+    scene.description.body_count = 1;
+    scene.description.effects = &effect;
+    scene.description.effect_count = 1;
+    check_refused("effects", &scene, KT_ERROR_UNSUPPORTED, "'effects' is not supported yet");
+    scene.description.effect_count = 0;
+    scene.run.formulation = KT_FORMULATION_ABSOLUTE;
+    check_refused("formulation", &scene, KT_ERROR_UNSUPPORTED, "'absolute' is not supported yet");
+}
+
+KT_TEST(full_disk_is_an_error) {
+    const kt_scene scene = kt_scene_default();
+    kt_error error;
+    FILE *full = fopen("/dev/full", "w");
+    if (!kt_check_true("/dev/full", full != NULL))
+        return;
+    kt_check_equal_int("status", kt_scene_write(&scene, full, &error), KT_ERROR_FILE);
+    (void)fclose(full);
+    kt_check_equal_int("no stream", kt_scene_write(&scene, NULL, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no scene", kt_scene_write(NULL, stdout, &error), KT_ERROR_ARGUMENT);
+}
