@@ -128,15 +128,16 @@ const char *kt_bench_processor(void) {
     return *name ? name : "unknown processor";
 }
 
-void kt_bench_heading(const char *title, kt_level level) {
+void kt_bench_heading(const char *title, kt_level level, const char *csv) {
     printf("%s\n"
            "library    kinetree %s\n"
            "compiler   %s\n"
            "flags      %s\n"
            "kernels    %s (built: %s)\n"
-           "processor  %s\n\n",
+           "processor  %s\n"
+           "figures    %s\n\n",
            title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_level_name(level), KT_BENCH_LEVELS,
-           kt_bench_processor());
+           kt_bench_processor(), csv ? csv : "in this table only (--csv FILE)");
 }
 
 int kt_bench_tell(const kt_error *error) {

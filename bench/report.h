@@ -26,8 +26,8 @@ int kt_bench_read(int argc, char **argv, const char *about, kt_bench_options *op
 /* auto, base, v3, v4 */
 const char *kt_bench_level_name(kt_level level);
 
-/* Library, compiler, flags, level and processor, each on a line. */
-void kt_bench_heading(const char *title, kt_level level);
+/* Library, compiler, flags, level, processor and file of figures (NULL: none), each on a line. */
+void kt_bench_heading(const char *title, kt_level level, const char *csv);
 
 /* Tells an error on stderr, and returns KT_BENCH_FAILED. */
 int kt_bench_tell(const kt_error *error);

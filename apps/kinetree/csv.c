@@ -84,16 +84,23 @@ static void add_marker(kt_csv *csv, const kt_record *record, const kt_marker_pai
     add_cell(csv, record, at.z, "marker.%s.%s.z", name, pair->marker);
 }
 
-static void add_reaction(kt_csv *csv, const kt_record *record, int body) {
+/* of: reactions or loop_reactions; NULL in the header. */
+static void add_reaction(kt_csv *csv, const kt_record *record, const char *name, const kt_wrench *of, int index) {
     static const kt_wrench none;
-    const kt_wrench *w = record != NULL ? &record->reactions[body] : &none;
-    const char *name = kt_body_name(csv->model, body);
+    const kt_wrench *w = record != NULL ? &of[index] : &none;
     add_cell(csv, record, w->force.x, "reaction.%s.fx", name);
     add_cell(csv, record, w->force.y, "reaction.%s.fy", name);
     add_cell(csv, record, w->force.z, "reaction.%s.fz", name);
     add_cell(csv, record, w->moment.x, "reaction.%s.mx", name);
     add_cell(csv, record, w->moment.y, "reaction.%s.my", name);
     add_cell(csv, record, w->moment.z, "reaction.%s.mz", name);
+}
+
+static void add_reactions(kt_csv *csv, const kt_record *r) {
+    for (int body = 1; body < kt_model_body_count(csv->model); body++)
+        add_reaction(csv, r, kt_body_name(csv->model, body), r != NULL ? r->reactions : NULL, body);
+    for (int loop = 0; loop < kt_loop_count(csv->model); loop++)
+        add_reaction(csv, r, kt_loop_name(csv->model, loop), r != NULL ? r->loop_reactions : NULL, loop);
 }
 
 /* One walk for the header and for the lines under it. */
@@ -113,12 +120,11 @@ static void add_line(kt_csv *csv, const kt_record *r) {
         add_cell(csv, r, r != NULL ? r->kinetic + r->potential : 0.0, "energy.total");
     }
     if ((csv->record & KT_RECORD_CONSTRAINT) != 0) {
-        add_cell(csv, r, r != NULL ? r->constraint_position : 0.0, "constraint.position");
-        add_cell(csv, r, r != NULL ? r->constraint_velocity : 0.0, "constraint.velocity");
+        add_cell(csv, r, r != NULL ? r->constraint.position : 0.0, "constraint.position");
+        add_cell(csv, r, r != NULL ? r->constraint.velocity : 0.0, "constraint.velocity");
     }
     if ((csv->record & KT_RECORD_REACTION) != 0)
-        for (int body = 1; body < kt_model_body_count(csv->model); body++)
-            add_reaction(csv, r, body);
+        add_reactions(csv, r);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */

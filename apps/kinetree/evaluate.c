@@ -26,9 +26,11 @@ static const kt_usage usage = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Prints what the equations of motion consist of in the initial state: coordinates (the velocities in\n"
-             "order), mass_matrix M (rows), bias h, acceleration a = M^-1 (tau - h), energy, pose of each body in the\n"
-             "world, constraint; with --acceleration inverse_dynamics, the forces M a + h.\n",
+    .about =
+        "Prints what the equations of motion consist of in the initial state, assembled: coordinates (the velocities\n"
+        "in order), mass_matrix M (rows) and bias h of the tree, acceleration of the whole, energy, pose of each\n"
+        "body in the world, constraint (A v = rate, A a = drift); with --acceleration inverse_dynamics, the forces\n"
+        "M a + h.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -40,8 +42,10 @@ enum { MASS_FREEDOMS_MAX = 2000 };
 typedef struct kt_evaluation {
     const kt_model *model;
     kt_data *data;
-    int nq, nv;
+    int nq, nv, rows; /* rows: equations of loops */
     double *q, *v, *a, *given, *bias, *inverse, *mass;
+    double *jacobian, *residual, *rate, *drift; /* of loops: A by columns, phi, b', b'' */
+    kt_residual violation;
 } kt_evaluation;
 
 static double *make(size_t count) { return calloc(count + 1, sizeof(double)); }
@@ -51,7 +55,8 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
     e->model = model;
     e->nq = kt_model_nq(model);
     e->nv = kt_model_nv(model);
-    size_t nq = (size_t)e->nq, nv = (size_t)e->nv;
+    e->rows = kt_model_freedom(model).equations;
+    size_t nq = (size_t)e->nq, nv = (size_t)e->nv, rows = (size_t)e->rows;
     e->q = make(nq);
     e->v = make(nv);
     e->a = make(nv);
@@ -60,8 +65,16 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
     e->inverse = make(nv);
     if (e->nv <= MASS_FREEDOMS_MAX)
         e->mass = make(nv * nv);
-    return e->q != NULL && e->v != NULL && e->a != NULL && e->given != NULL && e->bias != NULL && e->inverse != NULL &&
-           (e->mass != NULL || e->nv > MASS_FREEDOMS_MAX) && kt_data_create(model, &e->data, &error) == KT_OK;
+    e->jacobian = make(rows * nv);
+    e->residual = make(rows);
+    e->rate = make(rows);
+    e->drift = make(rows);
+    const double *const all[] = {e->q,       e->v,        e->a,        e->given, e->bias,
+                                 e->inverse, e->jacobian, e->residual, e->rate,  e->drift};
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
+        if (all[i] == NULL)
+            return false;
+    return (e->mass != NULL || e->nv > MASS_FREEDOMS_MAX) && kt_data_create(model, &e->data, &error) == KT_OK;
 }
 
 static void release(kt_evaluation *e) {
@@ -73,6 +86,10 @@ static void release(kt_evaluation *e) {
     free(e->bias);
     free(e->inverse);
     free(e->mass);
+    free(e->jacobian);
+    free(e->residual);
+    free(e->rate);
+    free(e->drift);
 }
 
 /* "1,2.5,-3": one number a coordinate. */
@@ -99,18 +116,23 @@ static int read_accelerations(const char *list, kt_evaluation *e) {
 }
 
 static kt_status compute(kt_evaluation *e, kt_error *error) {
-    kt_model_initial(e->model, e->q, e->v);
-    kt_status status = KT_OK;
-    if (e->mass != NULL)
-        status = kt_dynamics_mass(e->model, e->data, e->q, e->mass, error);
+    const kt_model *model = e->model;
+    kt_model_initial(model, e->q, e->v);
+    kt_status status = kt_state_assemble(model, e->data, 0.0, e->q, e->v, error);
+    if (status == KT_OK && e->mass != NULL)
+        status = kt_dynamics_mass(model, e->data, e->q, e->mass, error);
     if (status == KT_OK)
-        status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, NULL, NULL, e->bias, error);
+        status = kt_dynamics_inverse(model, e->data, e->q, e->v, NULL, NULL, e->bias, error);
     if (status == KT_OK)
-        status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, e->given, NULL, e->inverse, error);
+        status = kt_dynamics_inverse(model, e->data, e->q, e->v, e->given, NULL, e->inverse, error);
     if (status == KT_OK)
-        status = kt_dynamics_forward(e->model, e->data, e->q, e->v, NULL, NULL, e->a, error);
+        status = kt_loop_residual(model, e->data, 0.0, e->q, e->v, &e->violation, error);
     if (status == KT_OK)
-        status = kt_kinematics_update(e->model, e->data, e->q, e->v, e->a, error);
+        status = kt_loop_equations(model, e->data, 0.0, e->q, e->v, e->jacobian, e->residual, e->rate, e->drift, error);
+    if (status == KT_OK)
+        status = kt_acceleration_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->a, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, e->data, e->q, e->v, e->a, error);
     return status;
 }
 
@@ -127,15 +149,34 @@ static json_t *list_coordinates(const kt_model *model) {
     return list;
 }
 
-static json_t *list_rows(const double *columns, int n) {
-    json_t *rows = json_array();
-    for (int i = 0; i < n; i++) {
+static json_t *list_rows(const double *columns, int rows, int count) {
+    json_t *list = json_array();
+    for (int i = 0; i < rows; i++) {
         json_t *row = json_array();
-        for (int j = 0; j < n; j++)
-            json_array_append_new(row, kt_json_number(columns[(size_t)j * (size_t)n + (size_t)i]));
-        json_array_append_new(rows, row);
+        for (int j = 0; j < count; j++)
+            json_array_append_new(row, kt_json_number(columns[(size_t)j * (size_t)rows + (size_t)i]));
+        json_array_append_new(list, row);
     }
-    return rows;
+    return list;
+}
+
+static json_t *describe_constraint(const kt_evaluation *e) {
+    json_t *constraint = json_object();
+    json_object_set_new(constraint, "equations", json_integer(e->rows));
+    json_object_set_new(constraint, "rank", json_integer(kt_model_freedom(e->model).rank));
+    json_object_set_new(constraint, "position", kt_json_number(e->violation.position));
+    json_object_set_new(constraint, "velocity", kt_json_number(e->violation.velocity));
+    json_object_set_new(constraint, "jacobian", list_rows(e->jacobian, e->rows, e->nv));
+    json_object_set_new(constraint, "residual", kt_json_numbers(e->residual, e->rows));
+    json_object_set_new(constraint, "rate", kt_json_numbers(e->rate, e->rows));
+    json_object_set_new(constraint, "drift", kt_json_numbers(e->drift, e->rows));
+    return constraint;
+}
+
+static json_t *describe_energy(const kt_evaluation *e) {
+    double kinetic = kt_kinetic_energy(e->model, e->data);
+    double potential = kt_potential_energy(e->model, e->data) + kt_effect_energy(e->model, e->data, 0.0, e->q, e->v);
+    return json_pack("{s:f, s:f, s:f}", "kinetic", kinetic, "potential", potential, "total", kinetic + potential);
 }
 
 static json_t *list_poses(const kt_evaluation *e) {
@@ -158,20 +199,16 @@ static json_t *list_poses(const kt_evaluation *e) {
 }
 
 static json_t *describe(const kt_evaluation *e, bool with_inverse) {
-    double kinetic = kt_kinetic_energy(e->model, e->data), potential = kt_potential_energy(e->model, e->data);
     json_t *root = json_object();
     json_object_set_new(root, "coordinates", list_coordinates(e->model));
-    json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv) : json_null());
+    json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv, e->nv) : json_null());
     json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
     json_object_set_new(root, "acceleration", kt_json_numbers(e->a, e->nv));
     if (with_inverse)
         json_object_set_new(root, "inverse_dynamics", kt_json_numbers(e->inverse, e->nv));
-    json_object_set_new(
-        root, "energy",
-        json_pack("{s:f, s:f, s:f}", "kinetic", kinetic, "potential", potential, "total", kinetic + potential));
+    json_object_set_new(root, "energy", describe_energy(e));
     json_object_set_new(root, "pose", list_poses(e));
-    json_object_set_new(root, "constraint",
-                        json_pack("{s:i, s:i, s:f, s:f}", "equations", 0, "rank", 0, "position", 0.0, "velocity", 0.0));
+    json_object_set_new(root, "constraint", describe_constraint(e));
     return root;
 }
 

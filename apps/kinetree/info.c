@@ -35,12 +35,40 @@ static const char *name_level(kt_level level) {
 static double tidy(double x, double scale) { return fabs(x) < 1e-12 * scale ? 0.0 : x; }
 
 static void show_sizes(const kt_model *model) {
-    int bodies = kt_model_body_count(model) - 1, nq = kt_model_nq(model), nv = kt_model_nv(model);
-    printf("bodies     %d\n", bodies);
-    printf("freedoms   %d", nv);
+    kt_freedom freedom = kt_model_freedom(model);
+    int nq = kt_model_nq(model), nv = kt_model_nv(model);
+    printf("bodies     %d\n", kt_model_body_count(model) - 1);
+    printf("freedoms   %d", freedom.minimal);
+    if (freedom.equations > 0)
+        printf(": %d of the tree, less %d by loops (%d equations)", freedom.tree, freedom.rank, freedom.equations);
     if (nq != nv)
         printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural(nq - nv));
     printf("\nkernels    %s\n", name_level(kt_model_level(model)));
+}
+
+enum { LISTED_MAX = 20 };
+
+static void show_loops(const kt_description *description) {
+    int count = description->loop_count;
+    if (count > 0)
+        puts("\nloops");
+    for (int i = 0; i < count && i < LISTED_MAX; i++)
+        printf("  %s  %s\n", description->loops[i].name, kt_loop_type_name(description->loops[i].type));
+    if (count > LISTED_MAX)
+        printf("  and %d more\n", count - LISTED_MAX);
+}
+
+static void show_effects(const kt_description *description) {
+    int count = description->effect_count;
+    if (count > 0)
+        puts("\neffects");
+    for (int i = 0; i < count && i < LISTED_MAX; i++) {
+        const char *name = description->effects[i].name;
+        printf("  %s%s%s\n", name != NULL ? name : "", name != NULL ? "  " : "",
+               kt_effect_type_name(description->effects[i].type));
+    }
+    if (count > LISTED_MAX)
+        printf("  and %d more\n", count - LISTED_MAX);
 }
 
 /* Mass and its centre in the initial state. */
@@ -53,8 +81,10 @@ static int show_masses(const kt_model *model) {
                                      : kt_data_create(model, &data, &error);
     if (status == KT_OK) {
         kt_model_initial(model, state, state + nq);
-        status = kt_kinematics_update(model, data, state, state + nq, NULL, &error);
+        status = kt_state_assemble(model, data, 0.0, state, state + nq, &error);
     }
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, data, state, state + nq, NULL, &error);
     if (status == KT_OK) {
         kt_vec3 center, g = kt_model_gravity(model);
         double mass = kt_mass_center(model, data, &center);
@@ -121,6 +151,8 @@ int kt_command_info(int argc, char **argv) {
         kt_say("there is not enough memory for the tree");
         code = KT_EXIT_INTEGRATION;
     }
+    show_loops(&scene.description);
+    show_effects(&scene.description);
     kt_model_free(model);
     kt_scene_free(&scene);
     return kt_finish_output(code);

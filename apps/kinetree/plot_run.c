@@ -105,8 +105,10 @@ static void describe(const kt_outcome *outcome, char *text, size_t size) {
     const kt_run *run = outcome->run;
     if (run->step > 0.0)
         snprintf(text, size, "%s, step %g s", run->integrator, run->step);
-    else
+    else if (run->relative == run->absolute)
         snprintf(text, size, "%s, tolerance %g", run->integrator, run->relative);
+    else
+        snprintf(text, size, "%s, tolerances %g relative, %g absolute", run->integrator, run->relative, run->absolute);
 }
 
 /* columns: width columns of count numbers each. */

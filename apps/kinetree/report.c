@@ -6,10 +6,14 @@
 
 static const char *plural(long long count) { return count == 1 ? "" : "s"; }
 
-/* "1 body", "3 bodies" */
+/* "3 bodies, 1 loop, 1 freedom" */
 static void say_size(const kt_outcome *outcome) {
-    int bodies = kt_model_body_count(outcome->model) - 1, freedoms = kt_model_nv(outcome->model);
-    fprintf(stderr, "  %d bod%s, %d freedom%s", bodies, bodies == 1 ? "y" : "ies", freedoms, plural(freedoms));
+    int bodies = kt_model_body_count(outcome->model) - 1, loops = kt_loop_count(outcome->model);
+    kt_freedom freedom = kt_model_freedom(outcome->model);
+    fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
+    if (loops > 0)
+        fprintf(stderr, ", %d loop%s", loops, plural(loops));
+    fprintf(stderr, ", %d freedom%s", freedom.minimal, plural(freedom.minimal));
 }
 
 static void say_method(const kt_run *run) {
@@ -50,6 +54,9 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
     say_cost(outcome, time);
     if (outcome->has_energy)
         fprintf(stderr, "  total energy %g J, drift at most %.2g J\n", outcome->energy_start, outcome->drift);
+    if (kt_loop_count(outcome->model) > 0)
+        fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
+                outcome->constraint.velocity);
     fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
             strcmp(out, "-") == 0 ? "standard output" : out);
     say_file("summary", summary);

@@ -40,9 +40,9 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
         outcome->has_energy = true;
         outcome->drift = larger(outcome->drift, fabs(total - outcome->energy_start));
     }
-    if (!isnan(record->constraint_position)) {
-        outcome->constraint_position = larger(outcome->constraint_position, record->constraint_position);
-        outcome->constraint_velocity = larger(outcome->constraint_velocity, record->constraint_velocity);
+    if (!isnan(record->constraint.position)) {
+        outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
+        outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
     }
     outcome->records++;
 }
@@ -156,6 +156,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
 
     kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();
+    options.unprojected = arguments->unprojected;
     if (arguments->summary != NULL || arguments->plot != NULL)
         options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     kt_outcome outcome = {.scene = scene, .model = model, .run = &run};

@@ -15,7 +15,7 @@ typedef struct kt_run_arguments {
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric;
     const char *out, *summary, *plot;
-    bool quiet;
+    bool unprojected, quiet;
 } kt_run_arguments;
 
 /* Returns -1 to go on, or an exit code. */
@@ -58,12 +58,12 @@ typedef struct kt_outcome {
     const kt_model *model;
     const kt_run *run; /* as run: the command line's words put in */
     kt_simulation *simulation;
-    const char *name;                                /* the scene's, or else the file's */
-    int64_t records;                                 /* handed over */
-    bool has_energy;                                 /* the next three are known */
-    double energy_start;                             /* total, J */
-    double drift;                                    /* largest |total - total at the start|, J */
-    double constraint_position, constraint_velocity; /* largest residuals */
+    const char *name;       /* the scene's, or else the file's */
+    int64_t records;        /* handed over */
+    bool has_energy;        /* the next three are known */
+    double energy_start;    /* total, J */
+    double drift;           /* largest |total - total at the start|, J */
+    kt_residual constraint; /* largest residuals */
     double cpu_seconds;
 } kt_outcome;
 

@@ -42,7 +42,12 @@ static json_t *count_cost(const kt_outcome *outcome) {
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, const kt_data *data) {
-    double kinetic = kt_kinetic_energy(outcome->model, data), potential = kt_potential_energy(outcome->model, data);
+    const kt_model *model = outcome->model;
+    const kt_simulation *simulation = outcome->simulation;
+    double kinetic = kt_kinetic_energy(model, data);
+    double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
+                                                                           kt_simulation_positions(simulation),
+                                                                           kt_simulation_velocities(simulation));
     json_t *energy = json_object();
     json_object_set_new(energy, "kinetic", kt_json_number(kinetic));
     json_object_set_new(energy, "potential", kt_json_number(potential));
@@ -55,7 +60,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     const kt_model *model = outcome->model;
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
-    int nv = kt_model_nv(model);
+    kt_freedom freedom = kt_model_freedom(model);
     /* Where the run failed there may be no acceleration; the rest is there all the same. */
     bool has_acceleration = kt_simulation_acceleration(outcome->simulation, a, error) == KT_OK;
     if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
@@ -64,7 +69,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "scene", json_string(outcome->name));
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
     json_object_set_new(root, "freedom",
-                        json_pack("{s:i, s:i, s:i, s:i}", "tree", nv, "equations", 0, "rank", 0, "minimal", nv));
+                        json_pack("{s:i, s:i, s:i, s:i}", "tree", freedom.tree, "equations", freedom.equations, "rank",
+                                  freedom.rank, "minimal", freedom.minimal));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
@@ -72,7 +78,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "energy", measure_energy(outcome, data));
     json_object_set_new(
         root, "constraint",
-        json_pack("{s:f, s:f}", "position", outcome->constraint_position, "velocity", outcome->constraint_velocity));
+        json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
     json_object_set_new(root, "method", describe_method(outcome->run));
     json_object_set_new(root, "cost", count_cost(outcome));
     return root;

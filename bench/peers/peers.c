@@ -101,12 +101,13 @@ static bool is_trusted(const line *l) {
 
 /* ---- the table --------------------------------------------------------------------------------------------------- */
 
-static void print_heading(kt_level level) {
-    kt_bench_heading("Kinetree and MuJoCo on chains of n links", level);
-    printf("peer       MuJoCo %s\n\n"
-           "us a call (lower quartile of the rounds); their ratio round by round: median [quartiles]; differences.\n\n"
+static void print_heading(kt_level level, const char *csv) {
+    char title[80];
+    (void)snprintf(title, sizeof title, "Kinetree and MuJoCo %s on chains of n links", kt_mujoco_version());
+    kt_bench_heading(title, level, csv);
+    printf("us a call (lower quartile of the rounds); their ratio round by round: median [quartiles]; differences.\n\n"
            "%5s |%9s%10s%8s %-15s |%9s%10s%8s %-15s |%8s%9s%9s\n",
-           kt_mujoco_version(), "n", "ABA", "MuJoCo", "ratio", "", "RNEA", "MuJoCo", "ratio", "", "a", "tau", "back");
+           "n", "ABA", "MuJoCo", "ratio", "", "RNEA", "MuJoCo", "ratio", "", "a", "tau", "back");
 }
 
 static void print_pair(const kt_bench_times *own, const kt_bench_times *peer, const kt_bench_ratio *ratio) {
@@ -165,7 +166,7 @@ static int run(const kt_bench_options *options, line *lines, kt_csv *csv) {
         if (measure(n < options->max ? (int)n : options->max, options, l, &error) != KT_OK)
             return kt_bench_tell(&error);
         if (count++ == 0)
-            print_heading(l->level);
+            print_heading(l->level, options->csv);
         print_line(l);
         write_line(csv, l);
         trusted &= is_trusted(l);

@@ -149,7 +149,7 @@ static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *
         if (kt_scaling_measure(lengths[i], options, &lines[i], &error) != KT_OK)
             return kt_bench_tell(&error);
         if (i == 0) {
-            kt_bench_heading("Chains of n links on revolute joints", lines[i].level);
+            kt_bench_heading("Chains of n links on revolute joints", lines[i].level, options->csv);
             print_heading();
         }
         print_line(&lines[i]);

@@ -3,7 +3,11 @@
  * q has kt_model_nq numbers, v, a and tau have kt_model_nv. External wrenches are an array over all bodies, world
  * included (kt_model_body_count entries; entry 0 is ignored), or NULL: moment about the body frame's origin and force,
  * both in world axes. Matrices are column-major. Every call is O(number of bodies) unless it says otherwise, allocates
- * nothing, and leaves its outputs untouched when it fails.
+ * nothing, and leaves its outputs untouched when it fails. Quaternions may have any norm but zero.
+ *
+ * Errors of every call that returns a status: KT_ERROR_NOT_FINITE naming the joint or body whose input is not finite,
+ * or where all are finite, the first joint whose result overflows; KT_ERROR_ARGUMENT naming a joint whose quaternion is
+ * zero.
  *
  * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 to 7, for the recursions; [MSD 7.11].
  */
@@ -17,14 +21,14 @@ extern "C" {
 #endif
 
 /* Forward dynamics by the articulated-body algorithm: a = M^-1 (tau + J' external - h). tau may be NULL (zero).
- * Gravity is included. Errors: KT_ERROR_SINGULAR naming the joint along which there is no inertia at this position;
- * KT_ERROR_NOT_FINITE naming the first body whose acceleration is not finite. */
+ * Gravity is included. a may be tau. KT_ERROR_SINGULAR names the joint along which there is no inertia at this
+ * position. */
 KT_API KT_CHECKED kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                 const double *tau, const kt_wrench *external, double *a,
                                                 kt_error *error);
 
 /* Inverse dynamics by the recursive Newton-Euler algorithm: tau = M a + h - J' external. a may be NULL (zero), which
- * gives the bias force h; v may be NULL (zero), which with a = NULL gives the gravity force. */
+ * gives the bias force h; v may be NULL (zero), which with a = NULL gives the gravity force. tau may be a. */
 KT_API KT_CHECKED kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                 const double *a, const kt_wrench *external, double *tau,
                                                 kt_error *error);
@@ -36,10 +40,10 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *dat
 
 /* ---- kinematics -------------------------------------------------------------------------------------------------- */
 
-/* Poses, twists and accelerations of all bodies, kept in data for the queries below until the next call with this data.
- * v may be NULL (zero), a may be NULL (zero). */
-KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q,
-                                                 const double *v, const double *a, kt_error *error);
+/* Poses, twists and accelerations of all bodies, kept in data for the queries below until the next call with this data
+ * (where it fails, there are none). v may be NULL (zero), a may be NULL (zero). */
+KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                                 const double *a, kt_error *error);
 
 /* The body frame in the world. */
 KT_API kt_pose kt_body_pose(const kt_model *model, const kt_data *data, int body);
@@ -60,7 +64,7 @@ KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int bo
 /* ---- totals (all need kt_kinematics_update with q and v) --------------------------------------------------------- */
 
 KT_API double kt_kinetic_energy(const kt_model *model, const kt_data *data);
-/* Of gravity; zero with the centre of mass at the world's origin. */
+/* Of gravity, -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. */
 KT_API double kt_potential_energy(const kt_model *model, const kt_data *data);
 /* Linear momentum (force) and angular momentum about the world's origin (moment), world axes. */
 KT_API kt_wrench kt_momentum(const kt_model *model, const kt_data *data);
@@ -69,7 +73,8 @@ KT_API double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3
 
 /* Reactions in all tree joints: wrenches has one entry a body (entry 0 is set to zero), what the parent exerts on the
  * body across its joint: moment about the origin of the joint frame (the one on the parent) and force, world axes,
- * applied and constraint parts together. Needs kt_kinematics_update with the accelerations of the motion; external as for forward dynamics. */
+ * applied and constraint parts together. Needs kt_kinematics_update with the accelerations of the motion; external as
+ * for forward dynamics. */
 KT_API void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches);
 
 #ifdef __cplusplus

@@ -155,7 +155,7 @@ typedef struct kt_integrator_options {
 KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
- * of range or the size overflows. About (s + 5 + dense_stages) n doubles, n fewer with fsal. The memory needs no
+ * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal. The memory needs no
  * alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 

@@ -7,8 +7,8 @@
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"
 #include "kinetree/model.h"
-#include "kinetree/scene.h"
 #include "kinetree/reduction.h"
+#include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 #include "kinetree/status.h"
 

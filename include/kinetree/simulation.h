@@ -18,6 +18,7 @@
 #include "kinetree/dynamics.h"
 #include "kinetree/integrator.h"
 #include "kinetree/model.h"
+#include "kinetree/reduction.h"
 
 #include <stdint.h>
 
@@ -109,6 +110,7 @@ typedef struct kt_simulation_options {
     double max_step;         /* s, adaptive; 0: no limit */
     uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
+    bool unprojected;        /* loops are left to drift open: what projection costs, and what it is worth */
     bool kinematics;         /* a record's data answer the queries of kinematics, as they do where run has markers */
 } kt_simulation_options;
 
@@ -118,11 +120,11 @@ KT_API kt_simulation_options kt_simulation_options_default(void);
  * then says in words. Where `run` or `options` are NULL, the defaults stand. */
 KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 
-/* Lays a simulation out in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state. The model must
- * outlive it, and so must a table of the caller's; all else in run and options is read here and never again. Nothing
- * is to be released.
+/* Lays a simulation out in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled. The
+ * model must outlive it, and so must a table of the caller's; all else in run and options is read here and never again.
+ * Nothing is to be released.
  * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a step that is needed, times that are not finite), KT_ERROR_MEMORY
- * (too small or misaligned), KT_ERROR_UNSUPPORTED. */
+ * (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do not close), KT_ERROR_UNSUPPORTED. */
 KT_API KT_CHECKED kt_status kt_simulation_place(const kt_model *model, const kt_run *run,
                                                 const kt_simulation_options *options, void *memory, size_t size,
                                                 kt_simulation **simulation, kt_error *error);
@@ -138,8 +140,9 @@ KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
 
-/* Starts again at time t from q (nq; quaternions are scaled to unit norm) and v (nv). Counts return to zero, torques
- * and wrenches are kept. Errors: KT_ERROR_NOT_FINITE naming the body; the simulation is then as before. */
+/* Starts again at time t from q (nq) and v (nv), which are projected: quaternions to unit norm, loops closed. Counts
+ * return to zero, torques and wrenches are kept. Errors: KT_ERROR_NOT_FINITE naming the body; KT_ERROR_CONSTRAINT; the
+ * simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
 
@@ -168,18 +171,21 @@ KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
-/* What a recorder is given; valid during the call. */
+/* What a recorder is given; valid during the call. Between the ends of steps q and v are interpolated and projected. */
 typedef struct kt_record {
-    int64_t index;                                   /* k */
-    double time;                                     /* k * interval; the last one is the duration */
-    const double *q;                                 /* nq, quaternions of unit norm */
-    const double *v;                                 /* nv */
-    const double *a;                                 /* nv; NULL unless acceleration or reaction is recorded */
-    double kinetic, potential;                       /* J; NaN unless energy is recorded */
-    double constraint_position, constraint_velocity; /* largest residuals; NaN unless constraint is recorded */
-    const kt_wrench *reactions; /* one a body, as kt_joint_reactions has them; NULL unless reaction is recorded */
-    const kt_data *data;        /* for kt_body_pose, kt_point_position ...: kinematics of q and v (and a, where it is
-                                   given); NULL unless energy, reaction or kinematics is asked for */
+    int64_t index;   /* k */
+    double time;     /* k * interval; the last one is the duration */
+    const double *q; /* nq */
+    const double *v; /* nv */
+
+    /* What is asked for; NULL or NaN where it is not. */
+    const double *a;                 /* nv; acceleration */
+    double kinetic, potential;       /* J; energy */
+    kt_residual constraint;          /* constraint */
+    const kt_wrench *reactions;      /* one a body, as kt_joint_reactions has them; reaction */
+    const kt_wrench *loop_reactions; /* one a loop, as kt_reaction_evaluate has them; reaction */
+    const kt_data *data; /* kinematics of q and v (and a, where it is given) for kt_body_pose, kt_point_position and
+                            their like; energy, reaction or kinematics */
 } kt_record;
 
 /* Returns 0 to go on, anything else to stop. */
@@ -203,7 +209,7 @@ typedef struct kt_simulation_counts {
     uint64_t steps;          /* accepted */
     uint64_t rejected;       /* tried in vain */
     uint64_t evaluations;    /* of the right-hand side; those for records' accelerations are not counted */
-    uint64_t factorizations; /* of loop matrices */
+    uint64_t factorizations; /* of loop matrices: one a group at each evaluation and each projection */
 } kt_simulation_counts;
 
 KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation);

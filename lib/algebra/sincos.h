@@ -1,11 +1,15 @@
 /* Sines and cosines of many angles at once, the same bits on every instruction-set level and every libm.
  *
- * x = n pi/2 + (r + e), |r| <= pi/4, n from rounding x 2/pi. pi/2 is split into P1 + P2 + P3, P1 and P2 of 33 bits each,
- * so that n P1 and n P2 are exact for |n| < 2^20 (Cody & Waite, Software Manual for the Elementary Functions, 1980); e is
- * what rounding took from r. Taylor's series to r^17 and r^18 leave less than 1e-19 of the result:
- *   sin(r + e) = r + e + r^3 (-1/3! + r^2/5! - ...),   cos(r + e) = 1 - r^2/2 + (r^4/4! - ... - r e)
- * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra). Angles beyond
- * 2^20 pi/2, and what is not finite, take libm's sin and cos, one by one.
+ * |x| = n pi/2 + (r + e), |r| <= pi/4, n from rounding |x| 2/pi. pi/2 is split into P1 + P2 + P3 + P4, the first
+ * three of 33 bits at most, so that n P1, n P2 and n P3 are exact for n < 2^20 (Cody & Waite, Software Manual for the
+ * Elementary Functions, 1980): r + e is right to its last bits even where x is nearly n pi/2. e is what rounding took
+ * from r. Taylor's series to r^17 and r^18 leave less than 1e-19 of the result:
+ *
+ *   sin(r + e) = r + e + r^2 (r (-1/3! + r^2/5! - ...) - e/2)
+ *   cos(r + e) = 1 - r^2/2 + (r^4/4! - ... - r e)
+ *
+ * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra/sincos.c
+ * measures 0.88). Angles beyond 2^20 pi/2, and what is not finite, take libm's sin and cos, one by one.
  */
 #ifndef KT_SINCOS_H
 #define KT_SINCOS_H
@@ -28,16 +32,18 @@ KT_INLINE kt_v8 kt_v8_choose(kt_i8 mask, kt_v8 a, kt_v8 b) { return (kt_v8)((mas
 
 /* Eight lanes; every |x| <= KT_SINCOS_LIMIT. */
 KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
-    const kt_v8 round = KT_V8(0x1.8p52); /* adding it leaves the nearest integer in the low bits */
-    const kt_v8 shifted = x * KT_V8(0x1.45f306dc9c883p-1) + round;
+    const kt_i8 minus = (kt_i8)x & KT_I8(INT64_MIN);
+    const kt_v8 size = (kt_v8)((kt_i8)x ^ minus); /* so that sine(-0) is -0 */
+    const kt_v8 round = KT_V8(0x1.8p52);          /* adding it leaves the nearest integer in the low bits */
+    const kt_v8 shifted = size * KT_V8(0x1.45f306dc9c883p-1) + round;
     const kt_i8 quadrant = (kt_i8)shifted;
     const kt_v8 n = shifted - round;
-    const kt_v8 a = x - n * KT_V8(0x1.921fb544p+0);       /* P1 */
-    const kt_v8 b = a - n * KT_V8(0x1.0b4611a6p-34);      /* P2 */
-    const kt_v8 w = n * KT_V8(0x1.3198a2e037073p-69);     /* P3 */
-    const kt_v8 lost = (a - b) - n * KT_V8(0x1.0b4611a6p-34);
-    const kt_v8 r = b - w;
-    const kt_v8 e = ((b - r) - w) + lost;
+    const kt_v8 a = size - n * KT_V8(0x1.921fb544p+0); /* P1 */
+    const kt_v8 p2 = n * KT_V8(0x1.0b4611a6p-34);      /* P2 */
+    const kt_v8 p3 = n * KT_V8(0x1.3198a2ep-69);       /* P3 */
+    const kt_v8 b = a - p2, r = b - p3;
+    const kt_v8 lost = ((a - b) - p2) - n * KT_V8(0x1.b839a252049c1p-104); /* P4 */
+    const kt_v8 e = ((b - r) - p3) + lost;
 
     const kt_v8 z = r * r;
     kt_v8 p = KT_V8(1.0 / 355687428096000.0);
@@ -48,7 +54,7 @@ KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
     p = p * z - KT_V8(1.0 / 5040.0);
     p = p * z + KT_V8(1.0 / 120.0);
     p = p * z - KT_V8(1.0 / 6.0);
-    const kt_v8 s = r + (e + z * r * p);
+    const kt_v8 s = r + (e + z * (r * p - KT_V8(0.5) * e));
 
     kt_v8 c = KT_V8(-1.0 / 6402373705728000.0);
     c = c * z + KT_V8(1.0 / 20922789888000.0);
@@ -63,7 +69,7 @@ KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
 
     const kt_i8 swap = -(quadrant & KT_I8(1));
     const kt_i8 sine_sign = (quadrant & KT_I8(2)) << 62, cosine_sign = ((quadrant + KT_I8(1)) & KT_I8(2)) << 62;
-    *sine = (kt_v8)((kt_i8)kt_v8_choose(swap, k, s) ^ sine_sign);
+    *sine = (kt_v8)((kt_i8)kt_v8_choose(swap, k, s) ^ sine_sign ^ minus);
     *cosine = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
 }
 
@@ -80,14 +86,12 @@ KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t co
             x.lane[k] = q[angle[i + k]];
             small &= fabs(x.lane[k]) <= KT_SINCOS_LIMIT;
         }
-        if (small) {
-            kt_v8_sincos(x.v, &s.v, &c.v);
-        } else {
-            for (size_t k = 0; k < KT_SINCOS_LANES; k++) {
+        kt_v8_sincos(x.v, &s.v, &c.v);
+        for (size_t k = 0; k < lanes && !small; k++)
+            if (!(fabs(x.lane[k]) <= KT_SINCOS_LIMIT)) {
                 s.lane[k] = sin(x.lane[k]);
                 c.lane[k] = cos(x.lane[k]);
             }
-        }
         for (size_t k = 0; k < KT_SINCOS_LANES; k++) {
             sine[i + k] = s.lane[k];
             cosine[i + k] = c.lane[k];

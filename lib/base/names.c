@@ -157,7 +157,8 @@ static int distance(const char *a, int m, const char *b, int n, int limit) {
 }
 
 kt_nearest kt_nearest_make(const char *wanted, int64_t *effort) {
-    kt_nearest search = {.wanted = wanted, .length = bounded_length(wanted), .limit = -1, .effort = effort};
+    kt_nearest search = {.wanted = wanted, .length = bounded_length(wanted), .limit = -1};
+    search.effort = effort;
     if (search.length == 1)
         search.limit = 0; /* a letter for a letter is no likeness; only its case may differ */
     else if (search.length > 1 && search.length <= LONGEST)

@@ -2,11 +2,10 @@
  * The equations stand in forward.c.
  *
  * Where is there no inertia? What a joint has taken out leaves rounding errors behind, and a massless link that turns
- * or slides the same way would find these instead of nothing. So sizes go along that rounding errors of J and M are
- * proportional to: for M the mass of the subtree; for J the traces of the rigid inertias in the subtree, the terms
- * sum s_i^2 J_ii of what joints take out, and mass times r^2 at each shift. An inertia is none where it is not above
- * KT_NO_INERTIA times that. (A bound by the trace of J would not do: that of a chain in a plane grows as its length
- * cubed in the directions that no joint frees, and swamps an inertia about the others that is exact.)
+ * or slides the same way would find these instead of nothing. So an inertia s'Js is none where it is not above
+ * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree (model/compile.c). A bound by the
+ * trace of J would not do: that of a chain in a plane grows as its length cubed in the directions that no joint frees,
+ * and swamps an inertia about the others that is exact. (regular.c asks more closely, once.)
  */
 #ifndef KT_DYNAMICS_ARTICULATED_H
 #define KT_DYNAMICS_ARTICULATED_H
@@ -42,8 +41,6 @@ KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
     return __builtin_shufflevector(__builtin_shufflevector(a[0], a[1], 0, 5, 2, 3), a[2], 0, 1, 6, 3);
 }
 
-KT_INLINE double kt_sum3(kt_v4 a) { return (a[0] + a[1]) + a[2]; }
-
 /* The link's own inertia and bias wrench. */
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -59,8 +56,6 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
     }
     out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + m->moment;
     out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + m->force;
-    out->j_size = kt_diagonal3(out->j);
-    out->m_size = link->mass;
 }
 
 KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from) {
@@ -72,8 +67,6 @@ KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from
     }
     to->moment += from->moment;
     to->force += from->force;
-    to->j_size += from->j_size;
-    to->m_size += from->m_size;
 }
 
 /* From the child's origin to the parent's. */
@@ -90,7 +83,6 @@ KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
         x->h[k] += kt_v4_cross(r, x->m[k]);
     }
     x->moment += kt_v4_cross(r, x->force);
-    x->j_size += kt_v4_splat(x->m_size) * (r * r);
 }
 
 /* One freedom: takes it out of x, and keeps the joint's response, shifted to the parent's origin. */
@@ -105,25 +97,23 @@ KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, doub
         uf = x->g[0] * sx + x->g[1] * sy + x->g[2] * sz;
         inertia = kt_v4_dot(s, un);
         bias = kt_v4_dot(s, x->moment);
-        x->j_size += s * s * kt_diagonal3(x->j);
-        size = kt_sum3(x->j_size);
+        size = kt_v4_dot(s * s, kt_diagonal3(x->j));
     } else {
         un = x->h[0] * sx + x->h[1] * sy + x->h[2] * sz;
         uf = x->m[0] * sx + x->m[1] * sy + x->m[2] * sz;
         inertia = kt_v4_dot(s, uf);
         bias = kt_v4_dot(s, x->force);
-        size = x->m_size;
+        size = kt_v4_dot(s * s, kt_diagonal3(x->m));
         if (link->motion == KT_MOTION_HELIX) {
             const kt_v4 p = kt_v4_splat(link->pitch);
             un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
             uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
             inertia = kt_v4_dot(s, un + p * uf);
             bias = kt_v4_dot(s, x->moment + p * x->force);
-            x->j_size += s * s * kt_diagonal3(x->j);
-            size = kt_sum3(x->j_size) + link->pitch * link->pitch * size;
+            size = kt_v4_dot(s * s, kt_diagonal3(x->j)) + link->pitch * link->pitch * size;
         }
     }
-    if (!(inertia > KT_NO_INERTIA * size))
+    if (!(inertia > KT_NO_INERTIA * (size + link->size)))
         return false;
     const double d = 1.0 / inertia;
     const kt_v4 dd = kt_v4_splat(d);
@@ -150,7 +140,7 @@ KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, cons
                               kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
     kt_v4 k[3]; /* J^-1 H */
-    if (!kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(kt_sum3(x->j_size)), kept->j))
+    if (!kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(link->size), kept->j))
         return false;
     kept->moment = applied - x->moment;
     kt_v4_multiply(kept->j, x->h, k);
@@ -164,7 +154,6 @@ KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, cons
         x->j[i] = x->g[i] = x->h[i] = none;
     }
     x->moment = applied;
-    x->j_size = none;
     return true;
 }
 
@@ -177,12 +166,12 @@ KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent,
     kt_rest_axes(link, parent->axes, base);
     const kt_v4 force = kt_v4_apply(base, kt_load3(tau + link->v));
     const kt_v4 moment = kt_v4_apply(m->axes, kt_load3(tau + link->v + 3));
-    if (!kt_invert3(x->m, kt_v4_splat(x->m_size), mass))
+    if (!kt_invert3(x->m, kt_diagonal3(x->m), mass))
         return false;
     kt_v4_multiply(mass, x->g, k); /* M^-1 G */
     for (int i = 0; i < 3; i++)
         about[i] = x->j[i] - kt_v4_apply(x->h, k[i]);
-    if (!kt_invert3(about, kt_diagonal3(x->j) + kt_v4_splat(kt_sum3(x->j_size)), inverse))
+    if (!kt_invert3(about, kt_diagonal3(x->j) + kt_v4_splat(link->size), inverse))
         return false;
     const kt_v4 f = force - x->force, n = moment - x->moment;
     const kt_v4 alpha = kt_v4_apply(inverse, n - kt_v4_apply(x->h, kt_v4_apply(mass, f)));
@@ -192,8 +181,6 @@ KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent,
         x->j[i] = x->g[i] = x->h[i] = x->m[i] = none;
     x->moment = moment;
     x->force = force;
-    x->j_size = none;
-    x->m_size = 0.0;
     return true;
 }
 

@@ -31,14 +31,6 @@ kt_level kt_level_resolve(kt_level asked) {
     return asked <= best ? asked : KT_LEVEL_AUTO;
 }
 
-/* Whether all are finite, without a branch a number: x - x is 0 for a finite x, and NaN else. */
-static bool all_finite(const double *x, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] - x[i];
-    return sum == 0.0;
-}
-
 static const char *body_of_velocity(const kt_model *model, size_t v) {
     size_t best = 0;
     for (size_t b = 1; b < model->n.body; b++)
@@ -50,7 +42,7 @@ static const char *body_of_velocity(const kt_model *model, size_t v) {
 /* Copies a result that is finite; else says which joint it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error) {
     const size_t n = model->n.v;
-    if (all_finite(from, n)) {
+    if (kt_all_finite(from, n)) {
         memcpy(to, from, n * sizeof *to);
         return KT_OK;
     }
@@ -64,33 +56,58 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
                         what, from[i]);
 }
 
+/* Hands a result over; one that is not finite is the fault of the inputs, or of their size. */
+static kt_status commit_or_blame(const kt_model *model, const kt_input *input, const double *from, double *to,
+                                 const char *what, kt_error *error) {
+    if (kt_all_finite(from, model->n.v)) {
+        memcpy(to, from, model->n.v * sizeof *to);
+        return KT_OK;
+    }
+    const kt_status status = kt_input_check(model, input, error);
+    return status == KT_OK ? kt_commit(model, from, to, what, error) : status;
+}
+
+static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_SIZE]) {
+    const kt_body_record *body = &model->body[model->link[link].body];
+    (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->name);
+}
+
 kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
                               const kt_wrench *external, double *a, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     const size_t failed = kernels_of(model)->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero,
                                                      external, data->scratch);
     if (!failed)
-        return kt_commit(model, data->scratch, a, "acceleration", error);
-    const kt_body_record *body = &model->body[model->link[failed].body];
+        return commit_or_blame(model, &input, data->scratch, a, "acceleration", error);
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + body->name);
-    if (!all_finite(q, model->n.q) || (v && !all_finite(v, model->n.v)))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is not finite");
+    name_joint(model, failed, where);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
                         "what it carries has no inertia along one of its freedoms at this position");
 }
 
 kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                               const kt_wrench *external, double *tau, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     kernels_of(model)->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
-    return kt_commit(model, data->scratch, tau, "force", error);
+    return commit_or_blame(model, &input, data->scratch, tau, "force", error);
 }
 
 kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
     const size_t nv = model->n.v;
-    if (!all_finite(q, model->n.q))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, "mass matrix", "a position is not finite");
-    memset(mass, 0, nv * nv * sizeof *mass);
-    kernels_of(model)->mass(model, data, q, mass);
+    const kt_input input = {.q = q};
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    const size_t failed = kernels_of(model)->mass(model, data, q, mass);
+    if (failed) {
+        char where[KT_WHERE_SIZE];
+        name_joint(model, failed, where);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                            "the inertia that it carries overflows: look for a position that is huge");
+    }
     for (size_t column = 0; column < nv; column++)
         for (size_t row = column + 1; row < nv; row++)
             mass[row * nv + column] = mass[column * nv + row];
@@ -99,17 +116,19 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
 
 kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                kt_error *error) {
-    if (!all_finite(q, model->n.q) || (v && !all_finite(v, model->n.v)) || (a && !all_finite(a, model->n.v)))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, "kinematics",
-                            "a position, velocity or acceleration is not finite");
-    kernels_of(model)->kinematics(model, data, q, v ? v : model->zero, a ? a : model->zero);
-    return KT_OK;
-}
-
-size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q) {
-    return kernels_of(model)->forward(model, data, q, model->zero, model->zero, NULL, data->scratch);
+    const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration"};
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    const size_t failed = kernels_of(model)->kinematics(model, data, q, v ? v : model->zero, a ? a : model->zero);
+    if (!failed)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    name_joint(model, failed, where);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "its motion overflows: look for a position, velocity or acceleration that is huge");
 }
 
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    kernels_of(model)->kinematics(model, data, q, v, model->zero);
+    (void)kernels_of(model)->kinematics(model, data, q, v, model->zero);
 }

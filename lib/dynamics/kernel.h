@@ -17,10 +17,12 @@ typedef struct kt_kernels {
     /* Newton-Euler: tau. */
     void (*inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                     const kt_wrench *external, double *tau);
-    /* Composite bodies: lower triangle of the mass matrix, whose other entries are not touched. */
-    void (*mass)(const kt_model *model, kt_data *data, const double *q, double *mass);
-    /* Motion and places of all links; accelerations without gravity. */
-    void (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
+    /* Composite bodies: the lower triangle of the mass matrix, and zeros above. Returns a link that carries an inertia
+     * which is not finite; the matrix is untouched then. */
+    size_t (*mass)(const kt_model *model, kt_data *data, const double *q, double *mass);
+    /* Motion and places of all links; accelerations without gravity. Returns 0 where all of it is finite, else the
+     * first link whose motion is not. */
+    size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
 } kt_kernels;
 
 #define KT_KERNELS_DECLARE(level)                                                                                      \
@@ -29,8 +31,20 @@ typedef struct kt_kernels {
                               const kt_wrench *, double *);                                                            \
     void kt_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,               \
                             const kt_wrench *, double *);                                                              \
-    void kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                       \
-    void kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+    size_t kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                     \
+    size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+
+bool kt_all_finite(const double *x, size_t n);
+
+/* What a call is given; all but q may be NULL. x are nv numbers, and `what` is what they are. */
+typedef struct kt_input {
+    const double *q, *v, *x;
+    const char *what;
+    const kt_wrench *external;
+} kt_input;
+
+/* KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, naming the first joint or body at fault. */
+kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
 /* Copies a result of nv numbers that is finite; else says of which joint it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);

@@ -2,10 +2,21 @@
 #include "dynamics/kernel.h"
 #include "dynamics/sweep.h"
 
-void KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+/* x - x of what moves a link, summed: 0 where all is finite, NaN else. (An offset or an angular velocity that is not
+ * finite shows in the accelerations.) */
+KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_place *p) {
+    return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
+           ((p->position - p->position) + (p->velocity - p->velocity));
+}
+
+KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
+
+size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                const double *a) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_link_motion *motion = data->motion;
     kt_link_place *place = data->place;
+    kt_v4 sum = none;
     kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
     kt_ground_set(none, &motion[0]);
     place[0] = (kt_link_place){none, none};
@@ -20,5 +31,10 @@ void KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double
         kt_joint_twist(link, parent, m, v, &angular, &linear);
         place[i].position = place[link->parent].position + m->offset;
         place[i].velocity = place[link->parent].velocity + kt_v4_cross(parent->omega, m->offset) + linear;
+        sum += excess(m, &place[i]);
     }
+    size_t failed = is_zero(sum) ? 0 : 1;
+    while (failed && is_zero(excess(&motion[failed], &place[failed])))
+        failed++;
+    return failed;
 }

@@ -9,6 +9,8 @@
 #include "dynamics/kernel.h"
 #include "dynamics/sweep.h"
 
+#include <string.h>
+
 enum { FREEDOM_MAX = 6 };
 
 /* The unit accelerations of a link's freedoms; returns their number. */
@@ -91,7 +93,8 @@ static inline void columns(const kt_model *model, const kt_data *data, size_t i,
     }
 }
 
-void KT_KERNEL(kt_mass)(const kt_model *model, kt_data *data, const double *q, double *mass) {
+/* Composites; returns a link that hangs on the ground and carries what is not finite, or 0. */
+static inline size_t compose(const kt_model *model, kt_data *data, const double *q) {
     const size_t count = model->n.link;
     kt_link_motion *motion = data->motion;
     kt_articulated *composite = data->articulated;
@@ -106,8 +109,23 @@ void KT_KERNEL(kt_mass)(const kt_model *model, kt_data *data, const double *q, d
         composite[i].force = (kt_v4){link->mass, 0.0, 0.0, 0.0};
     }
     for (size_t i = count - 1; i > 0; i--) {
-        columns(model, data, i, mass);
-        if (model->link[i].parent)
-            add_to_parent(&composite[i], motion[i].offset, &composite[model->link[i].parent]);
+        kt_articulated *c = &composite[i];
+        const int32_t parent = model->link[i].parent;
+        const kt_v4 all = c->j[0] + c->j[1] + c->j[2] + c->moment, none = all - all;
+        if (parent)
+            add_to_parent(c, motion[i].offset, &composite[parent]);
+        else if (!(none[0] + none[1] + none[2] == 0.0))
+            return i;
     }
+    return 0;
+}
+
+size_t KT_KERNEL(kt_mass)(const kt_model *model, kt_data *data, const double *q, double *mass) {
+    const size_t failed = compose(model, data, q);
+    if (failed)
+        return failed;
+    memset(mass, 0, model->n.v * model->n.v * sizeof *mass);
+    for (size_t i = model->n.link - 1; i > 0; i--)
+        columns(model, data, i, mass);
+    return 0;
 }

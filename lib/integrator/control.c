@@ -24,8 +24,6 @@ double kt_power(double x, double p) {
     const double u = p * ((double)exponent + 2.0 / ln2 * z * log);
 
     const double whole = floor(u + 0.5);
-    if (!(whole > -1000.0 && whole < 1000.0))
-        return whole < 0.0 ? 0.0 : HUGE_VAL;
     const double w = (u - whole) * ln2;
     double power = 1.0;
     for (int i = 10; i >= 1; i--)
@@ -82,8 +80,8 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     kt_try_result reached = KT_TRY_RECOVERABLE;
     for (int tries = 0; tries < 8; tries++) {
         for (size_t i = 0; i < n; i++)
-            it->argument[i] = it->y[i] + direction * h0 * f0[i];
-        reached = kt_evaluate(it, it->memory.t + direction * h0, it->argument, 1, result);
+            it->trial[i] = it->y[i] + direction * h0 * f0[i];
+        reached = kt_evaluate(it, it->memory.t + direction * h0, it->trial, 1, result);
         if (reached == KT_TRY_PASSED || reached == KT_TRY_STOPPED)
             break;
         h0 *= 0.01;
@@ -95,6 +93,5 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
 
     const double bend = kt_scaled_norm(it, it->k[1], f0) / h0;
     const double h1 = first_guess(it, h0, has_scale ? size : 0.0, slope, bend);
-    const double h = 100.0 * h0 < h1 ? 100.0 * h0 : h1;
-    return h < limit ? h : limit;
+    return 100.0 * h0 < h1 ? 100.0 * h0 : h1;
 }

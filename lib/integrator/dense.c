@@ -6,9 +6,7 @@
  *     A = theta^2 (3 - 2 theta)
  *     D_i = d_0i + theta (d_1i + theta' (d_2i + theta (d_3i + ...)))
  *
- * a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection. Behind the middle
- * the sum starts from y1, with A - 1 = -theta'^2 (1 + 2 theta) in the place of A, so that the ends come out to the
- * bit.
+ * a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
  *
  * Slopes that are missing are evaluated here: f1 where the method is not fsal or a projection moved y1 (the next step
  * then has it), the stages of the dense output; and, after a failed step or a restore, the stages of the last step
@@ -16,7 +14,6 @@
  */
 #include "integrator/internal.h"
 
-#include <math.h>
 #include <string.h>
 
 /* All slopes that the dense output needs, in their slots. */
@@ -44,8 +41,8 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     }
     for (size_t i = 0; !it->dense_known && i < (size_t)m->dense_stages; i++) {
         const size_t *row = it->row + m->stages + KT_ROW_DENSE + i;
-        kt_combine(it->argument, it->previous_y, in.h, it->terms + row[0], row[1] - row[0], it->k, it->sizes.n);
-        if (kt_evaluate(it, in.t + m->dense_c[i] * in.h, it->argument, fresh + 1 + i, r) != KT_TRY_PASSED)
+        kt_combine(it->trial, it->previous_y, in.h, it->terms + row[0], row[1] - row[0], it->k, it->sizes.n);
+        if (kt_evaluate(it, in.t + m->dense_c[i] * in.h, it->trial, fresh + 1 + i, r) != KT_TRY_PASSED)
             return r->result;
     }
     it->dense_known = true;
@@ -94,13 +91,12 @@ kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, 
     kt_try r;
     if (need_slopes(it, &r) != KT_TRY_PASSED)
         return kt_try_report(&r, "the step itself was accepted; ask at its end only", error);
-    const double theta = (t - t0) / (t1 - t0), rest = 1.0 - theta;
-    const bool behind = theta > 0.5;
-    const double part = behind ? -rest * rest * (1.0 + 2.0 * theta) : theta * theta * (3.0 - 2.0 * theta);
+    const double theta = (t - t0) / (t1 - t0);
+    const double part = theta * theta * (3.0 - 2.0 * theta);
     const double *y0 = it->previous_y, *y1 = it->y;
     kt_term terms[KT_METHOD_STAGES_MAX];
     const size_t count = weigh_slopes(it, theta, terms);
-    kt_combine(y_out, behind ? y1 : y0, it->memory.last_step, terms, count, it->k, n);
+    kt_combine(y_out, y0, it->memory.last_step, terms, count, it->k, n);
     for (size_t i = 0; i < n; i++)
         y_out[i] += part * (y1[i] - y0[i]);
     return KT_OK;

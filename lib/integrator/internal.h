@@ -43,6 +43,9 @@ bool kt_method_is_built_in(const kt_method *method);
 /* Checks the sizes and that no array is missing: what kt_integrator_size needs to know before it reads anything. */
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error);
 
+/* For tests: rooted trees, and so order conditions, of 1 <= nodes <= KT_METHOD_ORDER_MAX nodes. */
+int kt_tree_count(int nodes);
+
 /* Slots of slopes: the stages, f(t1, y1) (the last stage where fsal is set), the stages of the dense output. */
 static inline int kt_method_fresh(const kt_method *method) { return method->stages - (method->fsal ? 1 : 0); }
 static inline int kt_method_slots(const kt_method *method) {
@@ -74,8 +77,7 @@ typedef struct kt_integrator_sizes {
     X(double *, k, s->slots, KEPT, "slope in each slot")                                                               \
     X(double, y, s->n, KEPT, "state at t")                                                                             \
     X(double, previous_y, s->n, KEPT, "state at previous_t")                                                           \
-    X(double, trial, s->n, SCRATCH, "state at the end of the try")                                                     \
-    X(double, argument, s->n, SCRATCH, "state of a stage")                                                             \
+    X(double, trial, s->n, SCRATCH, "states of the stages; state at the end of the try")                               \
     X(double, slopes, s->slots * s->stride, SCRATCH, "the slopes")
 
 struct kt_integrator {
@@ -97,14 +99,9 @@ struct kt_integrator {
 #undef KT_INTEGRATOR_DECLARE
 };
 
-/* For tests: fills all that is scratch with a byte, and forgets what was known of it. Changes no bit of what follows.
+/* For tests: fills all that is scratch with a byte, and forgets what was known of it. No bit of what follows changes.
  */
 void kt_integrator_poison(kt_integrator *it, unsigned char byte);
-
-static inline size_t kt_row_stage(size_t stage) { return stage; }
-static inline size_t kt_row_after_stages(const kt_integrator *it, size_t row) {
-    return (size_t)it->method->stages + row;
-}
 
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
 
@@ -156,14 +153,16 @@ kt_status kt_try_report(const kt_try *result, const char *advice, kt_error *erro
 
 /* ---- step size --------------------------------------------------------------------------------------------------- */
 
-/* x^p for x > 0, to about 1e-12, by arithmetic alone: the same bits everywhere, which no libm promises. */
+/* x^p for finite x > 0 and |p| <= 2, to about 1e-12, by arithmetic alone: the same bits everywhere, which no libm
+ * promises. */
 double kt_power(double x, double p);
 
 /* h_new / h after an accepted step; after a rejected one. */
 double kt_control_accepted(const kt_integrator *it, double error);
 double kt_control_rejected(const kt_integrator *it, double error);
 
-/* First step of at most `limit`, in a direction (+-1), HNW II.4. Slot 0 holds f(t, y). 0 where a callback stopped. */
+/* Proposal for the first step, in a direction (+-1), after HNW II.4; f is asked for within `limit`. Slot 0 holds f(t,
+ * y). 0 where a callback stopped. */
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
 
 /* Control's err_last, before there is one and as the least that is remembered (Hairer's DOPRI5). */

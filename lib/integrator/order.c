@@ -278,6 +278,21 @@ static kt_status check_tree(const extended *x, const tree *t, kt_error *error) {
     return status;
 }
 
+static tree first_tree(int nodes) {
+    tree t = {.nodes = nodes};
+    for (int v = 0; v < nodes; v++)
+        t.level[v] = v;
+    return t;
+}
+
+int kt_tree_count(int nodes) {
+    tree t = first_tree(nodes);
+    int count = 1;
+    while (next_tree(&t))
+        count++;
+    return count;
+}
+
 static int largest(int a, int b) { return a > b ? a : b; }
 
 kt_status kt_method_check(const kt_method *method, kt_error *error) {
@@ -294,9 +309,7 @@ kt_status kt_method_check(const kt_method *method, kt_error *error) {
     const int last = largest(largest(method->order, kt_method_dense_order(method)),
                              largest(method->embedded_order, method->embedded_order_low));
     for (int nodes = 1; status == KT_OK && nodes <= last; nodes++) {
-        tree t = {.nodes = nodes};
-        for (int v = 0; v < nodes; v++)
-            t.level[v] = v;
+        tree t = first_tree(nodes);
         do {
             weigh_tree(&x, &t);
             status = check_tree(&x, &t, error);

@@ -1,7 +1,6 @@
 /* An integrator in the caller's memory: layout, options, start, checkpoints. */
 #include "integrator/internal.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -168,9 +167,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
         return status;
     if (memory == NULL || size < needed)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_integrator_place",
-                            "%zu bytes were given, kt_integrator_size asks for "
-                            "%zu",
-                            memory == NULL ? 0 : size, needed);
+                            "%zu bytes were given, kt_integrator_size asks for %zu", memory == NULL ? 0 : size, needed);
 
     kt_integrator *it = (kt_integrator *)(void *)((unsigned char *)memory + (LINE - (uintptr_t)memory % LINE) % LINE);
     memset(it, 0, sizeof *it);

@@ -45,16 +45,19 @@ void kt_combine(double *restrict out, const double *restrict y, double h, const 
 
 /* 0 x is 0 for a finite x and NaN for others, and NaN stays in a sum. */
 size_t kt_first_not_finite(const double *values, size_t n) {
-    double lanes[TILE] = {0.0};
+    double sum = 0.0;
     size_t i = 0;
-    for (; i + TILE <= n; i += TILE)
+    if (n >= TILE) {
+        double lanes[TILE] = {0.0};
+        for (; i + TILE <= n; i += TILE)
+            for (int l = 0; l < TILE; l++)
+                lanes[l] += 0.0 * values[i + (size_t)l];
         for (int l = 0; l < TILE; l++)
-            lanes[l] += 0.0 * values[i + (size_t)l];
-    for (int l = 1; l < TILE; l++)
-        lanes[0] += lanes[l];
+            sum += lanes[l];
+    }
     for (; i < n; i++)
-        lanes[0] += 0.0 * values[i];
-    if (lanes[0] == 0.0)
+        sum += 0.0 * values[i];
+    if (sum == 0.0)
         return n;
     for (i = 0; i < n && isfinite(values[i]); i++)
         ;
@@ -81,9 +84,9 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_
         const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
         const double *y = in->y;
         if (i > 0) {
-            double *argument = m->fsal && i == it->fresh ? it->trial : it->argument;
-            kt_combine(argument, in->y, in->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], it->k, it->sizes.n);
-            y = argument;
+            kt_combine(it->trial, in->y, in->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], it->k,
+                       it->sizes.n);
+            y = it->trial;
         }
         if (kt_evaluate(it, t, y, i, result) != KT_TRY_PASSED)
             return result->result;
@@ -154,7 +157,7 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
     const size_t s = (size_t)it->method->stages, n = it->sizes.n;
     if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
         return result->result;
-    if (!it->method->fsal)
+    if (!it->method->fsal) /* else the last stage was at y1 */
         kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, n);
     result->result = KT_TRY_PASSED;
     result->what = "the new state";

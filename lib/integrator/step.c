@@ -198,10 +198,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 static double accept(const kt_integrator *it, const plan *p, bool retried, double error, double *control_error) {
     const double factor = kt_control_accepted(it, error), h = fabs(p->interval.h);
     *control_error = it->memory.control_error;
-    if (p->clipped && h * factor < p->proposed && factor >= it->options.factor_max)
-        return p->proposed;
     if (p->clipped && factor >= it->options.factor_max)
-        return h * factor;
+        return h * factor > p->proposed ? h * factor : p->proposed;
     *control_error = error > KT_CONTROL_ERROR_FLOOR ? error : KT_CONTROL_ERROR_FLOOR;
     return h * (retried && factor > 1.0 ? 1.0 : factor);
 }

@@ -5,8 +5,15 @@
 const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_ENTRY)};
 #undef KT_JOINT_ENTRY
 
+static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }
+
+kt_vec3 kt_joint_unit(kt_vec3 axis) {
+    const int zeros = (axis.x == 0.0) + (axis.y == 0.0) + (axis.z == 0.0);
+    return zeros == 2 ? kt_vec3_make(sign(axis.x), sign(axis.y), sign(axis.z)) : kt_vec3_normalize(axis);
+}
+
 kt_element kt_element_about(kt_motion motion, kt_vec3 axis) {
-    const kt_vec3 n = kt_vec3_normalize(axis);
+    const kt_vec3 n = kt_joint_unit(axis);
     const double component[3] = {n.x, n.y, n.z};
     for (int k = 0; k < 3; k++)
         if (component[k] == 1.0 && component[(k + 1) % 3] == 0.0 && component[(k + 2) % 3] == 0.0)

@@ -3,7 +3,7 @@
 #include "joint/kind.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
-    const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(joint->axis), 2);
+    const kt_mat3 triad = kt_triad_from_axis(kt_joint_unit(joint->axis), 2);
     for (int k = 0; k < 3; k++)
         out[k] = (kt_element){.motion = k < 2 ? KT_MOTION_SLIDE : KT_MOTION_TURN, .axis = k, .frame = triad};
     return 3;

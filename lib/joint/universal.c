@@ -12,7 +12,7 @@ static int elements(const kt_joint *joint, kt_element *out) {
 kt_vec3 kt_joint_second_axis(const kt_joint *joint) {
     if (joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0)
         return joint->axis2;
-    return kt_triad_from_axis(kt_vec3_normalize(joint->axis), 2).x;
+    return kt_triad_from_axis(kt_joint_unit(joint->axis), 2).x;
 }
 
 const kt_joint_kind kt_joint_universal = {.nq = 2, .nv = 2, .elements = elements};

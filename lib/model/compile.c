@@ -18,6 +18,9 @@
     X(int32_t, first, n + 1, "first child of a body, 0: none")                                                         \
     X(int32_t, next, n + 1, "next sibling of a body, 0: none")                                                         \
     X(int32_t, stack, n + 1, "of bodies to visit")                                                                     \
+    X(double, mass, KT_ELEMENT_MAX *n + 1, "that a link carries, itself included")                                     \
+    X(double, trace, KT_ELEMENT_MAX *n + 1, "sum of the traces of the inertias that a link carries")                   \
+    X(double, shift, KT_ELEMENT_MAX *n + 1, "largest mass times offset^2 among the steps down from a link")            \
     X(char, table, table_size, "of the names")
 
 typedef struct build {
@@ -173,9 +176,9 @@ static void load_link(kt_model *m, const kt_body_record *body) {
     link->mass += body->mass;
 }
 
-static bool is_identity(kt_mat3 r) {
-    return r.x.x == 1.0 && r.y.y == 1.0 && r.z.z == 1.0 && r.x.y == 0.0 && r.x.z == 0.0 && r.y.x == 0.0 &&
-           r.y.z == 0.0 && r.z.x == 0.0 && r.z.y == 0.0;
+static bool is_same(kt_mat3 a, kt_mat3 b) {
+    return a.x.x == b.x.x && a.y.y == b.y.y && a.z.z == b.z.z && a.x.y == b.x.y && a.x.z == b.x.z && a.y.x == b.y.x &&
+           a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
 }
 
 /* Strings the links of one body's joint onto its parent's link; *count, *angle: links and angles so far. */
@@ -191,10 +194,11 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         kt_link *link = &m->link[*count];
         memset(link, 0, sizeof *link);
         link->group = -1;
-        const kt_mat3 rest = kt_mat3_multiply(frame.rotation, e->frame);
+        const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* no rounding, and nothing to turn */
+        const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = kt_v4_from(frame.position);
         kt_v4_from_mat3(rest, link->turn);
-        link->turned = !is_identity(rest);
+        link->turned = !is_same(rest, kt_mat3_identity());
         link->pitch = e->pitch;
         link->parent = up;
         link->body = self;
@@ -246,6 +250,22 @@ static void string_all(build *b) {
     }
     for (int32_t i = 1; i < n; i++)
         m->mass += m->body[i].link ? m->body[i].mass : 0.0;
+}
+
+/* link->size: of the order of the rigid inertia that a link carries, but not of its growth with the cube of a chain's
+ * length, which is mostly in directions that no joint frees. */
+static void size_links(build *b) {
+    kt_model *m = b->model;
+    for (size_t i = m->n.link - 1; i > 0; i--) {
+        kt_link *link = &m->link[i];
+        b->mass[i] += link->mass;
+        b->trace[i] += link->inertia[0][0] + link->inertia[1][1] + link->inertia[2][2];
+        const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_v4_dot(link->at, link->at);
+        link->size = link->motion == KT_MOTION_SLIDE ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
+        b->mass[link->parent] += b->mass[i];
+        b->trace[link->parent] += b->trace[i];
+        b->shift[link->parent] = fmax(b->shift[link->parent], fmax(b->shift[i], step));
+    }
 }
 
 /* Positions that are generic and the same everywhere: a fixed sequence (golden ratio) of numbers in (-1, 1). */
@@ -303,6 +323,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     if (status == KT_OK) {
         kt_model_name_all(m);
         string_all(b);
+        size_links(b);
         m->level = kt_level_resolve(options->level);
         if (m->level == KT_LEVEL_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",

@@ -51,6 +51,7 @@ typedef struct kt_link {
     kt_v4 moment;     /* first moment m c, link axes */
     double mass;
     double pitch;
+    double size; /* what rounding errors of an inertia along its freedoms are proportional to, with all it carries */
     int32_t parent;
     int32_t q, v;   /* first coordinate */
     int32_t angle;  /* place among the turning links' sines and cosines */
@@ -131,6 +132,7 @@ typedef struct kt_group {
     int32_t row_count;        /* equations */
     int32_t kept, kept_count; /* in model->kept: those that are not void at every position */
     int32_t rank;             /* of them that are independent, at generic positions */
+    double usual;             /* size of the last independent direction there, the least seen */
     size_t dense;             /* first number in data->dense */
 } kt_group;
 
@@ -236,8 +238,6 @@ typedef struct kt_link_place {
 typedef struct kt_articulated {
     kt_v4 j[3], g[3], h[3], m[3];
     kt_v4 moment, force;
-    kt_v4 j_size; /* its lanes' sum is what rounding errors of J are proportional to */
-    double m_size; /* and those of M */
 } kt_articulated;
 
 /* A one-axis joint accelerates by base - angular . alpha - linear . a of its parent. */
@@ -268,6 +268,8 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(double, dense, n->dense, "matrices of the groups of loops")                                                      \
     X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
+    X(double, last, n->group, "size of the last independent direction of each group, as last factored")                \
+    X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(double, beside_q, kt_lanes8(n->q), "a state beside a singular position")                                         \
     X(double, beside_v, kt_lanes8(n->v), "a state beside a singular position")                                         \
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \

@@ -89,14 +89,21 @@ static void way_out(const kt_model *model, kt_data *data, double *a) {
     }
 }
 
-static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_group_work w) {
-    const int rank = KT_KERNEL(kt_reduction_of)(model)->factor(&w, model->group[g].rank);
+/* Factors; near a singular position the direction that is about to be lost is left out where `regular` is asked for. */
+static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_group_work w, bool regular) {
+    const kt_group *group = &model->group[g];
+    const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
+    int rank = kind->factor(&w, group->rank);
+    data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;
+    data->near[g] = rank < group->rank || data->last[g] < KT_NEAR_SINGULAR * group->usual;
+    while (regular && rank > 0 && kind->size(&w, rank - 1) < KT_NEAR_SINGULAR * group->usual)
+        rank--;
     data->rank[g] = rank < 0 ? 0 : rank;
     return rank;
 }
 
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double *tau, const kt_wrench *external, double *a) {
+                      const double *tau, const kt_wrench *external, bool regular, double *a) {
     set_positions(model, data, q);
     set_velocities(model, data, v);
     clear(model, data);
@@ -105,7 +112,7 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
-        if (factor_group(model, data, g, w) < 0)
+        if (factor_group(model, data, g, w, regular) < 0)
             return (size_t)model->group_link[model->group[g].link];
     }
     data->motion[0].linear = -model->gravity;
@@ -154,7 +161,7 @@ static bool factor(const kt_model *model, kt_data *data, double t, const double 
             velocity_violation(model, &model->group[g], &w, v, violation);
         if (held)
             hold(model, &model->group[g], &w, held);
-        if (factor_group(model, data, g, w) < 0)
+        if (factor_group(model, data, g, w, false) < 0)
             return false;
     }
     return isfinite(violation->position + violation->velocity);

@@ -12,10 +12,11 @@ typedef struct kt_violation {
 } kt_violation;
 
 typedef struct kt_reduction_kernels {
-    /* Accelerations of a mechanism with loops; data->rank tells the rank of each group. Returns the link at which the
-     * reduced inertia is singular, or 0. */
+    /* Accelerations of a mechanism with loops; data->rank and data->near tell of each group. `regular`: directions that
+     * are about to be lost near a singular position do not count. Returns the link at which the reduced inertia is
+     * singular, or 0. */
     size_t (*forward)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double *tau, const kt_wrench *external, double *a);
+                      const double *tau, const kt_wrench *external, bool regular, double *a);
     /* Fills and factors the equations at (t, q); v may be NULL, and then velocities are not looked at. Coordinates that
      * are held (NULL: none) count as constants. Returns false where a number is not finite. */
     bool (*factor)(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,

@@ -126,5 +126,7 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
         lambda[w->pivot[i]] = i < rank ? y[i] : 0.0;
 }
 
+static double size(const kt_group_work *w, int i) { return fabs(*at(w, i, i)); }
+
 const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {
-    .factor = factor, .particular = particular, .basis = basis, .multipliers = multipliers};
+    .factor = factor, .size = size, .particular = particular, .basis = basis, .multipliers = multipliers};

@@ -6,7 +6,7 @@
 #include "reduction/kernel.h"
 
 /* Residuals that rounding leaves: relative to the mechanism's size (at least a radian counts as one) and speed. */
-#define KT_CLOSED_TOLERANCE 1e-13
+#define KT_CLOSED_TOLERANCE 1e-15
 
 /* right <- -phi in all groups. */
 void kt_aim_at_closure(const kt_model *model, const kt_data *data);

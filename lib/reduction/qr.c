@@ -156,5 +156,7 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
         lambda[w->pivot[i]] = i < rank ? g[i] : 0.0;
 }
 
+static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
+
 const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {
-    .factor = factor, .particular = particular, .basis = basis, .multipliers = multipliers};
+    .factor = factor, .size = size, .particular = particular, .basis = basis, .multipliers = multipliers};

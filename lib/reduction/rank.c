@@ -56,11 +56,17 @@ static void drop_void(kt_model *model, const bool *alive) {
     }
 }
 
-/* Ranks at one position; the largest so far. */
-static void note_rank(const kt_model *model, const kt_data *data, int32_t *rank) {
-    for (size_t g = 0; g < model->n.group; g++)
+/* The largest rank so far, and the least size of its last direction. */
+static void note_rank(kt_model *model, const kt_data *data, int32_t *rank) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        double *usual = &model->group[g].usual;
+        if (data->rank[g] > rank[g])
+            *usual = data->last[g];
+        else if (data->rank[g] == rank[g])
+            *usual = fmin(*usual, data->last[g]);
         if (data->rank[g] > rank[g])
             rank[g] = data->rank[g];
+    }
 }
 
 static kt_status sample(kt_model *model, kt_data *data, double *q, bool *alive, int32_t *rank) {

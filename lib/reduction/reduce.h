@@ -63,16 +63,20 @@ static inline kt_group_work kt_group_place(const kt_model *model, const kt_data 
     return w;
 }
 
-/* Relative size of R's diagonal below which an equation counts as dependent. The motion through a singular position is
- * recovered from both sides of it (see evaluate.c), which is exact to the square of the distance: so the neighbourhood
- * in which the factors lose digits is better left to that. */
-#define KT_RANK_TOLERANCE 1e-7
+/* Relative size below which the last independent direction of the equations counts as lost to rounding. */
+#define KT_RANK_TOLERANCE 1e-10
+
+/* Within this fraction of its usual size it is near a singular position: accelerations are taken from beside
+ * (evaluate.c). */
+#define KT_NEAR_SINGULAR 1e-3
 
 /* A way to solve A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural rank.
  */
 typedef struct kt_reduction_kind {
     /* Factors w->a; returns the numerical rank, at most cap. -1: a number was not finite. */
     int (*factor)(kt_group_work *w, int cap);
+    /* Size of the i-th direction as factored. */
+    double (*size)(const kt_group_work *w, int i);
     /* x (m): a solution of the independent equations of A x = b (k). */
     void (*particular)(const kt_group_work *w, int rank, const double *b, double *x);
     /* w->basis: m x (m - rank), A basis = 0. */

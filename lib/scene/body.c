@@ -159,12 +159,6 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
     return true;
 }
 
-/* Whether something that others refer to could not be read: then what they say of it proves nothing. */
-static bool is_hidden(const kt_body *body, const kt_node *node) {
-    return body->name == NULL || kt_node_is_faulty(kt_node_find(node, "markers")) ||
-           kt_node_is_faulty(kt_node_find(node, "joint"));
-}
-
 bool kt_index_bodies(kt_arena *arena, kt_names *names, const kt_body *bodies, int count) {
     size_t most = (size_t)count;
     for (int i = 0; i < count; i++)
@@ -187,13 +181,20 @@ int kt_find_body(const kt_reader *r, const char *name) {
     return r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, 0, name);
 }
 
+bool kt_body_is_hidden(const kt_reader *r, int body) {
+    const kt_node *joint = kt_node_find(r->body_nodes[body], "joint");
+    if (joint != NULL && (joint->faulty || kt_node_is_faulty(kt_node_find(joint, "type"))))
+        return true;
+    return kt_node_is_faulty(kt_node_find(r->body_nodes[body], "markers"));
+}
+
 int kt_find_marker(const kt_reader *r, int body, const char *name) { return kt_names_find(&r->names, body + 1, name); }
 
 static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_scene *scene = object;
     int count = 0;
-    r->bodies_are_known = node->kind == KT_NODE_LIST;
+    r->names_are_known = node->kind == KT_NODE_LIST;
     if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->body_nodes, &count))
         return false;
     kt_body *bodies = kt_arena_take(&r->keep, (size_t)count, sizeof *bodies);
@@ -202,8 +203,8 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     for (int i = 0; i < count; i++) {
         bodies[i] = kt_body_default();
         read_body(r, r->body_nodes[i], i, &bodies[i]);
-        if (is_hidden(&bodies[i], r->body_nodes[i]))
-            r->bodies_are_known = false;
+        if (bodies[i].name == NULL)
+            r->names_are_known = false;
     }
     scene->description.bodies = bodies;
     scene->description.body_count = count;

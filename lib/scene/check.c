@@ -69,13 +69,27 @@ static kt_node *follow(kt_node *node, const char *field, int sub) {
     return child(node, sub);
 }
 
-/* Fields that name something of another body: they prove nothing where that could not be read. */
-static bool is_reference(const kt_place *place) {
+enum { LONGEST_NAME = 255 };
+
+/* Whether a field names a body of which too little could be read to say that the name is wrong. */
+static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt_node *node) {
     static const char *const fields[] = {"parent", "between", "coefficients", "joint", "hold"};
+    bool is_reference = false;
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
-        if (strcmp(place->field, fields[i]) == 0)
-            return true;
-    return false;
+        is_reference = is_reference || strcmp(place->field, fields[i]) == 0;
+    if (!is_reference)
+        return false;
+    char name[LONGEST_NAME + 1];
+    const kt_node *text = node->kind == KT_NODE_MAP ? kt_node_find(node, "body") : node;
+    if (text == NULL || text->kind != KT_NODE_TEXT)
+        return !r->names_are_known;
+    size_t length = strcspn(text->of.text, ".");
+    if (length > LONGEST_NAME)
+        return false;
+    memcpy(name, text->of.text, length);
+    name[length] = '\0';
+    int body = kt_find_body(r, name);
+    return body < 0 ? !r->names_are_known : kt_body_is_hidden(r, body);
 }
 
 static bool is_faulty_at(const kt_node *map, const char *const *keys) {
@@ -89,7 +103,7 @@ static bool is_faulty_at(const kt_node *map, const char *const *keys) {
 static bool is_known(const kt_reader *r, const kt_place *place, const kt_node *item, const kt_node *node) {
     static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
     size_t length = strcspn(place->field, ".");
-    if (node->faulty || (is_reference(place) && !r->bodies_are_known))
+    if (node->faulty || refers_to_hidden(r, place, node))
         return true;
     if (place->item == KT_ITEM_LOOP || place->item == KT_ITEM_EFFECT)
         return kt_node_is_faulty(item);

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -11,7 +12,7 @@
 static kt_status refuse(kt_error *error, const char *path, int number) {
     char reason[160];
     if (strerror_r(number, reason, sizeof reason) != 0)
-        strcpy(reason, "unknown reason");
+        (void)snprintf(reason, sizeof reason, "error %d", number);
     return kt_error_set(error, KT_ERROR_FILE, path, "cannot be read: %s", reason);
 }
 

@@ -40,7 +40,7 @@ static const struct {
 
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
     int body = kt_find_body(r, joint);
-    if (body < 0 || !r->bodies_are_known)
+    if (body < 0 || kt_body_is_hidden(r, body))
         return KT_QUANTITY_ANGLE;
     kt_joint_type type = r->description->bodies[body].joint.type;
     return units[type].count == 1 ? units[type].position[0] : KT_QUANTITY_NUMBER;

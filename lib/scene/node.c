@@ -124,6 +124,8 @@ static bool open_node(kt_builder *b, kt_node_kind kind, yaml_mark_t mark) {
 }
 
 static void close_node(kt_builder *b) {
+    if (b->depth == 0) /* an end without a beginning: libyaml gives none */
+        return;
     b->depth--;
     kt_node *node = b->open[b->depth];
     if (node->kind == KT_NODE_MAP)

@@ -36,7 +36,7 @@ struct kt_reader {
 
     const kt_description *description; /* once the bodies are read */
     kt_names names;                    /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
-    bool bodies_are_known;             /* no name, marker or joint of a body is unreadable */
+    bool names_are_known;              /* no body's name is unreadable */
     int quantity;                      /* kt_quantity of the values of the function that is being read */
 
     kt_node *root;

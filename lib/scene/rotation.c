@@ -182,12 +182,10 @@ static void write_matrix(kt_emitter *e, const kt_rotation *rotation) {
 void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
     kt_emit_map(e, true);
     switch (rotation->type) {
-    case KT_ROTATION_NONE:
-        write_form(e, "rpy", rotation, 3);
-        break;
     case KT_ROTATION_QUATERNION:
         write_form(e, "quaternion", rotation, 4);
         break;
+    case KT_ROTATION_NONE: /* left out before it comes here */
     case KT_ROTATION_RPY:
         write_form(e, "rpy", rotation, 3);
         break;

@@ -80,7 +80,6 @@ static void read_scene(kt_reader *r, const char *text, size_t size, kt_scene *sc
     (void)kt_table_read(r, NULL, r->root, &table, scene);
     if (!r->out_of_memory)
         kt_check_description(r, &scene->description);
-    kt_fault_sort(r);
 }
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
@@ -143,8 +142,9 @@ kt_status kt_scene_parse_without(const char *const *refused, const char *path, c
         return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
-    kt_reader r = {.effort = EFFORT, .refused = refused, .bodies_are_known = true};
+    kt_reader r = {.effort = EFFORT, .refused = refused, .names_are_known = true};
     read_scene(&r, text == NULL ? "" : text, size, &read);
+    kt_fault_sort(&r);
     (void)uselocale(before);
     freelocale(plain);
 

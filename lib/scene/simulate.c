@@ -256,8 +256,10 @@ static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_n
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected BODY.MARKER, found %s; name a marker of a body",
                            kt_name_quote(node->of.text).text);
     int body = kt_find_body(r, end.body);
+    if (body < 0 && !r->names_are_known)
+        return false;
     if (body < 0 || kt_find_marker(r, body, end.marker) < 0)
-        return r->bodies_are_known ? report_marker(r, scope, node, &end, body) : false;
+        return body >= 0 && kt_body_is_hidden(r, body) ? false : report_marker(r, scope, node, &end, body);
     if (kt_names_add(seen, 0, node->of.text, index) >= 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is there already; remove one",
                            kt_name_quote(node->of.text).text);

@@ -111,7 +111,7 @@ bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int cou
 }
 
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out) {
-    double v[3];
+    double v[3] = {0.0, 0.0, 0.0};
     if (!kt_read_numbers(r, scope, node, 3, quantity, NULL, v))
         return false;
     *out = kt_vec3_make(v[0], v[1], v[2]);

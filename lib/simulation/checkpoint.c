@@ -121,7 +121,6 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     simulation->memory = memory;
-    simulation->acceleration.factorizations = memory.factorizations;
     memcpy(simulation->torque, from + at.torque, size->nv * sizeof(double));
     memcpy(simulation->torque_next, from + at.torque_next, size->nv * sizeof(double));
     memcpy(simulation->wrench, from + at.wrench, size->body * sizeof(kt_wrench));

@@ -3,7 +3,6 @@
 #define KT_SIMULATION_INTERNAL_H
 
 #include "kinetree/simulation.h"
-#include "simulation/acceleration.h"
 
 /* What pushes from outside during a step. */
 typedef struct kt_pushes {
@@ -27,7 +26,8 @@ typedef struct kt_simulation_memory {
     X(double, torque_next, size->nv, "to be held from the next step on")                                               \
     X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
     X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
-    X(kt_wrench, reaction, size->reaction, "of a record")                                                              \
+    X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
+    X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
@@ -35,7 +35,7 @@ typedef struct kt_simulation_memory {
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
     size_t n; /* of the integrator: nq + nv, or one idle number where nothing moves */
-    size_t body, reaction, quaternion, data, integrator;
+    size_t body, reaction, loop_reaction, quaternion, data, integrator;
 } kt_simulation_sizes;
 
 struct kt_simulation {
@@ -43,9 +43,13 @@ struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
     const kt_model *model;
+    kt_data *data; /* scratch */
     kt_integrator *integrator;
-    kt_acceleration acceleration; /* with the pushes of the last step */
-    double step;                  /* fixed, or 0 */
+    const double *tau;         /* pushes of the last step: nv, or NULL */
+    const kt_wrench *external; /* one a body, or NULL */
+    int groups;                /* of loops */
+    bool unprojected;
+    double step; /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
@@ -60,8 +64,12 @@ struct kt_simulation {
 /* What the integrator calls. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
-/* Points the acceleration at the pushes of the last step. */
+/* Points tau and external at the pushes of the last step. */
 void kt_simulation_use_pushes(kt_simulation *simulation);
+
+/* Scales quaternions in y = (q, v) to unit norm and closes the loops. *changed: whether a bit of y was. */
+KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
+                                           kt_error *error);
 
 /* Makes the pushes that wait those of the next step. */
 KT_CHECKED kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error);
@@ -71,9 +79,6 @@ KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t
 
 /* Tells an error of the integrator or of a callback again, with the time in front. */
 kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt_error *error);
-
-/* Scales the quaternions in q to unit norm. *changed: whether any bit was. False where one is zero or not finite. */
-bool kt_simulation_normalize(const kt_simulation *simulation, double *q, bool *changed);
 
 /* Leaves out the records before the current time: nobody asked for them while it passed. */
 void kt_simulation_skip_records(kt_simulation *simulation);

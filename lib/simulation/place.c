@@ -64,6 +64,7 @@ static void measure(const kt_model *model, const kt_wish *wish, kt_simulation_si
     size->n = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
     size->body = (size_t)kt_model_body_count(model);
     size->reaction = (wish->record & KT_RECORD_REACTION) != 0 ? size->body : 0;
+    size->loop_reaction = (wish->record & KT_RECORD_REACTION) != 0 ? (size_t)kt_loop_count(model) : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     size->integrator = kt_integrator_size(wish->method, size->n);
@@ -131,17 +132,22 @@ static void set_records(kt_simulation *simulation, const kt_wish *wish) {
 
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *error) {
-    kt_status status = kt_data_place(simulation->model, simulation->data_memory, simulation->size.data,
-                                     &simulation->acceleration.data, error);
+    kt_status status =
+        kt_data_place(simulation->model, simulation->data_memory, simulation->size.data, &simulation->data, error);
     if (status != KT_OK)
         return status;
-    simulation->acceleration.model = simulation->model;
+    simulation->groups = kt_loop_group_count(simulation->model);
+    simulation->unprojected = wish->options.unprojected;
     find_quaternions(simulation);
     set_records(simulation, wish);
     status = place_integrator(simulation, wish, error);
     if (status != KT_OK)
         return status;
-    kt_model_initial(simulation->model, simulation->y, simulation->y + simulation->size.nq);
+    double *q = simulation->y, *v = simulation->y + simulation->size.nq;
+    kt_model_initial(simulation->model, q, v);
+    status = kt_state_assemble(simulation->model, simulation->data, 0.0, q, v, error);
+    if (status != KT_OK)
+        return status;
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
 }

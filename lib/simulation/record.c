@@ -58,39 +58,47 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
         return KT_OK;
     }
     kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
+    return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
+}
+
+/* Kinematics, and what is read from them. */
+static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
+    const kt_model *model = simulation->model;
+    kt_data *data = simulation->data;
+    kt_status status;
+    if ((simulation->record & KT_RECORD_REACTION) != 0) {
+        status = kt_reaction_evaluate(model, data, record->time, record->q, record->v, simulation->tau,
+                                      simulation->external, simulation->reaction, simulation->loop_reaction, error);
+        record->reactions = simulation->reaction;
+        record->loop_reactions = simulation->loop_reaction;
+    } else {
+        status = kt_kinematics_update(model, data, record->q, record->v, record->a, error);
+    }
     if (status != KT_OK)
         return status;
-    if (!kt_simulation_normalize(simulation, simulation->y, &changed))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion of the record at t = %.9g s is zero", t);
+    record->data = data;
+    if ((simulation->record & KT_RECORD_ENERGY) != 0) {
+        record->kinetic = kt_kinetic_energy(model, data);
+        record->potential =
+            kt_potential_energy(model, data) + kt_effect_energy(model, data, record->time, record->q, record->v);
+    }
     return KT_OK;
 }
 
-/* Everything that is asked for beyond q and v, from the cheapest to the dearest. */
+/* Everything that is asked for beyond q and v. The kinematics come last: they stay in the data. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
-    kt_acceleration *acceleration = &simulation->acceleration;
     kt_status status = KT_OK;
-    if ((simulation->record & (KT_RECORD_ACCELERATION | KT_RECORD_REACTION)) != 0) {
-        status = kt_simulation_accelerate(acceleration, record->time, record->q, record->v, simulation->a, error);
+    if ((simulation->record & KT_RECORD_ACCELERATION) != 0) {
+        status = kt_acceleration_evaluate(model, simulation->data, record->time, record->q, record->v, simulation->tau,
+                                          simulation->external, simulation->a, error);
         record->a = simulation->a;
     }
-    if (status == KT_OK && simulation->kinematics) {
-        status = kt_kinematics_update(model, acceleration->data, record->q, record->v, record->a, error);
-        record->data = acceleration->data;
+    if (status == KT_OK && (simulation->record & KT_RECORD_CONSTRAINT) != 0) {
+        status =
+            kt_loop_residual(model, simulation->data, record->time, record->q, record->v, &record->constraint, error);
     }
-    if (status != KT_OK)
-        return status;
-    if ((simulation->record & KT_RECORD_ENERGY) != 0) {
-        record->kinetic = kt_kinetic_energy(model, acceleration->data);
-        record->potential = kt_potential_energy(model, acceleration->data);
-    }
-    if ((simulation->record & KT_RECORD_CONSTRAINT) != 0)
-        record->constraint_position = record->constraint_velocity = 0.0; /* a tree has none to violate */
-    if ((simulation->record & KT_RECORD_REACTION) != 0) {
-        kt_joint_reactions(model, acceleration->data, acceleration->wrenches, simulation->reaction);
-        record->reactions = simulation->reaction;
-    }
-    return KT_OK;
+    return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
 
 static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
@@ -100,7 +108,7 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     record.q = simulation->y;
     record.v = simulation->y + simulation->size.nq;
     record.kinetic = record.potential = (double)NAN;
-    record.constraint_position = record.constraint_velocity = (double)NAN;
+    record.constraint.position = record.constraint.velocity = (double)NAN;
 
     kt_error from = {0};
     simulation->cause.code = KT_OK;

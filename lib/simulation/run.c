@@ -11,10 +11,10 @@ kt_run kt_run_default(void) {
 }
 
 unsigned kt_run_record(const kt_run *run, const kt_model *model) {
-    (void)model; /* loops will add KT_RECORD_CONSTRAINT to the default */
     if (run->record != KT_RECORD_DEFAULT)
         return run->record;
-    return KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY;
+    unsigned constraint = kt_loop_count(model) > 0 ? KT_RECORD_CONSTRAINT : 0U;
+    return KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY | constraint;
 }
 
 #define KT_RUN_CASE(id, name)                                                                                          \

@@ -3,10 +3,11 @@
  * The state is y = (q, v), and the right-hand side is
  *
  *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
- *     v' = a(t, q, v)    kt_simulation_accelerate
+ *     v' = a(t, q, v)    kt_acceleration_evaluate
  *
- * Runge-Kutta steps leave a quaternion's norm off by their local error; after each accepted step it is scaled back,
- * which moves the state by no more than that error and so keeps the method's order.
+ * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
+ * step both are put right [MSD 7.55 to 7.58], which moves the state by no more than that error and so keeps the
+ * method's order.
  */
 #include "simulation/internal.h"
 
@@ -25,8 +26,9 @@ static bool is_recoverable(kt_status status) {
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const double *q = y, *v = y + simulation->size.nq;
-    kt_status status =
-        kt_simulation_accelerate(&simulation->acceleration, t, q, v, dydt + simulation->size.nq, &simulation->cause);
+    kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, simulation->tau,
+                                                simulation->external, dydt + simulation->size.nq, &simulation->cause);
+    simulation->memory.factorizations += (uint64_t)simulation->groups;
     if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
         return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
     if (simulation->size.nq == 0)
@@ -39,17 +41,22 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
 /* |p|^2 - 1 within four roundings is as near to one as scaling would bring it. */
 static const double unit_defect = 4.0 * DBL_EPSILON;
 
-bool kt_simulation_normalize(const kt_simulation *simulation, double *q, bool *changed) {
+static bool is_unit(const double *p) {
+    double defect = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0;
+    return fabs(defect) <= unit_defect;
+}
+
+kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     *changed = false;
-    for (size_t i = 0; i < simulation->size.quaternion; i++) {
-        const double *p = q + simulation->quaternion[i];
-        double defect = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0;
-        if (!(fabs(defect) <= unit_defect)) {
-            *changed = true;
-            return kt_position_normalize(simulation->model, q);
-        }
+    if (simulation->groups > 0 && !simulation->unprojected) {
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+        return kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
     }
-    return true;
+    for (size_t i = 0; i < simulation->size.quaternion && !*changed; i++)
+        *changed = !is_unit(y + simulation->quaternion[i]);
+    if (!*changed || kt_position_normalize(simulation->model, y))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
 /* The body in whose coordinates the first number of y that is not finite lies; -1: none. */
@@ -74,17 +81,14 @@ static kt_status say_not_finite(const kt_simulation *simulation, int body, const
 }
 
 /* The integrator has seen to it that y is finite. */
-static int normalize_state(double t, double *y, bool *changed, void *user) {
-    (void)t;
+static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
-    if (kt_simulation_normalize(simulation, y, changed))
-        return 0;
-    (void)kt_error_set(&simulation->cause, KT_ERROR_NOT_FINITE, NULL, "a step has brought a quaternion to zero");
-    return 1;
+    kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
+    return status == KT_OK ? 0 : is_recoverable(status) ? 1 : -1;
 }
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
-    kt_integrator_callbacks callbacks = {evaluate_slope, normalize_state, simulation};
+    kt_integrator_callbacks callbacks = {evaluate_slope, project_state, simulation};
     return callbacks;
 }
 
@@ -98,7 +102,10 @@ kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt
         snprintf(where, sizeof where, "t = %.9g s", t);
         return kt_error_set(error, from->code, where, "%s", from->message);
     }
-    snprintf(where, sizeof where, "t = %.9g s%s%s", t, cause->where[0] != '\0' ? ", " : "", cause->where);
+    if (strstr(cause->where, "t = ") != NULL) /* the time of a stage */
+        snprintf(where, sizeof where, "%s", cause->where);
+    else
+        snprintf(where, sizeof where, "t = %.9g s%s%s", t, cause->where[0] != '\0' ? ", " : "", cause->where);
     if (from->code == KT_ERROR_STEP)
         return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
                             from->message);
@@ -112,8 +119,8 @@ kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt
 /* ---- pushes ------------------------------------------------------------------------------------------------------ */
 
 void kt_simulation_use_pushes(kt_simulation *simulation) {
-    simulation->acceleration.torque = simulation->memory.now.torque ? simulation->torque : NULL;
-    simulation->acceleration.wrenches = simulation->memory.now.wrenches ? simulation->wrench : NULL;
+    simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
+    simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
 }
 
 static bool pushes_differ(const kt_simulation *simulation) {
@@ -191,7 +198,6 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     kt_status status = kt_simulation_take_pushes(simulation, &from);
     if (status == KT_OK)
         status = kt_integrator_step(simulation->integrator, t_limit, &from);
-    simulation->memory.factorizations = simulation->acceleration.factorizations;
     return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &from, error);
 }
 
@@ -240,32 +246,28 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     int body = find_not_finite(simulation, simulation->y);
     if (body >= 0)
         return say_not_finite(simulation, body, "a position or velocity", error);
-    if (!kt_simulation_normalize(simulation, simulation->y, &changed))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion is zero");
+    kt_status status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    if (status != KT_OK)
+        return status;
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
-    kt_status status = kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
+    status = kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
     if (status != KT_OK)
         return status;
     simulation->memory.next_record = 0;
     simulation->memory.factorizations = 0;
-    simulation->acceleration.factorizations = 0;
     kt_simulation_skip_records(simulation);
     return KT_OK;
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
-    kt_acceleration acceleration = simulation->acceleration;
-    acceleration.torque = simulation->memory.next.torque ? simulation->torque_next : NULL;
-    acceleration.wrenches = simulation->memory.next.wrenches ? simulation->wrench_next : NULL;
+    const kt_simulation_memory *memory = &simulation->memory;
     simulation->cause.code = KT_OK;
-    kt_error from = {0};
     kt_status status =
-        kt_simulation_accelerate(&acceleration, kt_integrator_time(simulation->integrator),
-                                 kt_simulation_positions(simulation), kt_simulation_velocities(simulation), a, &from);
-    if (status == KT_OK)
-        return KT_OK;
-    simulation->cause = from;
-    return kt_simulation_fail(simulation, &from, error);
+        kt_acceleration_evaluate(simulation->model, simulation->data, kt_integrator_time(simulation->integrator),
+                                 kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
+                                 memory->next.torque ? simulation->torque_next : NULL,
+                                 memory->next.wrenches ? simulation->wrench_next : NULL, a, &simulation->cause);
+    return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &simulation->cause, error);
 }
 
 kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {

@@ -79,7 +79,7 @@ KT_TEST(table_needs_at_most_three_slots_a_name) {
 /* ---- spelling ---------------------------------------------------------------------------------------------------- */
 
 KT_TEST(names_begin_with_a_letter) {
-    static const char *const valid[] = {"a", "Z", "_", "a9", "link-2", "_-", "A_b-9z"};
+    static const char *const valid[] = {"a", "Z", "_", "a9", "a0", "link-2", "_-", "A_b-9z"};
     static const char *const invalid[] = {"",          "9",  "-a", "a b", "a.b", "a'", "a\n", "\xC3\xA4",
                                           "a\xC3\xA4", "a@", "a[", "a`",  "a{",  "a/", "a:"};
     for (size_t i = 0; i < sizeof valid / sizeof *valid; i++)
@@ -93,6 +93,7 @@ KT_TEST(quoted_names_are_safe_to_print) {
     kt_check_text("plain", kt_name_quote("crank").text, "'crank'");
     kt_check_text("empty", kt_name_quote("").text, "''");
     kt_check_text("control characters", kt_name_quote("a\tb\x7F\x1B[0m").text, "'a?b??[0m'");
+    kt_check_text("space", kt_name_quote("a b").text, "'a b'");
     kt_check_text("UTF-8 stays", kt_name_quote("\xC3\xA4").text, "'\xC3\xA4'");
     char name[100], expected[120];
     memset(name, 'x', sizeof name);
@@ -119,7 +120,7 @@ static const char *nearest(const char *wanted, const char *const *candidates, in
 }
 
 KT_TEST(slips_of_the_pen_are_understood) {
-    static const char *const names[] = {"crank", "coupler", "rocker", NULL, "joint_damper", "ab", "x", "tip"};
+    static const char *const names[] = {"crank", "coupler", "rocker", NULL, "joint_damper", "ab", "x", "tip", "z"};
     static const struct {
         const char *wanted, *meant;
     } table[] = {
@@ -133,6 +134,7 @@ KT_TEST(slips_of_the_pen_are_understood) {
         {"jointdampr", "joint_damper"},
         {"ba", "ab"},
         {"X", "x"},
+        {"Z", "z"},
         {"tpi", "tip"},
         {"bc", NULL},
         {"y", NULL},
@@ -141,7 +143,7 @@ KT_TEST(slips_of_the_pen_are_understood) {
         {"", NULL},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        const char *found = nearest(table[i].wanted, names, 8);
+        const char *found = nearest(table[i].wanted, names, 9);
         if (table[i].meant == NULL)
             kt_check_true(table[i].wanted, found == NULL);
         else
@@ -226,6 +228,8 @@ KT_TEST(search_stops_when_its_effort_is_spent) {
     kt_check_true("no more", !kt_nearest_try(&search, "crank"));
     kt_check_equal_int("left as it was", effort, 18 - 21);
     kt_check_true("nothing found", search.best == NULL);
+    effort = 0;
+    kt_check_true("none left", !kt_nearest_try(&search, "crank") && search.best == NULL);
     effort = 1000;
     kt_check_true("found: nothing can be nearer", !kt_nearest_try(&search, "CRANK"));
     kt_check_text("best", search.best, "CRANK");

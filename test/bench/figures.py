@@ -27,9 +27,10 @@ def order_problems(row):
 
 
 def memory_problems(rows):
-    """Bytes of each further body, from one length of chain to the next: the same but for rounding and longer names."""
+    """Bytes of each further body, from one length of chain to the next: the same, but that arrays (some 30) are rounded up to
+    64 bytes, names grow longer, and their table doubles."""
     sizes = sorted({int(row["n"]): int(row["model_bytes"]) + int(row["data_bytes"]) for row in rows}.items())
-    slopes = [(b - a) / (n - m) for (m, a), (n, b) in zip(sizes, sizes[1:]) if n - m >= 10]
+    slopes = [(b - a) / (n - m) for (m, a), (n, b) in zip(sizes, sizes[1:]) if n - m >= 100]
     note("bytes a further body: " + " ".join(f"{slope:.0f}" for slope in slopes))
     if len(slopes) < 3:
         return ["too few lengths"]

@@ -1,4 +1,5 @@
-/* One mechanism in two sets of coordinates moves in one way: screws as slides that follow turns, balls as three turns. */
+/* One mechanism in two sets of coordinates moves in one way: screws as slides that follow turns, balls as three turns.
+ */
 #include "rewrite.h"
 
 #include <float.h>
@@ -12,11 +13,12 @@ static const double *components(const kt_vec3 *a) { return &a->x; }
 
 /* Bounds of this file: c measured over 20 seeds, whose worst is about half of the bound. */
 
-/* ---- a screw is a cylindrical joint with s = pitch angle: with v_c = T v, M = T' M_c T and tau = T' tau_c ------------ */
+/* ---- a screw is a cylindrical joint with s = pitch angle: with v_c = T v, M = T' M_c T and tau = T' tau_c
+ * ------------ */
 
 typedef struct screws {
-    kt_tree tree, loose;           /* with screws; with cylindrical joints in their place */
-    kt_tree_state s, t;            /* the same motion */
+    kt_tree tree, loose;                /* with screws; with cylindrical joints in their place */
+    kt_tree_state s, t;                 /* the same motion */
     double map[KT_TREE_NV][KT_TREE_NV]; /* T */
 } screws;
 
@@ -242,7 +244,8 @@ KT_TEST(a_ball_is_three_turns) {
                 balls++;
             }
             for (int i = 0; i < c.nv; i++)
-                kt_worst_near(&error, observed[i], a[c.v + i], 10.0 * EPS * sensitivity[c.v + i], "tree %d body %d", n, b);
+                kt_worst_near(&error, observed[i], a[c.v + i], 10.0 * EPS * sensitivity[c.v + i], "tree %d body %d", n,
+                              b);
         }
         kt_tree_free(&turns);
         kt_tree_free(&tree);

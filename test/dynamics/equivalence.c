@@ -10,7 +10,8 @@
 #define EPS DBL_EPSILON
 enum { TREES = 60 };
 
-/* ---- a second description of a tree -------------------------------------------------------------------------------- */
+/* ---- a second description of a tree --------------------------------------------------------------------------------
+ */
 
 typedef struct motion {
     kt_joint_type type;
@@ -24,7 +25,8 @@ static int chain_of(const kt_joint *joint, motion *out) {
     const bool given = joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0;
     switch (joint->type) {
     case KT_JOINT_UNIVERSAL:
-        memcpy(out, (motion[]){{KT_JOINT_REVOLUTE, n}, {KT_JOINT_REVOLUTE, given ? joint->axis2 : triad.x}}, 2 * sizeof *out);
+        memcpy(out, (motion[]){{KT_JOINT_REVOLUTE, n}, {KT_JOINT_REVOLUTE, given ? joint->axis2 : triad.x}},
+               2 * sizeof *out);
         return 2;
     case KT_JOINT_CYLINDRICAL:
         memcpy(out, (motion[]){{KT_JOINT_REVOLUTE, n}, {KT_JOINT_PRISMATIC, n}}, 2 * sizeof *out);
@@ -35,10 +37,12 @@ static int chain_of(const kt_joint *joint, motion *out) {
         return 3;
     case KT_JOINT_FREE:
         memcpy(out,
-               (motion[]){{KT_JOINT_PRISMATIC, x}, {KT_JOINT_PRISMATIC, y}, {KT_JOINT_PRISMATIC, z}, {KT_JOINT_SPHERICAL, z}},
+               (motion[]){
+                   {KT_JOINT_PRISMATIC, x}, {KT_JOINT_PRISMATIC, y}, {KT_JOINT_PRISMATIC, z}, {KT_JOINT_SPHERICAL, z}},
                4 * sizeof *out);
         return 4;
-    default: return 0;
+    default:
+        return 0;
     }
 }
 
@@ -76,7 +80,8 @@ static void compare(kt_worst *error, const kt_tree *tree, const kt_tree *other, 
     kt_tree_state t;
     const int nv = tree->nv;
     kt_rewrite_state(tree, s, other, &t);
-    if (!kt_oracle_forward(tree, s, slow, sensitivity) || !kt_tree_forward(tree, s, a) || !kt_tree_forward(other, &t, b))
+    if (!kt_oracle_forward(tree, s, slow, sensitivity) || !kt_tree_forward(tree, s, a) ||
+        !kt_tree_forward(other, &t, b))
         return;
     for (int i = 0; i < nv; i++)
         kt_worst_near(error, b[i], a[i], 20.0 * EPS * sensitivity[i], "tree %d acceleration %d", n, i);
@@ -89,8 +94,8 @@ static void compare(kt_worst *error, const kt_tree *tree, const kt_tree *other, 
         return;
     for (int i = 0; i < nv; i++)
         for (int j = 0; j < nv; j++)
-            kt_worst_near(error, mass2[i * nv + j], mass[i * nv + j], 100.0 * EPS * sqrt(mass[i * nv + i] * mass[j * nv + j]),
-                          "tree %d mass %d %d", n, i, j);
+            kt_worst_near(error, mass2[i * nv + j], mass[i * nv + j],
+                          100.0 * EPS * sqrt(mass[i * nv + i] * mass[j * nv + j]), "tree %d mass %d %d", n, i, j);
     if (!kt_tree_kinematics(tree, s) || !kt_tree_kinematics(other, &t))
         return;
     for (int i = 1; i < tree->count; i++) {
@@ -119,7 +124,8 @@ KT_TEST(composite_joints_are_chains_of_turns_and_slides) {
             return;
         kt_tree_state_draw(&tree, &random, &s);
         describe_chains(&chains, &tree);
-        if (kt_tree_compile(&chains, NULL) && kt_check_true("same freedoms", chains.nv == tree.nv && chains.nq == tree.nq))
+        if (kt_tree_compile(&chains, NULL) &&
+            ((chains.nv == tree.nv && chains.nq == tree.nq) || kt_check_true("same freedoms", false)))
             compare(&error, &tree, &chains, &s, n);
         kt_tree_free(&chains);
         kt_tree_free(&tree);
@@ -222,7 +228,8 @@ KT_TEST(bodies_fixed_to_each_other_are_one_body) {
     kt_check_worst(&error);
 }
 
-/* ---- order --------------------------------------------------------------------------------------------------------- */
+/* ---- order ---------------------------------------------------------------------------------------------------------
+ */
 
 KT_TEST(order_of_description_changes_nothing_but_rounding) {
     kt_random random = kt_random_of_test();

@@ -1,4 +1,5 @@
-/* Forward dynamics against the slow equations of oracle.c, against inverse dynamics and mass matrix, and at its limits. */
+/* Forward dynamics against the slow equations of oracle.c, against inverse dynamics and mass matrix, and at its limits.
+ */
 #include "oracle.h"
 
 #include <float.h>
@@ -8,8 +9,8 @@
 #define EPS DBL_EPSILON
 enum { TREES = 150 };
 
-/* Bounds are c EPS times the sensitivity of each acceleration (see oracle.h: what a backward-stable solution may be off,
- * whatever the condition of M). c is measured: the worst over 20 seeds is 0.2 to 0.5 of it. */
+/* Bounds are c EPS times the sensitivity of each acceleration (see oracle.h: what a backward-stable solution may be
+ * off, whatever the condition of M). c is measured: the worst over 20 seeds is 0.2 to 0.5 of it. */
 
 KT_TEST(aba_inverts_rnea_on_random_trees) {
     kt_random random = kt_random_of_test();
@@ -48,10 +49,10 @@ KT_TEST(aba_solves_the_slow_equations_on_random_trees) {
         kt_tree_state_draw(&tree, &random, &s);
         double a[KT_TREE_NV], sensitivity[KT_TREE_NV];
         long double slow[KT_TREE_NV];
-        if (kt_tree_forward(&tree, &s, a) &&
-            kt_oracle_forward(&tree, &s, slow, sensitivity))
+        if (kt_tree_forward(&tree, &s, a) && kt_oracle_forward(&tree, &s, slow, sensitivity))
             for (int i = 0; i < tree.nv; i++)
-                kt_worst_near(&error, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n, i);
+                kt_worst_near(&error, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n,
+                              i);
         kt_tree_free(&tree);
     }
     kt_check_worst(&error);

@@ -27,7 +27,8 @@ KT_TEST(rnea_agrees_with_kane_in_long_double_on_random_trees) {
         kt_oracle_inverse(&tree, &s, s.a, slow, size);
         if (kt_tree_inverse(&tree, &s, tau))
             for (int i = 0; i < tree.nv; i++)
-                kt_worst_near(&error, tau[i], (double)slow[i], 20.0 * EPS * (double)size[i], "tree %d coordinate %d", n, i);
+                kt_worst_near(&error, tau[i], (double)slow[i], 20.0 * EPS * (double)size[i], "tree %d coordinate %d", n,
+                              i);
         kt_tree_free(&tree);
     }
     kt_check_worst(&error);
@@ -106,7 +107,8 @@ KT_TEST(gravity_force_is_gradient_of_potential_energy) {
 /* tau(q, v, a) = M a + h(q, v): affine in a; and the part of h that v brings is quadratic in v. */
 KT_TEST(bias_is_quadratic_in_velocity_and_force_affine_in_acceleration) {
     kt_random random = kt_random_of_test();
-    kt_worst affine = kt_worst_make("tau(2a) - 2 tau(a) + tau(0)"), quadratic = kt_worst_make("h(2v) - 4 h(v) + 3 h(0)");
+    kt_worst affine = kt_worst_make("tau(2a) - 2 tau(a) + tau(0)"),
+             quadratic = kt_worst_make("h(2v) - 4 h(v) + 3 h(0)");
     for (int n = 0; n < TREES; n++) {
         kt_tree tree;
         kt_tree_state s;
@@ -127,10 +129,12 @@ KT_TEST(bias_is_quadratic_in_velocity_and_force_affine_in_acceleration) {
             kt_dynamics_inverse(m, tree.data, s.q, s.v, a2, NULL, t2, &e) == KT_OK &&
             kt_dynamics_inverse(m, tree.data, s.q, v2, NULL, NULL, h2, &e) == KT_OK &&
             kt_dynamics_inverse(m, tree.data, s.q, NULL, NULL, NULL, g, &e) == KT_OK) {
-            const double scale = kt_tree_largest(t2, tree.nv) + kt_tree_largest(h2, tree.nv) + kt_tree_largest(g, tree.nv);
+            const double scale =
+                kt_tree_largest(t2, tree.nv) + kt_tree_largest(h2, tree.nv) + kt_tree_largest(g, tree.nv);
             for (int i = 0; i < tree.nv; i++) {
                 kt_worst_near(&affine, t2[i] - 2.0 * t1[i] + t0[i], 0.0, 20.0 * EPS * scale, "tree %d %d", n, i);
-                kt_worst_near(&quadratic, h2[i] - 4.0 * t0[i] + 3.0 * g[i], 0.0, 20.0 * EPS * scale, "tree %d %d", n, i);
+                kt_worst_near(&quadratic, h2[i] - 4.0 * t0[i] + 3.0 * g[i], 0.0, 20.0 * EPS * scale, "tree %d %d", n,
+                              i);
             }
         }
         kt_tree_free(&tree);

@@ -11,8 +11,8 @@ enum { TREES = 150 };
 
 static const double *components(const kt_vec3 *a) { return &a->x; }
 
-/* Lengths of the longest path and sums of rates along it are of the order of the number of bodies; c is measured over 20
- * seeds, whose worst is half of the bound. */
+/* Lengths of the longest path and sums of rates along it are of the order of the number of bodies; c is measured over
+ * 20 seeds, whose worst is half of the bound. */
 KT_TEST(bodies_move_as_their_joints_compose) {
     kt_random random = kt_random_of_test();
     kt_worst place = kt_worst_make("poses"), speed = kt_worst_make("twists"), change = kt_worst_make("accelerations");
@@ -30,7 +30,8 @@ KT_TEST(bodies_move_as_their_joints_compose) {
         const bool have = kt_tree_kinematics(&tree, &s);
         for (int b = 0; have && b < tree.count; b++) {
             const kt_pose p = kt_body_pose(tree.model, tree.data, b);
-            const kt_twist t = kt_body_twist(tree.model, tree.data, b), a = kt_body_acceleration(tree.model, tree.data, b);
+            const kt_twist t = kt_body_twist(tree.model, tree.data, b),
+                           a = kt_body_acceleration(tree.model, tree.data, b);
             const kt_mat3 r = kt_mat3_transpose(p.rotation); /* rows */
             const kt_vec3 *rows[3] = {&r.x, &r.y, &r.z};
             const kt_oracle_body *o = &slow[b];
@@ -42,10 +43,12 @@ KT_TEST(bodies_move_as_their_joints_compose) {
             for (int i = 0; i < 3; i++) {
                 kt_worst_near(&place, components(&p.position)[i], (double)o->p[i], 40.0 * EPS, "tree %d body %d", n, b);
                 for (int j = 0; j < 3; j++)
-                    kt_worst_near(&place, components(rows[i])[j], (double)o->r[i][j], 20.0 * EPS, "tree %d body %d", n, b);
+                    kt_worst_near(&place, components(rows[i])[j], (double)o->r[i][j], 20.0 * EPS, "tree %d body %d", n,
+                                  b);
                 kt_worst_near(&speed, components(&t.angular)[i], (double)o->w[i], 40.0 * EPS * fast, "%d %d", n, b);
                 kt_worst_near(&speed, components(&t.linear)[i], (double)o->u[i], 40.0 * EPS * fast, "%d %d", n, b);
-                kt_worst_near(&change, components(&a.angular)[i], (double)o->alpha[i], 40.0 * EPS * faster, "%d %d", n, b);
+                kt_worst_near(&change, components(&a.angular)[i], (double)o->alpha[i], 40.0 * EPS * faster, "%d %d", n,
+                              b);
                 kt_worst_near(&change, components(&a.linear)[i], (double)o->a[i], 40.0 * EPS * faster, "%d %d", n, b);
             }
         }
@@ -112,7 +115,8 @@ KT_TEST(velocities_and_accelerations_of_points_are_derivatives_along_motions) {
             const kt_vec3 a = kt_point_acceleration(tree.model, tree.data, b, at);
             for (int i = 0; i < 3; i++) {
                 kt_worst_near(&speed, difference(places, b, i, h), components(&v)[i], 5e-10, "tree %d body %d", n, b);
-                kt_worst_near(&change, difference(velocities, b, i, h), components(&a)[i], 3e-9, "tree %d body %d", n, b);
+                kt_worst_near(&change, difference(velocities, b, i, h), components(&a)[i], 3e-9, "tree %d body %d", n,
+                              b);
             }
         }
         kt_tree_free(&tree);
@@ -188,8 +192,8 @@ KT_TEST(columns_of_jacobian_are_displacements_of_the_point) {
             for (int b = 1; have && b < tree.count; b++) {
                 kt_point_jacobian(tree.model, tree.data, b, kt_marker_at(tree.model, b, 0), jacobian);
                 for (int i = 0; i < 3; i++)
-                    kt_worst_near(&error, difference(places, b, i, h), jacobian[6 * k + 3 + i], 2e-11, "tree %d body %d", n,
-                                  b);
+                    kt_worst_near(&error, difference(places, b, i, h), jacobian[6 * k + 3 + i], 2e-11,
+                                  "tree %d body %d", n, b);
             }
         }
         kt_tree_free(&tree);

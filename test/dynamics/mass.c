@@ -11,7 +11,8 @@ enum { TREES = 150 };
 
 /* Bounds of this file: c measured over 20 seeds, whose worst is about half of the bound. */
 
-/* An entry is bounded by its diagonal, |M_ij| <= sqrt(M_ii M_jj); rounding comes from the composite about other axes. */
+/* An entry is bounded by its diagonal, |M_ij| <= sqrt(M_ii M_jj); rounding comes from the composite about other axes.
+ */
 KT_TEST(mass_matrix_is_sum_of_bodies_on_random_trees) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("M against sum J' m J");

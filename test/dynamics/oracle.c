@@ -8,7 +8,8 @@ static const kt_body *described(const kt_tree *tree, int body) {
     return &tree->description.bodies[kt_body_source(tree->model, body)];
 }
 
-/* ---- bodies with mass ---------------------------------------------------------------------------------------------- */
+/* ---- bodies with mass ----------------------------------------------------------------------------------------------
+ */
 
 static void cross(const long double a[3], const long double b[3], long double out[3]) {
     const long double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -117,7 +118,9 @@ void kt_oracle_mass(const kt_tree *tree, const double *q, long double *mass) {
 }
 
 static long double norm(const long double a[3]) { return sqrtl(dot(a, a)); }
-static long double norm_of(kt_vec3 a) { return sqrtl((long double)a.x * a.x + (long double)a.y * a.y + (long double)a.z * a.z); }
+static long double norm_of(kt_vec3 a) {
+    return sqrtl((long double)a.x * a.x + (long double)a.y * a.y + (long double)a.z * a.z);
+}
 
 /* What rounds in a body's demand: the magnitudes of its terms, moment first. */
 static void magnitude(const kt_tree *tree, int b, const kt_oracle_body *m, const kt_wrench *external,
@@ -219,7 +222,8 @@ bool kt_oracle_forward(const kt_tree *tree, const kt_tree_state *s, long double 
     return regular;
 }
 
-/* ---- sums over bodies ---------------------------------------------------------------------------------------------- */
+/* ---- sums over bodies ----------------------------------------------------------------------------------------------
+ */
 
 static bool carries(const kt_tree *tree, int ancestor, int body) {
     while (body > ancestor)
@@ -241,7 +245,8 @@ void kt_oracle_reactions(const kt_tree *tree, const kt_tree_state *s, kt_oracle_
             if (!carries(tree, i, b))
                 continue;
             const kt_oracle_wrench w = demand(tree, b, &bodies[b], s->external);
-            const long double arm[3] = {bodies[b].p[0] - joint[0], bodies[b].p[1] - joint[1], bodies[b].p[2] - joint[2]};
+            const long double arm[3] = {bodies[b].p[0] - joint[0], bodies[b].p[1] - joint[1],
+                                        bodies[b].p[2] - joint[2]};
             long double x[3];
             cross(arm, w.force, x);
             for (int k = 0; k < 3; k++) {

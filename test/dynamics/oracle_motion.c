@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Taylor series in time: c[0] + c[1] t + c[2] t^2 ---------------------------------------------------------------- */
+/* ---- Taylor series in time: c[0] + c[1] t + c[2] t^2 ----------------------------------------------------------------
+ */
 
 typedef struct series {
     long double c[3];
@@ -29,8 +30,7 @@ typedef struct frame {
     series r[3][3], p[3];
 } frame;
 
-static const frame at_rest = {
-    .r = {{{{1}}, {{0}}, {{0}}}, {{{0}}, {{1}}, {{0}}}, {{{0}}, {{0}}, {{1}}}}};
+static const frame at_rest = {.r = {{{{1}}, {{0}}, {{0}}}, {{{0}}, {{1}}, {{0}}}, {{{0}}, {{0}}, {{1}}}}};
 
 static frame compose(const frame *a, const frame *b) {
     frame c;
@@ -88,8 +88,8 @@ static frame slide(unit axis, series length) {
 
 /* R(q) exp([w t + w' t^2 / 2]) */
 static frame ball(const double *q, const double *w, const double *dw) {
-    const long double n2 = (long double)q[0] * q[0] + (long double)q[1] * q[1] + (long double)q[2] * q[2] +
-                           (long double)q[3] * q[3];
+    const long double n2 =
+        (long double)q[0] * q[0] + (long double)q[1] * q[1] + (long double)q[2] * q[2] + (long double)q[3] * q[3];
     const long double v[3] = {q[1], q[2], q[3]}, omega[3] = {w[0], w[1], w[2]}, domega[3] = {dw[0], dw[1], dw[2]};
     long double m[3][3], one[3][3], two[3][3];
     frame rest = at_rest, move = at_rest;
@@ -151,8 +151,10 @@ static frame motion_of(const kt_joint *joint, const double *q, const double *v, 
     for (int i = 0; i < plain; i++)
         x[i] = make(q[i], v[i], a[i] / 2.0L);
     switch (joint->type) {
-    case KT_JOINT_REVOLUTE: return turn(n, x[0]);
-    case KT_JOINT_PRISMATIC: return slide(n, x[0]);
+    case KT_JOINT_REVOLUTE:
+        return turn(n, x[0]);
+    case KT_JOINT_PRISMATIC:
+        return slide(n, x[0]);
     case KT_JOINT_SCREW:
         first = turn(n, x[0]);
         second = slide(n, scaled(joint->pitch, x[0]));
@@ -172,7 +174,8 @@ static frame motion_of(const kt_joint *joint, const double *q, const double *v, 
         second = turn(n, x[2]);
         return compose(&first, &second);
     }
-    case KT_JOINT_SPHERICAL: return ball(q, v, a);
+    case KT_JOINT_SPHERICAL:
+        return ball(q, v, a);
     case KT_JOINT_FREE:
         first = at_rest;
         for (int i = 0; i < 3; i++)
@@ -180,12 +183,14 @@ static frame motion_of(const kt_joint *joint, const double *q, const double *v, 
         second = ball(q + 3, v + 3, a + 3);
         return compose(&first, &second);
     case KT_JOINT_FIXED:
-    case KT_JOINT_TYPE_COUNT: break;
+    case KT_JOINT_TYPE_COUNT:
+        break;
     }
     return at_rest;
 }
 
-/* ---- motion of the bodies ------------------------------------------------------------------------------------------ */
+/* ---- motion of the bodies ------------------------------------------------------------------------------------------
+ */
 
 static const kt_body *described(const kt_tree *tree, int body) {
     return &tree->description.bodies[kt_body_source(tree->model, body)];

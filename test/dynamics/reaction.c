@@ -52,8 +52,8 @@ KT_TEST(reactions_carry_inertia_weight_and_external_wrenches_of_the_subtree) {
     kt_check_worst(&error);
 }
 
-/* The work of a joint's wrench, about the origin of its frame on the parent, on a unit velocity of each coordinate: with
- * the Jacobians of the body and of its parent at that point. */
+/* The work of a joint's wrench, about the origin of its frame on the parent, on a unit velocity of each coordinate:
+ * with the Jacobians of the body and of its parent at that point. */
 KT_TEST(reactions_along_the_freedoms_are_the_joint_forces) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("S' wrench against tau");
@@ -93,8 +93,8 @@ KT_TEST(reactions_along_the_freedoms_are_the_joint_forces) {
     kt_check_worst(&error);
 }
 
-/* Cut a fixed joint: the part that comes free moves as before on a free joint, where the reaction acts on it instead; what
- * it leaves behind moves as before, where its opposite acts on that. */
+/* Cut a fixed joint: the part that comes free moves as before on a free joint, where the reaction acts on it instead;
+ * what it leaves behind moves as before, where its opposite acts on that. */
 KT_TEST(reaction_of_a_fixed_joint_stands_in_for_what_is_cut_off) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("accelerations of the tree that is left");
@@ -114,8 +114,8 @@ KT_TEST(reaction_of_a_fixed_joint_stands_in_for_what_is_cut_off) {
         kt_joint_reactions(tree.model, tree.data, s.external, w);
         /* a leaf that is fixed, so that the rest of the tree keeps its order */
         int leaf = tree.count - 1;
-        while (leaf > 0 && (kt_body_coordinates(tree.model, leaf).type != KT_JOINT_FIXED ||
-                            !kt_oracle_moves(&tree, leaf)))
+        while (leaf > 0 &&
+               (kt_body_coordinates(tree.model, leaf).type != KT_JOINT_FIXED || !kt_oracle_moves(&tree, leaf)))
             leaf--;
         for (int b = leaf + 1; leaf && b < tree.count; b++)
             leaf = kt_body_parent(tree.model, b) == leaf ? 0 : leaf;
@@ -204,8 +204,8 @@ KT_TEST(every_body_is_in_balance_with_the_joints_around_it) {
             const kt_vec3 a = kt_point_acceleration(m, d, b, body->com);
             const kt_vec3 force = kt_vec3_scale(body->mass, kt_vec3_sub(a, tree.description.gravity));
             for (int i = 0; i < 3; i++) {
-                kt_worst_near(&error, components(&sum[b].force)[i], components(&force)[i], 10.0 * EPS * scale, "tree %d body %d",
-                              n, b);
+                kt_worst_near(&error, components(&sum[b].force)[i], components(&force)[i], 10.0 * EPS * scale,
+                              "tree %d body %d", n, b);
                 kt_worst_near(&error, components(&sum[b].moment)[i], components(&moment)[i], 10.0 * EPS * scale,
                               "tree %d body %d", n, b);
             }
@@ -224,8 +224,10 @@ static bool is_rounded_far_away(const kt_tree *tree, int body) {
     case KT_JOINT_FIXED:
     case KT_JOINT_REVOLUTE:
     case KT_JOINT_UNIVERSAL:
-    case KT_JOINT_SPHERICAL: return false;
-    default: return !kt_oracle_moves(tree, kt_body_parent(tree->model, body));
+    case KT_JOINT_SPHERICAL:
+        return false;
+    default:
+        return !kt_oracle_moves(tree, kt_body_parent(tree->model, body));
     }
 }
 

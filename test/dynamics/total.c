@@ -34,8 +34,10 @@ KT_TEST(totals_are_sums_over_bodies) {
             kt_worst_near(&potential, kt_potential_energy(tree.model, tree.data),
                           (double)kt_oracle_potential(&tree, bodies), 10.0 * EPS * mass * 9.81, "tree %d", n);
             for (int i = 0; i < 3; i++) {
-                kt_worst_near(&linear, components(&m.force)[i], (double)slow.force[i], 20.0 * EPS * scale, "tree %d", n);
-                kt_worst_near(&angular, components(&m.moment)[i], (double)slow.moment[i], 60.0 * EPS * scale, "tree %d", n);
+                kt_worst_near(&linear, components(&m.force)[i], (double)slow.force[i], 20.0 * EPS * scale, "tree %d",
+                              n);
+                kt_worst_near(&angular, components(&m.moment)[i], (double)slow.moment[i], 60.0 * EPS * scale, "tree %d",
+                              n);
             }
         }
         kt_tree_free(&tree);
@@ -80,9 +82,11 @@ KT_TEST(mass_center_bears_weight_and_momentum_of_the_moving_bodies) {
             kt_worst_near(&weight, kt_potential_energy(tree.model, tree.data), -mass * kt_vec3_dot(g, center),
                           10.0 * EPS * mass * 9.81, "tree %d", n);
         for (int i = 0; have && i < 3; i++) {
-            const double near = components(&c[2])[i] - components(&c[1])[i], far = components(&c[3])[i] - components(&c[0])[i];
+            const double near = components(&c[2])[i] - components(&c[1])[i],
+                         far = components(&c[3])[i] - components(&c[0])[i];
             /* h^4 / 30 of fifth derivatives (several m rad^5/s^5), rounding EPS / h; measured 0.3 */
-            kt_worst_near(&motion, mass * (8.0 * near - far) / (12.0 * h), components(&p)[i], 2e-11 * mass, "tree %d", n);
+            kt_worst_near(&motion, mass * (8.0 * near - far) / (12.0 * h), components(&p)[i], 2e-11 * mass, "tree %d",
+                          n);
         }
         kt_tree_free(&tree);
     }
@@ -123,8 +127,8 @@ static bool rates(const kt_tree *tree, const kt_tree_state *s, double h, totals 
     }
     out->energy = (8.0 * (at[2].energy - at[1].energy) - (at[3].energy - at[0].energy)) / (12.0 * h);
     for (int i = 0; i < 6; i++)
-        out->momentum[i] = (8.0 * (at[2].momentum[i] - at[1].momentum[i]) - (at[3].momentum[i] - at[0].momentum[i])) /
-                           (12.0 * h);
+        out->momentum[i] =
+            (8.0 * (at[2].momentum[i] - at[1].momentum[i]) - (at[3].momentum[i] - at[0].momentum[i])) / (12.0 * h);
     return true;
 }
 
@@ -149,7 +153,8 @@ KT_TEST(power_of_forces_is_rate_of_energy) {
                 const kt_twist t = kt_body_twist(tree.model, tree.data, b);
                 power += kt_vec3_dot(t.angular, s.external[b].moment) + kt_vec3_dot(t.linear, s.external[b].force);
             }
-            const double energy = kt_kinetic_energy(tree.model, tree.data) + fabs(kt_potential_energy(tree.model, tree.data));
+            const double energy =
+                kt_kinetic_energy(tree.model, tree.data) + fabs(kt_potential_energy(tree.model, tree.data));
             kt_worst_near(&error, rate.energy, power, 5e-11 * energy, "tree %d", n);
         }
         kt_tree_free(&tree);
@@ -251,9 +256,8 @@ KT_TEST(floating_trees_keep_their_momentum_along_motions) {
             s.tau[i] = 0.0; /* the free joint's own forces are external */
         bool have = kt_tree_kinematics(&tree, &s);
         const kt_wrench before = kt_momentum(tree.model, tree.data);
-        const double scale =
-            sqrt(2.0 * kt_mass_center(tree.model, tree.data, &(kt_vec3){0.0, 0.0, 0.0}) *
-                 kt_kinetic_energy(tree.model, tree.data));
+        const double scale = sqrt(2.0 * kt_mass_center(tree.model, tree.data, &(kt_vec3){0.0, 0.0, 0.0}) *
+                                  kt_kinetic_energy(tree.model, tree.data));
         for (int i = 0; have && i < 1000; i++)
             have = step(&tree, &s, 2.5e-4);
         have = have && kt_tree_kinematics(&tree, &s);

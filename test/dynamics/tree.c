@@ -27,14 +27,22 @@ kt_rotation kt_tree_rotation(kt_random *random) {
     const kt_mat3 r = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
     const kt_vec3 angles = kt_tree_vector(random, -3.0, 3.0);
     switch (kt_random_int(random, 0, 7)) {
-    case 1: return kt_rotation_rpy(angles.x, angles.y, angles.z);
-    case 2: return kt_rotation_euler(313, angles.x, angles.y, angles.z);
-    case 3: return kt_rotation_vector(angles);
-    case 4: return kt_rotation_cgr(angles);
-    case 5: return kt_rotation_axis_angle(kt_vec3_make(q[0], q[1], q[2]), angles.x);
-    case 6: return kt_rotation_matrix(r);
-    case 7: return (kt_rotation){.type = KT_ROTATION_NONE};
-    default: return kt_rotation_quaternion(q[0], q[1], q[2], q[3]);
+    case 1:
+        return kt_rotation_rpy(angles.x, angles.y, angles.z);
+    case 2:
+        return kt_rotation_euler(313, angles.x, angles.y, angles.z);
+    case 3:
+        return kt_rotation_vector(angles);
+    case 4:
+        return kt_rotation_cgr(angles);
+    case 5:
+        return kt_rotation_axis_angle(kt_vec3_make(q[0], q[1], q[2]), angles.x);
+    case 6:
+        return kt_rotation_matrix(r);
+    case 7:
+        return (kt_rotation){.type = KT_ROTATION_NONE};
+    default:
+        return kt_rotation_quaternion(q[0], q[1], q[2], q[3]);
     }
 }
 

@@ -13,11 +13,11 @@ enum { KT_TREE_NQ = 7 * KT_TREE_BODIES, KT_TREE_ALL_TYPES = (1 << KT_JOINT_TYPE_
 /* What to grow. A tree with as many bodies as there are joint types in the set, or more, has each of them. */
 typedef struct kt_tree_plan {
     int bodies;
-    unsigned types;   /* joint types: bits 1 << KT_JOINT_... */
-    bool massless;    /* some bodies have no mass, some are points; the mechanism is regular nevertheless */
-    bool weightless;  /* no gravity */
-    bool floats;      /* the first body is free and carries all others */
-    bool is_shuffled; /* the description lists children before their parents */
+    unsigned types;    /* joint types: bits 1 << KT_JOINT_... */
+    bool massless;     /* some bodies have no mass, some are points; the mechanism is regular nevertheless */
+    bool weightless;   /* no gravity */
+    bool floats;       /* the first body is free and carries all others */
+    bool is_shuffled;  /* the description lists children before their parents */
     double from_world; /* chance that a body hangs on the world */
 } kt_tree_plan;
 

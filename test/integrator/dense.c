@@ -104,6 +104,9 @@ KT_TEST(values_at_the_ends_are_the_states_to_the_bit) {
         kt_check_equal_bits("begin", y, y0, 4);
         is_ok("end", kt_integrator_interpolate(it, kt_integrator_time(it), y, &error), &error);
         kt_check_equal_bits("end", y, y1, 4);
+        const kt_method *m = kt_method_at(i);
+        kt_check_equal_int("evaluations", (long long)kt_integrator_counts_get(it).evaluations,
+                           2 * (m->stages - m->fsal) + m->fsal);
         integrator_free(it);
     }
 }
@@ -179,6 +182,25 @@ KT_TEST(interpolation_evaluates_no_more_than_it_needs) {
         }
         const int expected = 10 * (m->stages - (m->fsal ? 1 : 0) + m->dense_stages) + 1;
         kt_check_equal_int(m->name, (long long)kt_integrator_counts_get(it).evaluations, expected);
+        integrator_free(it);
+    }
+}
+
+/* All slopes forgotten: a cubic needs those at the ends, the others the stages too. */
+KT_TEST(what_was_forgotten_is_evaluated_once) {
+    kt_error error;
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const kt_integrator_options options = fixed_step(0.02);
+        kt_integrator *it = integrator_begin(m, &problem_kepler, &options);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        kt_integrator_poison(it, 0xFF);
+        double y[4];
+        const long long before = (long long)kt_integrator_counts_get(it).evaluations;
+        for (int l = 1; l < 4; l++)
+            is_ok("value", kt_integrator_interpolate(it, 0.005 * l, y, &error), &error);
+        const int expected = m->dense_terms == 0 ? 2 : m->stages + !m->fsal + m->dense_stages;
+        kt_check_equal_int(m->name, (long long)kt_integrator_counts_get(it).evaluations - before, expected);
         integrator_free(it);
     }
 }

@@ -66,6 +66,8 @@ static void check_no_trace(const char *what, const char *method, trap f, double 
     is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
     kt_note("%s: %s", method, what);
     kt_check_above("rejected", (double)kt_integrator_counts_get(it).rejected, 1.0);
+    const kt_integrator_memory *memory = kt_integrator_memory_get(it);
+    kt_check_below("proposal, over the step", memory->next_step / memory->last_step, 1.0);
 
     trap harmless = {.p = f.p, .beyond = HUGE_VAL, .project = f.project};
     options.initial_step = kt_integrator_memory_get(it)->last_step;
@@ -284,6 +286,48 @@ KT_TEST(a_state_that_overflows_is_not_committed) {
     kt_check_contains("words", error.message, "not finite; the step is fixed");
     kt_check_true("finite", isfinite(kt_integrator_state(it)[0]));
     integrator_free(it);
+}
+
+static int steep(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)y;
+    (void)user;
+    dydt[0] = DBL_MAX;
+    return 0;
+}
+
+/* All slopes are finite, the sum is not. */
+KT_TEST(a_sum_that_overflows_is_not_committed) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        kt_error error;
+        const kt_integrator_options options = fixed_step(4.0);
+        const kt_integrator_callbacks callbacks = {steep, NULL, NULL};
+        kt_integrator *it = integrator_make(kt_method_at(i), 1, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){3.0}, &callbacks, &error), &error);
+        kt_check_equal_int(kt_method_at(i)->name, kt_integrator_step(it, HUGE_VAL, &error), KT_ERROR_NOT_FINITE);
+        kt_check_contains("words", error.message, "component 0 of the new state is not finite");
+        kt_check_near("state", kt_integrator_state(it)[0], 3.0, 0.0);
+        integrator_free(it);
+    }
+}
+
+/* The second evaluation of an adaptive integration is that of the automatic first step. */
+KT_TEST(a_stop_while_the_first_step_is_chosen_is_heeded) {
+    for (int i = 0; i < ADAPTIVE; i++) {
+        kt_error error;
+        trap f = {.p = &problem_kepler, .beyond = HUGE_VAL, .at = 2, .code = -3}, g = f;
+        g.at = 0;
+        const kt_integrator_options options = tolerance(1e-6, 1e-6);
+        kt_integrator *it = trap_begin(kt_method_find(adaptive[i]), &f, &options);
+        kt_integrator *undisturbed = trap_begin(kt_method_find(adaptive[i]), &g, &options);
+        kt_check_equal_int(adaptive[i], kt_integrator_step(it, 1.0, &error), KT_ERROR_CALLBACK);
+        kt_check_near("time", kt_integrator_time(it), 0.0, 0.0);
+        is_ok("again", kt_integrator_step(it, 1.0, &error), &error);
+        is_ok("undisturbed", kt_integrator_step(undisturbed, 1.0, &error), &error);
+        kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(undisturbed), 4);
+        integrator_free(it);
+        integrator_free(undisturbed);
+    }
 }
 
 KT_TEST(steps_can_be_limited_in_number_and_from_below) {

@@ -1,9 +1,12 @@
 #include "check.h"
 
+#include "problems.h"
+
 #include "integrator/internal.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* A copy of a table whose numbers can be spoilt. */
@@ -149,6 +152,32 @@ KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {
     }
 }
 
+/* The numbers of rooted trees: A. Cayley 1857, OEIS A000081. */
+KT_TEST(every_tree_is_made_once) {
+    static const int expected[] = {0, 1, 1, 2, 4, 9, 20, 48, 115, 286, 719, 1842, 4766};
+    for (int nodes = 1; nodes <= KT_METHOD_ORDER_MAX; nodes++)
+        kt_check_equal_int("trees", kt_tree_count(nodes), expected[nodes]);
+}
+
+/* sum b = 1, sum b c = 1/2, sum b a c = 1/6, but sum b c^2 = 5/12: all tall trees hold, the bushy one of order 3 does
+ * not. */
+KT_TEST(bushy_trees_are_checked_beside_tall_ones) {
+    static const double a[] = {0.5, 0.0, 1.0}, b[] = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, c[] = {0.0, 0.5, 1.0};
+    kt_error error;
+    kt_method m;
+    memset(&m, 0, sizeof m);
+    m.stages = 3;
+    m.order = 3;
+    m.a = a;
+    m.b = b;
+    m.c = c;
+    kt_check_equal_int("status", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_text("where", error.where, "method");
+    kt_check_contains("words", error.message, "order 3 of the tree [..] fails: the sum is 0.41666666666666");
+    m.order = 2;
+    kt_check_equal_int("as order 2", kt_method_check(&m, &error), KT_OK);
+}
+
 /* Shu and Osher's SSP method of order 3 (J. Comput. Phys. 77 (1988) 439): a table that is not built in. */
 static const double ssp_a[] = {1.0, 1.0 / 4.0, 1.0 / 4.0};
 static const double ssp_b[] = {1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0};
@@ -225,6 +254,7 @@ KT_TEST(a_malformed_table_is_refused_without_reading_beyond_it) {
     KT_REFUSED("no b", m.b = NULL);
     KT_REFUSED("no c", m.c = NULL);
     KT_REFUSED("not finite", m.a = not_finite);
+    kt_check_contains("words", error.message, "a coefficient is not finite");
     KT_REFUSED("embedded order without e", m.embedded_order = 2);
     KT_REFUSED("e without embedded order", m.e = zeros);
     KT_REFUSED("e of zeros", (m.e = zeros, m.embedded_order = 2));
@@ -233,4 +263,58 @@ KT_TEST(a_malformed_table_is_refused_without_reading_beyond_it) {
     KT_REFUSED("dense stages without a", m.dense_stages = 1);
     KT_REFUSED("fsal that is not", m.fsal = true);
 #undef KT_REFUSED
+}
+
+/* ---- a caller's table -------------------------------------------------------------------------------------------- */
+
+/* Fehlberg's 4(5), carried on with the lower order: HNW II.5, table 5.1; not built in. */
+static const double fehlberg_a[] = {1.0 / 4.0,        3.0 / 32.0,      9.0 / 32.0,    1932.0 / 2197.0,
+                                    -7200.0 / 2197.0, 7296.0 / 2197.0, 439.0 / 216.0, -8.0,
+                                    3680.0 / 513.0,   -845.0 / 4104.0, -8.0 / 27.0,   2.0,
+                                    -3544.0 / 2565.0, 1859.0 / 4104.0, -11.0 / 40.0};
+static const double fehlberg_b[] = {25.0 / 216.0, 0.0, 1408.0 / 2565.0, 2197.0 / 4104.0, -1.0 / 5.0, 0.0};
+static const double fehlberg_c[] = {0.0, 1.0 / 4.0, 3.0 / 8.0, 12.0 / 13.0, 1.0, 1.0 / 2.0};
+static const double fehlberg_e[] = {
+    25.0 / 216.0 - 16.0 / 135.0, 0.0,        1408.0 / 2565.0 - 6656.0 / 12825.0, 2197.0 / 4104.0 - 28561.0 / 56430.0,
+    -1.0 / 5.0 + 9.0 / 50.0,     -2.0 / 55.0};
+
+KT_TEST(a_copy_of_a_built_in_table_gives_the_same_bits) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method own = *kt_method_at(i);
+        const kt_integrator_options options = fixed_step(0.05);
+        kt_integrator *it = integrator_begin(&own, &problem_kepler, &options);
+        kt_integrator *built_in = integrator_begin(kt_method_at(i), &problem_kepler, &options);
+        integrate_to(it, 1.0);
+        integrate_to(built_in, 1.0);
+        kt_check_equal_bits(own.name, kt_integrator_state(it), kt_integrator_state(built_in), 4);
+        integrator_free(it);
+        integrator_free(built_in);
+    }
+}
+
+KT_TEST(a_callers_table_is_checked_and_used) {
+    kt_error error;
+    kt_method m;
+    memset(&m, 0, sizeof m);
+    m.name = "fehlberg";
+    m.stages = 6;
+    m.order = 4;
+    m.embedded_order = 4; /* both are of order 4: the estimate is of order h^5 */
+    m.a = fehlberg_a;
+    m.b = fehlberg_b;
+    m.c = fehlberg_c;
+    m.e = fehlberg_e;
+    const kt_integrator_options options = tolerance(1e-6, 1e-6);
+    kt_integrator *it = integrator_begin(&m, &problem_kepler, &options);
+    integrate_to(it, 9.0);
+    kt_check_below("error over tolerance", error_at(&problem_kepler, 9.0, kt_integrator_state(it)) / 1e-6, 100.0);
+    integrator_free(it);
+
+    m.order = 5;
+    void *memory = malloc(kt_integrator_size(&m, 4));
+    kt_check_equal_int("refused", kt_integrator_place(memory, kt_integrator_size(&m, 4), &m, 4, &options, &it, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_text("where", error.where, "fehlberg");
+    kt_check_contains("words", error.message, "b: the condition of order 5");
+    free(memory);
 }

@@ -138,6 +138,12 @@ static long long evaluations_of_ten_steps(const kt_method *m, int (*project)(dou
     return evaluations;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): it is the type of the callback */
+static int says_nothing(double t, double *q, bool *changed, void *user) {
+    (void)changed;
+    return moves_by_a_bit(t, q, &(bool){false}, user);
+}
+
 KT_TEST(a_slope_is_evaluated_again_if_one_bit_was_moved) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
@@ -147,6 +153,7 @@ KT_TEST(a_slope_is_evaluated_again_if_one_bit_was_moved) {
         kt_check_equal_int("nothing moved", evaluations_of_ten_steps(m, claims_nothing_moved, b),
                            m->fsal ? 10 * (s - 1) + 1 : 10 * s);
         kt_check_equal_bits("nothing moved", b, a, 4);
+        kt_check_equal_int("moved, not said", evaluations_of_ten_steps(m, says_nothing, b), 10 * s);
         kt_check_equal_int("moved", evaluations_of_ten_steps(m, moves_by_a_bit, b), 10 * s);
     }
 }

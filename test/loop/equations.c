@@ -6,6 +6,24 @@
 
 #define EPS DBL_EPSILON
 
+/* How errors grow near a place where a direction is undefined: with the rows' slopes, which grow as an axis nears the
+ * opposite of the other; as an axis nears the line of the one that it should be normal to; and as points fall together.
+ */
+static double steepness(int type, const kt_loop_end end[2], const kt_loop_row *rows, int count) {
+    double most = 1.0;
+    for (int k = 0; k < count; k++)
+        most = fmax(most, sqrt(kt_v4_dot(rows[k].moment, rows[k].moment)));
+    if (type == KT_LOOP_DISTANCE) {
+        const kt_v4 d = end[1].point - end[0].point;
+        return fmax(1.0, 1.0 / sqrt(kt_v4_dot(d, d)));
+    }
+    const kt_v4 across = kt_v4_cross(end[0].axes[2], end[1].axes[2]);
+    const bool normal = type == KT_LOOP_ORTHOGONAL || type == KT_LOOP_UNIVERSAL || type == KT_LOOP_ROLLING;
+    return normal ? fmax(most, 1.0 / sqrt(kt_v4_dot(across, across))) : most;
+}
+
+/* Rounding of a few products of numbers up to 5 (velocities) or 20 (their squares and accelerations), and s, s^2, s^3
+ * for a steepness s: the factors were measured, over twenty seeds: at most 0.7 of those here. */
 KT_TEST(rows_give_the_equations_and_their_rates) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {
@@ -13,7 +31,7 @@ KT_TEST(rows_give_the_equations_and_their_rates) {
             continue;
         kt_worst residual = kt_worst_make(kt_loop_type_name((kt_loop_type)type));
         kt_worst first = kt_worst_make("  phi'"), second = kt_worst_make("  phi''");
-        for (int n = 0; n < 2000; n++) {
+        for (int n = 0; n < 1000; n++) {
             double numbers[MOVING_NUMBERS];
             const kt_loop_record loop = moving_loop(&random, type, numbers);
             const double t = kt_random_uniform(&random, 0.0, 5.0);
@@ -25,14 +43,17 @@ KT_TEST(rows_give_the_equations_and_their_rates) {
             const int count = kt_loop_kinds_baseline[type]->evaluate(&loop, numbers, end, t, rows);
             if (count != moving_equations(&loop, t, &a, &b, phi))
                 kt_check_true("count", false);
+            const double s = steepness(type, end, rows, count);
             for (int k = 0; k < count; k++) {
                 const moving_rates rates = moving_rates_of(&rows[k], end, acceleration);
-                const double m = sqrt(kt_v4_dot(rows[k].moment, rows[k].moment)), s = 1.0 + m;
+                const moving_rates scale = moving_scales(end, acceleration);
                 if (rows[k].holonomic)
-                    kt_worst_near(&residual, rows[k].residual, (double)phi[k].x, 1e-14 * s, "n %d row %d m %g", n, k,
-                                  m);
-                kt_worst_near(&first, rates.first, (double)phi[k].d, 1e-13 * s, "n %d row %d m %g", n, k, m);
-                kt_worst_near(&second, rates.second, (double)phi[k].dd, 1e-12 * s * s, "n %d row %d m %g", n, k, m);
+                    kt_worst_near(&residual, rows[k].residual, (double)phi[k].x, 10.0 * EPS * s,
+                                  "%d, row %d, steepness %g", n, k, s);
+                kt_worst_near(&first, rates.first, (double)phi[k].d, 3.0 * EPS * scale.first * s * s,
+                              "%d, row %d, steepness %g", n, k, s);
+                kt_worst_near(&second, rates.second, (double)phi[k].dd, 3.0 * EPS * scale.second * s * s * s,
+                              "%d, row %d, steepness %g", n, k, s);
             }
         }
         if (residual.count)

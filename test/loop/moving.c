@@ -118,7 +118,7 @@ kt_loop_end moving_end(const moving *m, kt_v4 acceleration[2]) {
 kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NUMBERS]) {
     const kt_function length = kt_function_sine(0.5, 3.0 / 6.283185307179586, 0.4, 2.0);
     kt_loop_record loop = {.type = type};
-    loop.pitch = kt_random_uniform(random, -0.5, 0.5);
+    loop.pitch = kt_random_uniform(random, 0.1, 0.5) * (kt_random_int(random, 0, 1) ? 1.0 : -1.0);
     loop.angle = kt_random_uniform(random, -3.0, 3.0);
     loop.radius = kt_random_uniform(random, 0.3, 1.2);
     loop.contact = type == KT_LOOP_ROLLING;
@@ -251,4 +251,14 @@ moving_rates moving_rates_of(const kt_loop_row *row, const kt_loop_end end[2], k
     const kt_v4 a = acceleration[1][1] - acceleration[0][1] - kt_v4_cross(acceleration[0][0], d);
     return (moving_rates){.first = kt_v4_dot(row->moment, w) + kt_v4_dot(row->force, u) + row->rate,
                           .second = kt_v4_dot(row->moment, alpha) + kt_v4_dot(row->force, a) + row->drift};
+}
+
+static double size(kt_v4 u) { return sqrt(kt_v4_dot(u, u)); }
+
+moving_rates moving_scales(const kt_loop_end end[2], kt_v4 acceleration[2][2]) {
+    const double arm = 1.0 + size(end[1].point - end[0].point);
+    const double w = size(end[0].omega) + size(end[1].omega), v = size(end[0].velocity) + size(end[1].velocity);
+    const double alpha = size(acceleration[0][0]) + size(acceleration[1][0]);
+    const double a = size(acceleration[0][1]) + size(acceleration[1][1]);
+    return (moving_rates){.first = w * arm + v + 1.0, .second = (w * w + alpha) * arm + (w + v) * (w + v) + a + 4.0};
 }

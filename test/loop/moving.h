@@ -42,6 +42,8 @@ int moving_equations(const kt_loop_record *loop, double t, const moving *first, 
 typedef struct moving_rates {
     double first, second;
 } moving_rates;
+/* Sums of the sizes of what goes into phi' and phi'', against which their rounding is held. */
+moving_rates moving_scales(const kt_loop_end end[2], kt_v4 acceleration[2][2]);
 moving_rates moving_rates_of(const kt_loop_row *row, const kt_loop_end end[2], kt_v4 acceleration[2][2]);
 
 #endif

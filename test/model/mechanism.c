@@ -122,7 +122,8 @@ fault_list mechanism_faults(const kt_description *description) {
     const char *first = strchr(list.text, '|');
     if (status != (list.count > 0 ? KT_ERROR_MODEL : KT_OK) || status_alone != status || status_silent != status)
         kt_check_true("status tells whether there are faults", false);
-    if (list.count > 0 ? first == NULL || strncmp(first, line, strlen(line)) != 0 : strcmp(error.where, "untouched"))
+    if (list.count > 0 ? first == NULL || strncmp(first, line, strlen(line)) != 0
+                       : strcmp(error.where, "untouched") != 0)
         kt_check_text("error is the first fault", line, list.text);
     if (error.code != status || alone.code != status || strcmp(error.message, alone.message) != 0 ||
         strcmp(error.where, alone.where) != 0)

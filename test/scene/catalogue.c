@@ -86,7 +86,7 @@ static void check_scene(const char *name) {
     kt_check_true("the call fails with the first fault",
                   status != KT_OK && status == faults.first.code && error.code == status &&
                       strcmp(error.where, faults.first.where) == 0 && strcmp(error.message, faults.first.message) == 0);
-    kt_check_true("the scene is untouched", memcmp(&scene, &untouched, sizeof scene) == 0);
+    kt_check_true("the scene is untouched", kt_same_bytes(&scene, &untouched, sizeof scene));
     free(text);
     free(expected);
 }

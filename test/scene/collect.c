@@ -8,14 +8,25 @@
 #include <stdlib.h>
 #include <string.h>
 
+bool kt_same_bytes(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
+
+/* ":LINE:COLUMN" and nothing after it. */
+static bool read_place(const char *text, unsigned *line, unsigned *column) {
+    char *end;
+    if (*text != ':')
+        return false;
+    *line = (unsigned)strtoul(text + 1, &end, 10);
+    if (*end != ':' || *line == 0)
+        return false;
+    *column = (unsigned)strtoul(end + 1, &end, 10);
+    return *end == '\0' && *column > 0;
+}
+
 void kt_collect(void *user, const kt_error *fault) {
     kt_collected *c = user;
     size_t path = strlen(c->path);
     unsigned line = 0, column = 0;
-    int end = 0;
-    bool has_place = strncmp(fault->where, c->path, path) == 0 &&
-                     sscanf(fault->where + path, ":%u:%u%n", &line, &column, &end) == 2 &&
-                     fault->where[path + (size_t)end] == '\0';
+    bool has_place = strncmp(fault->where, c->path, path) == 0 && read_place(fault->where + path, &line, &column);
     bool ordered = c->count == 0 || line > c->line || (line == c->line && column >= c->column);
     size_t length = strlen(fault->message);
     bool cut = length < 8 || strcmp(fault->message + length - 3, "...") == 0;
@@ -23,6 +34,7 @@ void kt_collect(void *user, const kt_error *fault) {
         c->strange++;
     if (c->count++ == 0)
         c->first = *fault;
+    c->last = *fault;
     c->line = line;
     c->column = column;
     int wrote = snprintf(c->text + c->length, sizeof c->text - c->length, "%u:%u: %s\n", line, column, fault->message);

@@ -13,7 +13,7 @@ typedef struct kt_collected {
     int count;
     int strange; /* faults whose `where` is not PATH:LINE:COLUMN, that come out of order, or that are cut */
     unsigned line, column;
-    kt_error first;
+    kt_error first, last;
     size_t length;
     char text[1 << 16];
 } kt_collected;
@@ -25,6 +25,9 @@ kt_status kt_collect_parse(kt_collected *faults, bool everything, const char *te
 
 /* Reads text that must be right: returns whether it is, and shows the faults where it is not. */
 bool kt_parse_right(bool everything, const char *text, kt_scene *scene);
+
+/* Equal in every byte. */
+bool kt_same_bytes(const void *a, const void *b, size_t size);
 
 /* Writes into memory that the caller frees; NULL after showing why not. */
 char *kt_write_text(bool everything, const kt_scene *scene);

@@ -1,5 +1,7 @@
 #include "difference.h"
 
+#include "collect.h"
+
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -12,7 +14,7 @@ static bool differ(const char *format, ...) __attribute__((format(printf, 1, 2))
 static bool differ(const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(found, sizeof found, format, arguments);
+    vsnprintf(found, sizeof found, format, arguments); /* NOLINT(clang-analyzer-valist.Uninitialized) */
     va_end(arguments);
     return true;
 }
@@ -22,7 +24,7 @@ static bool differ(const char *format, ...) {
     if (a->member != b->member)                                                                                        \
     return differ("%s.%s", where, #member)
 #define BITS(member)                                                                                                   \
-    if (memcmp(&a->member, &b->member, sizeof a->member) != 0)                                                         \
+    if (!kt_same_bytes(&a->member, &b->member, sizeof a->member))                                                      \
     return differ("%s.%s", where, #member)
 #define TEXT(member)                                                                                                   \
     if (text_differs(a->member, b->member))                                                                            \

@@ -22,8 +22,8 @@ typedef struct kt_invented {
     char text[64];
 } kt_invented;
 
-/* Fills *invented, which must stay where it is. `everything`: with loops, effects and what else is not supported yet.
+/* Fills *out, which must stay where it is. `everything`: with loops, effects and what else is not supported yet.
  */
-void kt_invent(kt_invented *invented, kt_random *random, bool everything);
+void kt_invent(kt_invented *out, kt_random *random, bool everything);
 
 #endif

@@ -28,8 +28,7 @@ static void check_numbers(const char *what, const double *observed, int count, c
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-KT_TEST(scene_of_the_contract_is_read) {
-    static const char text[] = "kinetree: 1                      # required: version of this format\n"
+static const char contract[] = "kinetree: 1                      # required: version of this format\n"
                                "name: four-bar linkage           # optional, free text\n"
                                "gravity: [0, -9.81, 0]\n"
                                "\n"
@@ -62,16 +61,8 @@ KT_TEST(scene_of_the_contract_is_read) {
                                "  interval: 0.01\n"
                                "  record: [position, reaction]\n"
                                "  markers: [crank.tip, crank.mid]\n";
-    kt_scene scene;
-    if (!kt_parse_right(false, text, &scene))
-        return;
-    const kt_description *d = &scene.description;
-    kt_check_text("name", d->name, "four-bar linkage");
-    CHECK_VECTOR("gravity", d->gravity, 0, -9.81, 0);
-    kt_check_equal_int("bodies", d->body_count, 2);
-    kt_check_equal_int("loops, effects and held joints", d->loop_count + d->effect_count + d->hold_count, 0);
 
-    const kt_body *crank = &d->bodies[0];
+static void check_crank(const kt_body *crank) {
     kt_check_text("name", crank->name, "crank");
     kt_check_true("the world is NULL", crank->parent == NULL);
     kt_check_equal_int("type", crank->joint.type, KT_JOINT_REVOLUTE);
@@ -94,16 +85,32 @@ KT_TEST(scene_of_the_contract_is_read) {
     kt_check_equal_int("markers", crank->marker_count, 2);
     kt_check_text("marker", crank->markers[1].name, "mid");
     CHECK_VECTOR("marker", crank->markers[1].at, 0.5, 0, 0);
-    kt_check_text("parent", d->bodies[1].parent, "crank");
+}
 
-    CHECK_NUMBERS("duration", &scene.run.duration, 2.5);
-    kt_check_text("integrator", scene.run.integrator, "rk4");
-    CHECK_NUMBERS("step", &scene.run.step, 1e-3);
-    CHECK_NUMBERS("interval", &scene.run.interval, 0.01);
-    kt_check_equal_int("record", scene.run.record, KT_RECORD_POSITION | KT_RECORD_REACTION);
-    kt_check_equal_int("markers", scene.run.marker_count, 2);
-    kt_check_text("body", scene.run.markers[1].body, "crank");
-    kt_check_text("marker", scene.run.markers[1].marker, "mid");
+static void check_run(const kt_run *run) {
+    CHECK_NUMBERS("duration", &run->duration, 2.5);
+    kt_check_text("integrator", run->integrator, "rk4");
+    CHECK_NUMBERS("step", &run->step, 1e-3);
+    CHECK_NUMBERS("interval", &run->interval, 0.01);
+    kt_check_equal_int("record", run->record, KT_RECORD_POSITION | KT_RECORD_REACTION);
+    kt_check_equal_int("markers", run->marker_count, 2);
+    kt_check_text("body", run->markers[1].body, "crank");
+    kt_check_text("marker", run->markers[1].marker, "mid");
+}
+
+KT_TEST(scene_of_the_contract_is_read) {
+    kt_scene scene;
+    if (!kt_parse_right(false, contract, &scene))
+        return;
+    const kt_description *d = &scene.description;
+    kt_check_text("name", d->name, "four-bar linkage");
+    CHECK_VECTOR("gravity", d->gravity, 0, -9.81, 0);
+    kt_check_equal_int("bodies", d->body_count, 2);
+    kt_check_equal_int("loops, effects and held joints", d->loop_count + d->effect_count + d->hold_count, 0);
+
+    kt_check_text("parent", d->bodies[1].parent, "crank");
+    check_crank(&d->bodies[0]);
+    check_run(&scene.run);
     kt_scene_free(&scene);
     kt_check_true("a scene that was freed is empty", scene.memory == NULL && scene.description.body_count == 0);
     kt_scene_free(&scene);
@@ -274,7 +281,7 @@ KT_TEST(rotations_are_kept_as_they_are_given) {
         kt_check_equal_int("sequence", rotation->sequence, table[i].sequence);
         check_numbers("value", rotation->value, 9, table[i].value);
         kt_check_true("the same for a shape",
-                      memcmp(rotation, &scene.description.bodies[0].shape.rotation, sizeof *rotation) == 0);
+                      kt_same_bytes(rotation, &scene.description.bodies[0].shape.rotation, sizeof *rotation));
         kt_scene_free(&scene);
     }
 }
@@ -302,7 +309,7 @@ KT_TEST(quaternions_are_normalised) {
             kt_worst_near(&norm, p[k], q[k], 1.2e-15, "component %d of %d", k, i);
         char *written = kt_write_text(false, &scene);
         if (written != NULL && kt_parse_right(false, written, &again)) {
-            moved += memcmp(p, again.description.bodies[0].joint.position, 4 * sizeof *p) != 0;
+            moved += !kt_same_bytes(p, again.description.bodies[0].joint.position, 4 * sizeof *p);
             kt_scene_free(&again);
         }
         free(written);

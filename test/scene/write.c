@@ -10,76 +10,77 @@
 #include "invent.h"
 #include "scene/parse.h"
 
+static const char layout[] =
+    "kinetree: 1\n"
+    "name: \"every section: a sample\"\n"
+    "gravity: [0, -9.81, 0]\n"
+    "\n"
+    "bodies:\n"
+    "  - name: crank\n"
+    "    joint:\n"
+    "      type: revolute\n"
+    "      axis: -y\n"
+    "      at: [0.1, 0, 0]\n"
+    "      rotation: {euler: {sequence: 313, angles: [0.1, 0.2, 0.3]}}\n"
+    "      position: 1.5\n"
+    "      velocity: -0.1\n"
+    "    mass: 1.2\n"
+    "    com: [0.5, 0, 0]\n"
+    "    inertia: [1, 1, 1, 0.1, 0, 0]\n"
+    "    shape: {type: cylinder, radius: 0.1, length: 1, axis: x, at: [0.5, 0, 0]}\n"
+    "    markers:\n"
+    "      tip: [1, 0, 0]\n"
+    "      \"no\": [0, 1e-9, 0]\n"
+    "  - name: ball\n"
+    "    parent: crank\n"
+    "    joint:\n"
+    "      type: spherical\n"
+    "      position: [0.6, 0.8, 0, 0]\n"
+    "    mass: 2\n"
+    "    shape: {type: box, size: [1, 2, 3], rotation: {axis: z, angle: 0.5}}\n"
+    "  - name: \"null\"\n"
+    "    parent: ball\n"
+    "    joint:\n"
+    "      type: free\n"
+    "      position: {position: [1, 2, 3], orientation: {quaternion: [1, 0, 0, 0]}}\n"
+    "      velocity: {angular: [0, 0, 1]}\n"
+    "\n"
+    "loops:\n"
+    "  - {name: close, type: revolute, between: [crank.tip, {body: ball, at: [0, 0, 1], rotation: {rpy: [0, 0, "
+    "1]}}]}\n"
+    "  - {name: rod, type: distance, between: [ball, world], length: {sine: {amplitude: 0.1, frequency: 2, offset: "
+    "3}}}\n"
+    "  - {name: gear, type: coupling, coefficients: {crank: 1}, offset: 0.5}\n"
+    "  - {name: drive, type: motion, joint: crank, position: {table: [[0, 0], [1, 2]], interpolation: cubic}}\n"
+    "  - {name: roll, type: rolling, wheel: crank.tip, radius: 0.3, on: world, normal: y}\n"
+    "\n"
+    "initial:\n"
+    "  hold: [crank]\n"
+    "\n"
+    "effects:\n"
+    "  - {type: spring, between: [crank.tip, world], stiffness: 100, damping: 1}\n"
+    "  - {name: brake, type: joint_damper, joint: crank, damping: 0.1}\n"
+    "  - {type: motor, joint: crank, torque: {ramp: {from: 0, to: 1, start: 0, end: 2}}}\n"
+    "\n"
+    "simulate:\n"
+    "  duration: 2\n"
+    "  integrator: rk4\n"
+    "  step: 0.001\n"
+    "  formulation: absolute\n"
+    "  reduction: svd\n"
+    "  metric: mass\n"
+    "\n"
+    "output:\n"
+    "  interval: 0.01\n"
+    "  record: [position, energy]\n"
+    "  markers: [crank.tip]\n";
+
 KT_TEST(layout_is_that_of_the_contract) {
-    static const char text[] =
-        "kinetree: 1\n"
-        "name: \"every section: a sample\"\n"
-        "gravity: [0, -9.81, 0]\n"
-        "\n"
-        "bodies:\n"
-        "  - name: crank\n"
-        "    joint:\n"
-        "      type: revolute\n"
-        "      axis: -y\n"
-        "      at: [0.1, 0, 0]\n"
-        "      rotation: {euler: {sequence: 313, angles: [0.1, 0.2, 0.3]}}\n"
-        "      position: 1.5\n"
-        "      velocity: -0.1\n"
-        "    mass: 1.2\n"
-        "    com: [0.5, 0, 0]\n"
-        "    inertia: [1, 1, 1, 0.1, 0, 0]\n"
-        "    shape: {type: cylinder, radius: 0.1, length: 1, axis: x, at: [0.5, 0, 0]}\n"
-        "    markers:\n"
-        "      tip: [1, 0, 0]\n"
-        "      \"no\": [0, 1e-9, 0]\n"
-        "  - name: ball\n"
-        "    parent: crank\n"
-        "    joint:\n"
-        "      type: spherical\n"
-        "      position: [0.6, 0.8, 0, 0]\n"
-        "    mass: 2\n"
-        "    shape: {type: box, size: [1, 2, 3], rotation: {axis: z, angle: 0.5}}\n"
-        "  - name: \"null\"\n"
-        "    parent: ball\n"
-        "    joint:\n"
-        "      type: free\n"
-        "      position: {position: [1, 2, 3], orientation: {quaternion: [1, 0, 0, 0]}}\n"
-        "      velocity: {angular: [0, 0, 1]}\n"
-        "\n"
-        "loops:\n"
-        "  - {name: close, type: revolute, between: [crank.tip, {body: ball, at: [0, 0, 1], rotation: {rpy: [0, 0, "
-        "1]}}]}\n"
-        "  - {name: rod, type: distance, between: [ball, world], length: {sine: {amplitude: 0.1, frequency: 2, offset: "
-        "3}}}\n"
-        "  - {name: gear, type: coupling, coefficients: {crank: 1}, offset: 0.5}\n"
-        "  - {name: drive, type: motion, joint: crank, position: {table: [[0, 0], [1, 2]], interpolation: cubic}}\n"
-        "  - {name: roll, type: rolling, wheel: crank.tip, radius: 0.3, on: world, normal: y}\n"
-        "\n"
-        "initial:\n"
-        "  hold: [crank]\n"
-        "\n"
-        "effects:\n"
-        "  - {type: spring, between: [crank.tip, world], stiffness: 100, damping: 1}\n"
-        "  - {name: brake, type: joint_damper, joint: crank, damping: 0.1}\n"
-        "  - {type: motor, joint: crank, torque: {ramp: {from: 0, to: 1, start: 0, end: 2}}}\n"
-        "\n"
-        "simulate:\n"
-        "  duration: 2\n"
-        "  integrator: rk4\n"
-        "  step: 0.001\n"
-        "  formulation: absolute\n"
-        "  reduction: svd\n"
-        "  metric: mass\n"
-        "\n"
-        "output:\n"
-        "  interval: 0.01\n"
-        "  record: [position, energy]\n"
-        "  markers: [crank.tip]\n";
     kt_scene scene;
-    if (!kt_parse_right(true, text, &scene))
+    if (!kt_parse_right(true, layout, &scene))
         return;
     char *written = kt_write_text(true, &scene);
-    kt_check_text("written", written, text);
+    kt_check_text("written", written, layout);
     free(written);
     kt_scene_free(&scene);
 }
@@ -261,6 +262,12 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run.duration = (double)INFINITY;
     check_refused("an endless run", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
+    scene.run.interval = -1.0;
+    check_refused("a negative interval", &scene, KT_ERROR_ARGUMENT, "not negative");
+    scene.run = kt_run_default();
+    scene.run.step = (double)NAN;
+    check_refused("a step that is no number", &scene, KT_ERROR_ARGUMENT, "finite");
+    scene.run = kt_run_default();
     scene.run.relative = scene.run.absolute = 0.0;
     check_refused("no tolerance", &scene, KT_ERROR_ARGUMENT, "above 0");
     scene.run = kt_run_default();
@@ -271,6 +278,16 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run.markers = &pair;
     scene.run.marker_count = 1;
     check_refused("a marker that does not exist", &scene, KT_ERROR_ARGUMENT, "has no marker 'tip'");
+    const kt_marker_pair stranger = {"b", "tip"}, nobody = {NULL, "tip"};
+    scene.run.markers = &stranger;
+    check_refused("a marker of nobody", &scene, KT_ERROR_ARGUMENT, "body 'b' does not exist");
+    scene.run.markers = &nobody;
+    check_refused("a marker without a body", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
+    scene.run.markers = NULL;
+    check_refused("markers that are NULL", &scene, KT_ERROR_ARGUMENT, "NULL");
+    scene.run = kt_run_default();
+    scene.run.metric = (kt_metric)9;
+    check_refused("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "stands for nothing");
 }
 
 KT_TEST(what_reading_refuses_writing_refuses) {

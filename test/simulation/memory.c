@@ -109,7 +109,7 @@ KT_TEST(creation_that_fails_leaks_nothing) {
 /* Fills all that is scratch with bytes that are no sensible number. */
 static void poison(kt_simulation *simulation, int byte) {
     const kt_simulation_sizes *size = &simulation->size;
-    kt_data *data = simulation->acceleration.data;
+    kt_data *data = simulation->data;
     const kt_counts *n = &simulation->model->n;
     memset(simulation->y, byte, size->n * sizeof(double));
     memset(simulation->a, byte, size->nv * sizeof(double));

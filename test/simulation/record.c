@@ -48,6 +48,9 @@ KT_TEST(records_fall_on_multiples_and_on_the_duration) {
     check_times(model, run, 4);
     run.duration = 0.7; /* 0.7 / 0.1 is below 7 by an ulp */
     check_times(model, run, 8);
+    run.duration = 2.1; /* 2.1 / 0.3 is above 7 by an ulp */
+    run.interval = 0.3;
+    check_times(model, run, 8);
     run.duration = 1.0;
     run.interval = 3.0; /* longer than the run */
     check_times(model, run, 2);
@@ -160,7 +163,7 @@ static int check_pendulum(const kt_record *record, void *user) {
     kt_worst_near(&worst[3], joint.force.x, -pull * sin(u), 16.0 * DBL_EPSILON * scale, "t = %g", record->time);
     kt_worst_near(&worst[4], joint.force.y, pull * cos(u), 16.0 * DBL_EPSILON * scale, "t = %g", record->time);
     kt_worst_near(&worst[5], joint.moment.z, 0.0, 16.0 * DBL_EPSILON * scale, "t = %g", record->time);
-    kt_worst_near(&worst[6], record->constraint_position, 0.0, 0.0, "t = %g", record->time);
+    kt_worst_near(&worst[6], record->constraint.position, 0.0, 0.0, "t = %g", record->time);
     return 0;
 }
 
@@ -189,7 +192,7 @@ KT_TEST(record_has_what_was_asked_for) {
 static int check_nothing_more(const kt_record *record, void *user) {
     int *more = user;
     *more += record->a != NULL || record->reactions != NULL || record->data != NULL || !isnan(record->kinetic) ||
-             !isnan(record->constraint_position);
+             !isnan(record->constraint.position);
     return 0;
 }
 

@@ -1,0 +1,75 @@
+/* What a caller can give wrong: numbers that are not finite, and quaternions of zeros. */
+#include "dynamics/kernel.h"
+
+#include <stdio.h>
+
+/* Without a branch a number: x - x is 0 for a finite x, and NaN else. */
+bool kt_all_finite(const double *x, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] - x[i];
+    return sum == 0.0;
+}
+
+static bool wrench_is_finite(const kt_wrench *w) {
+    const double sum = (w->moment.x - w->moment.x) + (w->moment.y - w->moment.y) + (w->moment.z - w->moment.z) +
+                       (w->force.x - w->force.x) + (w->force.y - w->force.y) + (w->force.z - w->force.z);
+    return sum == 0.0;
+}
+
+static const char *name_of(const kt_model *model, size_t body) { return model->text + model->body[body].name; }
+
+static kt_status refuse(const kt_model *model, size_t body, const char *what, const double *x, int count,
+                        kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    int k = 0;
+    while (k + 1 < count && isfinite(x[k]))
+        k++;
+    (void)snprintf(where, sizeof where, "joint '%.100s'", name_of(model, body));
+    if (count == 1)
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s is %g; give a finite number", what, x[k]);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s[%d] is %g; give a finite number", what, k, x[k]);
+}
+
+static kt_status check_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
+    const kt_body_record *b = &model->body[body];
+    const kt_joint_kind *kind = kt_joint_kinds[b->type];
+    const double *p = q + b->q + kind->nq - 4;
+    if (kind->nq == kind->nv || p[0] != 0.0 || p[1] != 0.0 || p[2] != 0.0 || p[3] != 0.0)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "joint '%.100s'", name_of(model, body));
+    return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+                        "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
+}
+
+/* Body by body, for the message. */
+static kt_status blame(const kt_model *model, const kt_input *in, kt_error *error) {
+    for (size_t i = 1; i < model->n.body; i++) {
+        const kt_body_record *b = &model->body[i];
+        const size_t nq = (size_t)kt_joint_kinds[b->type]->nq, nv = (size_t)kt_joint_kinds[b->type]->nv;
+        if (!kt_all_finite(in->q + b->q, nq))
+            return refuse(model, i, "position", in->q + b->q, (int)nq, error);
+        if (in->v && !kt_all_finite(in->v + b->v, nv))
+            return refuse(model, i, "velocity", in->v + b->v, (int)nv, error);
+        if (in->x && !kt_all_finite(in->x + b->v, nv))
+            return refuse(model, i, in->what, in->x + b->v, (int)nv, error);
+        const kt_status status = check_quaternion(model, i, in->q, error);
+        if (status != KT_OK)
+            return status;
+        if (in->external && !wrench_is_finite(&in->external[i])) {
+            char where[KT_WHERE_SIZE];
+            (void)snprintf(where, sizeof where, "body '%.100s'", name_of(model, i));
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                                "the external wrench on it is not finite; give finite numbers");
+        }
+    }
+    return KT_OK;
+}
+
+kt_status kt_input_check(const kt_model *model, const kt_input *in, kt_error *error) {
+    bool fine = model->n.q == model->n.v && !in->external; /* no quaternions */
+    fine = fine && kt_all_finite(in->q, model->n.q) && (!in->v || kt_all_finite(in->v, model->n.v)) &&
+           (!in->x || kt_all_finite(in->x, model->n.v));
+    return fine ? KT_OK : blame(model, in, error);
+}

@@ -1,0 +1,82 @@
+/* Whether a tree has inertia along all its freedoms at a position: the way back of forward.c, at rest, asked more
+ * closely than forward dynamics can afford.
+ *
+ * What a joint takes out leaves rounding errors in J and M that are proportional to what was there. These sizes go
+ * along: for M the mass carried; for J the sum of the traces of the rigid inertias carried, and the largest among the
+ * terms sum s_i^2 J_ii of turns that were taken out and mass times r^2 of shifts, with r as slides have made it.
+ * Nothing of J is left behind a ball or a free joint, whose rows are zero then, not almost zero.
+ */
+#include "dynamics/articulated.h"
+
+#include <string.h>
+
+typedef struct size {
+    double mass, trace, largest;
+} size;
+
+/* Where the sizes of a link's children are summed: the places of links are not needed here. */
+static size *size_of(kt_data *data, size_t i) { return (size *)&data->place[i]; }
+
+/* Whether there is inertia along all freedoms of a link; what is taken out goes into the size. */
+static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
+    const kt_v4 n = m->axis;
+    kt_v4 unused[3];
+    const double turn = kt_v4_dot(n, kt_v4_apply(x->j, n)), slide = kt_v4_dot(n, kt_v4_apply(x->m, n));
+    const double both = kt_v4_dot(n, kt_v4_apply(x->h, n)), p = link->pitch;
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_TURN:
+        s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));
+        return turn > KT_NO_INERTIA * (s->trace + s->largest);
+    case KT_MOTION_SLIDE:
+        return slide > KT_NO_INERTIA * s->mass;
+    case KT_MOTION_HELIX:
+        s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));
+        return turn + p * (2.0 * both + p * slide) > KT_NO_INERTIA * (s->trace + s->largest + p * p * s->mass);
+    case KT_MOTION_BALL:
+        return kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(s->trace + s->largest), unused);
+    case KT_MOTION_FREE:
+        return kt_invert3(x->m, kt_v4_splat(s->mass), unused);
+    case KT_MOTION_NONE:
+        break;
+    }
+    return false;
+}
+
+static void take_position(const kt_model *model, kt_data *data, const double *q) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_ground_set(none, &data->motion[0]);
+    for (size_t i = 1; i < model->n.link; i++) {
+        kt_link_motion *m = &data->motion[i];
+        kt_link_pose(&model->link[i], &data->motion[model->link[i].parent], q, data->cosine, data->sine, m);
+        m->omega = m->alpha = m->linear = m->moment = m->force = none;
+    }
+}
+
+size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q) {
+    take_position(model, data, q);
+    memset(data->articulated, 0, model->n.link * sizeof *data->articulated);
+    memset(data->place, 0, model->n.link * sizeof *data->place);
+    for (size_t i = model->n.link - 1; i > 0; i--) {
+        const kt_link *link = &model->link[i];
+        const kt_link_motion *m = &data->motion[i];
+        kt_articulated x;
+        size s = *size_of(data, i), *up = size_of(data, (size_t)link->parent);
+        kt_articulated_rigid(link, m, &x);
+        s.trace += kt_v4_dot(kt_v4_splat(1.0), kt_diagonal3(x.j));
+        s.mass += link->mass;
+        kt_articulated_add(&x, &data->articulated[i]);
+        if (!is_regular(link, m, &x, &s) || !kt_joint_absorb(model, data, i, model->zero, &x))
+            return i;
+        if (link->motion == KT_MOTION_BALL)
+            s.trace = s.largest = 0.0;
+        if (link->motion == KT_MOTION_FREE || link->parent == 0)
+            continue;
+        kt_articulated_shift(&x, m->offset);
+        kt_articulated_add(&data->articulated[link->parent], &x);
+        up->mass += s.mass;
+        up->trace += s.trace;
+        up->largest = fmax(up->largest, fmax(s.largest, s.mass * kt_v4_dot(m->offset, m->offset)));
+    }
+    return 0;
+}

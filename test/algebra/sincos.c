@@ -1,0 +1,201 @@
+/* The sines and cosines of the recursions against those of long double, in units in the last place. */
+#include "check.h"
+#include "sincos_level.h"
+
+#include "kinetree/dynamics.h"
+#include "model/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { GROUP = 1024 };
+
+static kt_test_sincos *const sincos_best = kt_test_sincos_baseline;
+
+/* Angles, a group at a time, and the worst errors so far. */
+typedef struct sweep {
+    double x[GROUP];
+    size_t count;
+    double worst_sine, worst_cosine; /* units in the last place */
+    double at_sine, at_cosine;
+    size_t total;
+} sweep;
+
+static double error_in_units(double observed, long double expected) {
+    int exponent;
+    (void)frexpl(expected, &exponent);
+    const long double unit = ldexpl(1.0L, exponent - DBL_MANT_DIG < -1074 ? -1074 : exponent - DBL_MANT_DIG);
+    return (double)(fabsl((long double)observed - expected) / unit);
+}
+
+static void flush(sweep *s) {
+    static double sine[GROUP], cosine[GROUP];
+    static int32_t index[GROUP];
+    for (size_t i = 0; i < s->count; i++)
+        index[i] = (int32_t)i;
+    sincos_best(s->x, index, s->count, sine, cosine);
+    for (size_t i = 0; i < s->count; i++) {
+        const long double x = s->x[i];
+        const double es = error_in_units(sine[i], sinl(x)), ec = error_in_units(cosine[i], cosl(x));
+        if (!(es <= s->worst_sine)) {
+            s->worst_sine = es;
+            s->at_sine = s->x[i];
+        }
+        if (!(ec <= s->worst_cosine)) {
+            s->worst_cosine = ec;
+            s->at_cosine = s->x[i];
+        }
+    }
+    s->total += s->count;
+    s->count = 0;
+}
+
+static void add(sweep *s, double x) {
+    s->x[s->count++] = x;
+    if (s->count == GROUP)
+        flush(s);
+}
+
+static void judge(sweep *s) {
+    flush(s);
+    kt_note("%zu angles; worst sine at %.17g, worst cosine at %.17g", s->total, s->at_sine, s->at_cosine);
+    kt_check_below("sine, units in the last place", s->worst_sine, 1.0);
+    kt_check_below("cosine, units in the last place", s->worst_cosine, 1.0);
+}
+
+/* Where the results are between 1/2 and 1 an error of one unit is DBL_EPSILON / 2. */
+KT_TEST(error_is_below_one_unit_within_a_turn) {
+    kt_random random = kt_random_of_test();
+    sweep s = {.count = 0};
+    for (int i = 0; i < 400000; i++)
+        add(&s, kt_random_uniform(&random, -7.0, 7.0));
+    for (int i = 0; i < 100000; i++) /* every magnitude */
+        add(&s, ldexp(kt_random_uniform(&random, -1.0, 1.0), kt_random_int(&random, -1074, 2)));
+    judge(&s);
+}
+
+KT_TEST(error_is_below_one_unit_up_to_the_limit) {
+    kt_random random = kt_random_of_test();
+    sweep s = {.count = 0};
+    for (int i = 0; i < 400000; i++)
+        add(&s, kt_random_uniform(&random, -1647099.0, 1647099.0));
+    for (int i = 0; i < 100000; i++)
+        add(&s, ldexp(kt_random_uniform(&random, -1.0, 1.0), kt_random_int(&random, 1, 20)));
+    judge(&s);
+}
+
+/* The doubles on both sides of every multiple of pi / 2 up to the limit, where all but the last bits cancel. */
+KT_TEST(error_is_below_one_unit_beside_every_multiple_of_a_quarter_turn) {
+    const long double quarter = 1.57079632679489661923132169163975144L;
+    sweep s = {.count = 0};
+    for (int n = 0; n <= 1 << 20; n++) {
+        const double x = (double)(n * quarter);
+        add(&s, x);
+        add(&s, -nextafter(x, 2.0 * x + 1.0));
+        add(&s, nextafter(x, -1.0));
+    }
+    judge(&s);
+}
+
+/* And half way between, where the quadrants meet. */
+KT_TEST(error_is_below_one_unit_where_quadrants_meet) {
+    sweep s = {.count = 0};
+    for (int n = 0; n <= 1 << 18; n++) {
+        const double x = (double)((n + 0.5L) * 1.57079632679489661923L);
+        add(&s, x);
+        add(&s, nextafter(x, 1e9));
+        add(&s, -nextafter(x, -1e9));
+    }
+    judge(&s);
+}
+
+KT_TEST(error_is_below_one_unit_beyond_the_limit) {
+    kt_random random = kt_random_of_test();
+    sweep s = {.count = 0};
+    for (int i = 0; i < 20000; i++)
+        add(&s, ldexp(kt_random_uniform(&random, -1.0, 1.0), kt_random_int(&random, 20, 1024)));
+    add(&s, 1647099.0);
+    add(&s, nextafter(1647099.0, 2e6));
+    add(&s, DBL_MAX);
+    judge(&s);
+}
+
+KT_TEST(sines_of_zeros_and_tiny_angles_are_exact) {
+    const double x[8] = {0.0, -0.0, 4.9406564584124654e-324, -2.2250738585072014e-308, 1e-200, -1e-30, 1e-9, 0.5};
+    const double one[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    const int32_t index[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    double sine[8], cosine[8];
+    sincos_best(x, index, 8, sine, cosine);
+    kt_check_equal_bits("sine is the angle", sine, x, 7);
+    kt_check_equal_bits("cosine is one", cosine, one, 6);
+}
+
+KT_TEST(sine_is_odd_and_cosine_even_to_the_bit) {
+    kt_random random = kt_random_of_test();
+    int odd = 0, even = 0;
+    for (int i = 0; i < 20000; i++) {
+        const double x = ldexp(kt_random_uniform(&random, 0.0, 1.0), kt_random_int(&random, -40, 30));
+        const double pair[2] = {x, -x};
+        double sine[8], cosine[8];
+        sincos_best(pair, (int32_t[]){0, 1}, 2, sine, cosine);
+        odd += sine[0] != -sine[1];
+        even += cosine[0] != cosine[1];
+    }
+    kt_check_equal_int("sines that are not odd", odd, 0);
+    kt_check_equal_int("cosines that are not even", even, 0);
+}
+
+KT_TEST(what_is_not_finite_gives_nan) {
+    const double x[4] = {(double)INFINITY, -(double)INFINITY, (double)NAN, 1.0};
+    double sine[8], cosine[8];
+    sincos_best(x, (int32_t[]){0, 1, 2, 3}, 4, sine, cosine);
+    for (int i = 0; i < 3; i++)
+        kt_check_true("sine and cosine are NaN", isnan(sine[i]) && isnan(cosine[i]));
+    kt_check_near("beside them, sin 1", sine[3], sin(1.0), DBL_EPSILON);
+}
+
+/* A sine does not depend on what its neighbours are: one beyond the limit, one NaN. */
+KT_TEST(an_angle_has_the_same_bits_in_any_company) {
+    kt_random random = kt_random_of_test();
+    int different = 0;
+    for (int i = 0; i < 20000; i++) {
+        const double x = kt_random_uniform(&random, -1e3, 1e3);
+        const double q[3] = {x, i % 2 ? 1e9 : (double)NAN, 0.1};
+        double alone_sine[8], alone_cosine[8], sine[16], cosine[16];
+        sincos_best(q, (int32_t[]){0}, 1, alone_sine, alone_cosine);
+        sincos_best(q, (int32_t[]){2, 1, 2, 2, 2, 2, 2, 2, 2, 0}, 10, sine, cosine);
+        different += sine[9] != alone_sine[0] || cosine[9] != alone_cosine[0];
+        sincos_best(q, (int32_t[]){2, 1, 2, 0}, 4, sine, cosine);
+        different += sine[3] != alone_sine[0] || cosine[3] != alone_cosine[0];
+    }
+    kt_check_equal_int("angles whose bits differ", different, 0);
+}
+
+static void same_bits(const char *what, kt_test_sincos *level) {
+    kt_random random = kt_random_of_test();
+    static double x[GROUP], sine[2][GROUP], cosine[2][GROUP];
+    static int32_t index[GROUP];
+    int different = 0;
+    for (int n = 0; n < 200; n++) {
+        for (int i = 0; i < GROUP; i++) {
+            x[i] = ldexp(kt_random_uniform(&random, -1.0, 1.0), kt_random_int(&random, -20, n % 2 ? 20 : 23));
+            index[i] = i;
+        }
+        kt_test_sincos_baseline(x, index, GROUP, sine[0], cosine[0]);
+        level(x, index, GROUP, sine[1], cosine[1]);
+        different +=
+            memcmp(sine[0], sine[1], sizeof sine[0]) != 0 || memcmp(cosine[0], cosine[1], sizeof cosine[0]) != 0;
+    }
+    kt_check_equal_int(what, different, 0);
+}
+
+KT_TEST(all_levels_give_the_same_bits) {
+#ifdef KT_LEVELS
+    if (kt_level_resolve(KT_LEVEL_V3) == KT_LEVEL_V3)
+        same_bits("groups that differ between baseline and v3", kt_test_sincos_v3);
+    if (kt_level_resolve(KT_LEVEL_V4) == KT_LEVEL_V4)
+        same_bits("groups that differ between baseline and v4", kt_test_sincos_v4);
+#endif
+    same_bits("groups that differ between two runs", kt_test_sincos_baseline);
+}

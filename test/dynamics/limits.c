@@ -1,0 +1,264 @@
+/* What the dynamics refuse, in which words, and that nothing is touched then; and the smallest mechanisms. */
+#include "tree.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double not_a_number = (double)NAN;
+
+/* A pendulum that turns about z, with a rod hanging on a ball at its end. */
+static bool grow_pendulum(kt_tree *tree) {
+    memset(tree, 0, sizeof *tree);
+    tree->description = kt_description_default();
+    tree->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    tree->description.bodies = tree->body;
+    tree->description.body_count = 2;
+    for (int i = 0; i < 2; i++) {
+        kt_body *body = &tree->body[i];
+        *body = kt_body_default();
+        body->mass = 2.0;
+        body->com = kt_vec3_make(0.5, 0.0, 0.0);
+        body->inertia = kt_sym3_make(0.1, 0.2, 0.2, 0.0, 0.0, 0.0);
+    }
+    tree->body[0].name = "arm";
+    tree->body[0].joint.type = KT_JOINT_REVOLUTE;
+    tree->body[1].name = "rod";
+    tree->body[1].parent = "arm";
+    tree->body[1].joint.type = KT_JOINT_SPHERICAL;
+    tree->body[1].joint.at = kt_vec3_make(1.0, 0.0, 0.0);
+    return kt_tree_compile(tree, NULL);
+}
+
+/* q: angle, quaternion; v: rate, angular velocity */
+typedef struct inputs {
+    double q[5], v[4], x[4];
+    kt_wrench external[3];
+} inputs;
+
+static const inputs fine = {.q = {0.3, 1.0, 0.0, 0.0, 0.0}, .v = {1.0, 2.0, 3.0, 4.0}, .x = {0.1, 0.2, 0.3, 0.4}};
+
+typedef enum call { FORWARD, INVERSE, MASS, KINEMATICS, CALLS } call;
+
+/* One of the calls, with outputs that must keep their bits when it fails. */
+static kt_status try_call(const kt_tree *tree, call which, const inputs *in, kt_error *error) {
+    const kt_model *m = tree->model;
+    double out[16], before[16];
+    kt_status status = KT_OK;
+    for (int i = 0; i < 16; i++)
+        out[i] = before[i] = i + 0.5;
+    memset(error, 0, sizeof *error);
+    switch (which) {
+    case FORWARD:
+        status = kt_dynamics_forward(m, tree->data, in->q, in->v, in->x, in->external, out, error);
+        break;
+    case INVERSE:
+        status = kt_dynamics_inverse(m, tree->data, in->q, in->v, in->x, in->external, out, error);
+        break;
+    case MASS:
+        status = kt_dynamics_mass(m, tree->data, in->q, out, error);
+        break;
+    default:
+        status = kt_kinematics_update(m, tree->data, in->q, in->v, in->x, error);
+        break;
+    }
+    if (status != KT_OK)
+        kt_check_equal_bits("outputs after the failure", out, before, 16);
+    return status;
+}
+
+static void refused(const kt_tree *tree, call which, const inputs *in, kt_status code, const char *where,
+                    const char *message) {
+    kt_error error;
+    kt_check_equal_int("status", try_call(tree, which, in, &error), code);
+    kt_check_equal_int("code in the error", error.code, code);
+    kt_check_text("where", error.where, where);
+    kt_check_contains("message", error.message, message);
+}
+
+KT_TEST(numbers_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
+    kt_tree tree;
+    const double bad[2] = {not_a_number, -(double)INFINITY};
+    if (!grow_pendulum(&tree))
+        return;
+    for (int i = 0; i < 2; i++)
+        for (call c = FORWARD; c < CALLS; c++) {
+            inputs in = fine;
+            in.q[0] = bad[i];
+            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", i ? "position is -inf" : "position is nan");
+            in = fine;
+            in.q[3] = bad[i];
+            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'rod'",
+                    i ? "position[2] is -inf" : "position[2] is nan");
+            if (c == MASS)
+                continue;
+            in = fine;
+            in.v[2] = bad[i];
+            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'rod'",
+                    i ? "velocity[1] is -inf" : "velocity[1] is nan");
+            in = fine;
+            in.x[0] = bad[i];
+            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", c == FORWARD ? "force is" : "acceleration is");
+            if (c == KINEMATICS)
+                continue;
+            in = fine;
+            in.external[2].force.y = bad[i];
+            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "body 'rod'", "external wrench");
+        }
+    kt_tree_free(&tree);
+}
+
+KT_TEST(a_quaternion_of_zeros_is_refused_and_one_of_any_other_norm_is_not) {
+    kt_tree tree;
+    if (!grow_pendulum(&tree))
+        return;
+    for (call c = FORWARD; c < CALLS; c++) {
+        inputs in = fine;
+        kt_error error;
+        in.q[1] = 0.0;
+        refused(&tree, c, &in, KT_ERROR_ARGUMENT, "joint 'rod'", "quaternion is zero");
+        in.q[2] = 5e-324;
+        kt_check_equal_int("the smallest", try_call(&tree, c, &in, &error), KT_OK);
+        in.q[2] = 1e300;
+        kt_check_equal_int("a huge one", try_call(&tree, c, &in, &error), KT_OK);
+    }
+    kt_tree_free(&tree);
+}
+
+KT_TEST(results_that_overflow_are_refused) {
+    kt_tree tree;
+    if (!grow_pendulum(&tree))
+        return;
+    inputs in = fine;
+    in.v[0] = 1e200; /* its square is infinite */
+    refused(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+    refused(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+    refused(&tree, KINEMATICS, &in, KT_ERROR_NOT_FINITE, "joint 'rod'", "huge");
+    kt_tree_free(&tree);
+    tree.body[1].joint.type = KT_JOINT_PRISMATIC;
+    if (!kt_tree_compile(&tree, NULL))
+        return;
+    in = fine;
+    in.q[1] = 1e200; /* and so is the inertia */
+    refused(&tree, MASS, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+    kt_tree_free(&tree);
+}
+
+KT_TEST(the_entry_of_the_world_among_wrenches_is_ignored) {
+    kt_tree tree;
+    if (!grow_pendulum(&tree))
+        return;
+    inputs in = fine;
+    kt_error error;
+    in.external[0].force.x = (double)INFINITY;
+    for (call c = FORWARD; c < CALLS; c++)
+        kt_check_equal_int("a wrench on the world", try_call(&tree, c, &in, &error), KT_OK);
+    kt_tree_free(&tree);
+}
+
+/* ---- singular positions --------------------------------------------------------------------------------------------
+ */
+
+/* Gimbals: two massless rings that turn about z and x, and a body that turns about y: at a quarter turn of the second
+ * ring its axis and the first one's fall together, and nothing opposes the two turning against each other. */
+static bool grow_gimbals(kt_tree *tree) {
+    static const char *names[3] = {"outer", "inner", "wheel"};
+    memset(tree, 0, sizeof *tree);
+    tree->description = kt_description_default();
+    tree->description.bodies = tree->body;
+    tree->description.body_count = 3;
+    for (int i = 0; i < 3; i++) {
+        kt_body *body = &tree->body[i];
+        *body = kt_body_default();
+        body->name = names[i];
+        body->parent = i ? names[i - 1] : NULL;
+        body->joint.type = KT_JOINT_REVOLUTE;
+        body->joint.axis = kt_vec3_make(i == 1, i == 2, i == 0);
+    }
+    tree->body[2].mass = 1.0;
+    tree->body[2].inertia = kt_sym3_make(0.1, 0.2, 0.15, 0.0, 0.0, 0.0);
+    return kt_tree_compile(tree, NULL);
+}
+
+/* a_z falls as 1 / cos^2 of the second angle rises: J_z cos^2. */
+KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
+    kt_tree tree;
+    kt_error error;
+    double a[3] = {1.0, 2.0, 3.0};
+    const double before[3] = {1.0, 2.0, 3.0}, tau[3] = {1.0, 0.0, 0.0}, quarter = acos(0.0);
+    if (!grow_gimbals(&tree))
+        return;
+    const double at[3] = {0.4, quarter, 0.9}, beside[3] = {0.4, quarter - 1e-4, 0.0};
+    kt_check_equal_int("status", kt_dynamics_forward(tree.model, tree.data, at, NULL, tau, NULL, a, &error),
+                       KT_ERROR_SINGULAR);
+    kt_check_text("where", error.where, "joint 'outer'");
+    kt_check_contains("message", error.message, "no inertia along one of its freedoms at this position");
+    kt_check_equal_bits("accelerations", a, before, 3);
+    kt_check_equal_int("beside it", kt_dynamics_forward(tree.model, tree.data, beside, NULL, tau, NULL, a, &error),
+                       KT_OK);
+    const double c = sin(1e-4); /* the ring and the wheel turn together: 0.15 cos^2 about z */
+    kt_check_near("acceleration beside it", a[0] * c * c * 0.15, 1.0, 1e-7);
+    kt_tree_free(&tree);
+}
+
+/* ---- the smallest mechanisms
+ * ----------------------------------------------------------------------------------------- */
+
+KT_TEST(a_mechanism_without_freedoms_has_dynamics_of_no_numbers) {
+    for (int bodies = 0; bodies < 3; bodies++) {
+        kt_tree tree = {.description = kt_description_default()};
+        kt_error error;
+        kt_vec3 center;
+        double nothing = 0.5;
+        kt_wrench w[3];
+        for (int i = 0; i < bodies; i++) {
+            tree.body[i] = kt_body_default();
+            tree.body[i].name = i ? "b" : "a";
+            tree.body[i].parent = i ? "a" : NULL;
+            tree.body[i].mass = 3.0;
+            tree.body[i].joint.at = kt_vec3_make(1.0, 0.0, 0.0);
+        }
+        tree.description.gravity = kt_vec3_make(0.0, -2.0, 0.0);
+        tree.description.bodies = tree.body;
+        tree.description.body_count = bodies;
+        if (!kt_tree_compile(&tree, NULL))
+            return;
+        const kt_model *m = tree.model;
+        kt_data *d = tree.data;
+        kt_check_equal_int("velocities", tree.nv, 0);
+        kt_check_equal_int("forward", kt_dynamics_forward(m, d, &nothing, NULL, NULL, NULL, &nothing, &error), KT_OK);
+        kt_check_equal_int("inverse", kt_dynamics_inverse(m, d, &nothing, NULL, NULL, NULL, &nothing, &error), KT_OK);
+        kt_check_equal_int("mass", kt_dynamics_mass(m, d, &nothing, &nothing, &error), KT_OK);
+        kt_check_equal_int("kinematics", kt_kinematics_update(m, d, &nothing, NULL, NULL, &error), KT_OK);
+        kt_check_equal_bits("outputs", &nothing, (double[]){0.5}, 1);
+        kt_check_equal_bits("moving mass", (double[]){kt_mass_center(m, d, &center)}, (double[]){0.0}, 1);
+        kt_joint_reactions(m, d, NULL, w);
+        for (int i = 1; i <= bodies; i++) { /* weights: each bears itself and what it carries */
+            kt_check_near("place", kt_body_pose(m, d, i).position.x, i, 0.0);
+            kt_check_near("weight", w[i].force.y, 6.0 * (bodies + 1 - i), 0.0);
+            kt_check_near("moment", w[i].moment.z, i == 1 && bodies == 2 ? 6.0 : 0.0, 0.0);
+        }
+        kt_tree_free(&tree);
+    }
+}
+
+KT_TEST(accelerations_may_be_written_over_forces) {
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_tree_state s;
+    const kt_tree_plan plan = kt_tree_plan_default();
+    double a[KT_TREE_NV], x[KT_TREE_NV];
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    kt_tree_state_draw(&tree, &random, &s);
+    const size_t nv = (size_t)tree.nv;
+    kt_check_true("apart", kt_tree_forward(&tree, &s, a));
+    memcpy(x, s.tau, sizeof x);
+    kt_check_true("in place", kt_tree_forward(&tree, &s, s.tau));
+    kt_check_equal_bits("accelerations", s.tau, a, nv);
+    memcpy(s.tau, x, sizeof x);
+    kt_check_true("apart", kt_tree_inverse(&tree, &s, x));
+    kt_check_true("in place", kt_tree_inverse(&tree, &s, s.a));
+    kt_check_equal_bits("forces", s.a, x, nv);
+    kt_tree_free(&tree);
+}

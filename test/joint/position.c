@@ -1,0 +1,226 @@
+/* The joints' algebra on positions: rates, steps along the exponential map, differences, norms. */
+#include "dynamics/tree.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+enum { TREES = 60 };
+
+/* First coordinate of a joint's quaternion, and of its angular velocity; -1 where it has none. */
+static int quaternion_at(kt_coordinates c) { return c.nq > c.nv ? c.q + c.nq - 4 : -1; }
+static int spin_at(kt_coordinates c) { return c.v + c.nv - 3; }
+
+static kt_quat quaternion(const double *q) { return kt_quat_make(q[0], q[1], q[2], q[3]); }
+
+static double distance(kt_mat3 a, kt_mat3 b) {
+    const double *x = &a.x.x, *y = &b.x.x;
+    double largest = 0.0;
+    for (int i = 0; i < 9; i++)
+        largest = fmax(largest, fabs(x[i] - y[i]));
+    return largest;
+}
+
+KT_TEST(each_joint_type_has_the_coordinates_of_the_list) {
+#define CASE(id, name, nq, nv) {id, #name, nq, nv},
+    static const struct {
+        kt_joint_type type;
+        const char *name;
+        int nq, nv;
+    } list[] = {KT_JOINT_LIST(CASE)};
+#undef CASE
+    static const struct { /* as the scene's page counts them */
+        const char *name;
+        int nq, nv;
+    } known[] = {{"fixed", 0, 0},  {"revolute", 1, 1},  {"prismatic", 1, 1}, {"screw", 1, 1}, {"cylindrical", 2, 2},
+                 {"planar", 3, 3}, {"universal", 2, 2}, {"spherical", 4, 3}, {"free", 7, 6}};
+    kt_check_equal_int("types", KT_JOINT_TYPE_COUNT, 9);
+    for (int i = 0; i < KT_JOINT_TYPE_COUNT; i++) {
+        kt_random random = kt_random_of_test();
+        kt_tree tree;
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.types = 1U << i;
+        plan.bodies = 2;
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_check_text("name", list[i].name, known[i].name);
+        for (int b = 1; b < 3; b++) {
+            const kt_coordinates c = kt_body_coordinates(tree.model, b);
+            kt_check_equal_int("type", c.type, list[i].type);
+            kt_check_equal_int("positions", c.nq, known[i].nq);
+            kt_check_equal_int("velocities", c.nv, known[i].nv);
+            kt_check_equal_int("first position", c.q, (b - 1) * known[i].nq);
+            kt_check_equal_int("first velocity", c.v, (b - 1) * known[i].nv);
+        }
+        kt_tree_free(&tree);
+    }
+}
+
+/* What each test does to random trees of all joint types. */
+typedef void trial(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n);
+
+static void try_all(const char *what, trial *trial) {
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make(what);
+    for (int n = 0; n < TREES; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.is_shuffled = n % 2;
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_tree_state_draw(&tree, &random, &s);
+        trial(&tree, &random, &s, &error, n);
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&error);
+}
+
+/* Second-order differences of q (+) h v: h^2 / 6 |v|^3 / 8 of the exponential, EPS / h of rounding. */
+static void rates(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
+    double rate[KT_TREE_NQ], there[KT_TREE_NQ], back[KT_TREE_NQ], step[KT_TREE_NV];
+    const double h = 1e-5;
+    (void)random;
+    kt_position_rate(tree->model, s->q, s->v, rate);
+    for (int i = 0; i < tree->nv; i++)
+        step[i] = h * s->v[i];
+    kt_position_add(tree->model, s->q, step, there);
+    for (int i = 0; i < tree->nv; i++)
+        step[i] = -step[i];
+    kt_position_add(tree->model, s->q, step, back);
+    for (int i = 0; i < tree->nq; i++)
+        kt_worst_near(error, (there[i] - back[i]) / (2.0 * h), rate[i], 1e-10, "tree %d coordinate %d", n, i);
+}
+
+KT_TEST(rates_are_derivatives_of_steps) { try_all("dq/dt", rates); }
+
+/* R(q (+) d) = R(q) exp(d x), and plain numbers add. */
+static void steps(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
+    double dv[KT_TREE_NV], out[KT_TREE_NQ];
+    const double scale = pow(10.0, kt_random_uniform(random, -9.0, 1.5));
+    for (int i = 0; i < tree->nv; i++)
+        dv[i] = scale * s->v[i];
+    kt_position_add(tree->model, s->q, dv, out);
+    for (int b = 1; b < tree->count; b++) {
+        const kt_coordinates c = kt_body_coordinates(tree->model, b);
+        const int k = quaternion_at(c);
+        for (int i = c.q; i < (k < 0 ? c.q + c.nq : k); i++)
+            kt_worst_near(error, out[i], s->q[i] + dv[c.v + i - c.q], 0.0, "tree %d coordinate %d", n, i);
+        if (k < 0)
+            continue;
+        const double *d = dv + spin_at(c);
+        const kt_mat3 turned = kt_matrix_from_euler_vector(kt_vec3_make(d[0], d[1], d[2]));
+        const kt_mat3 expected = kt_mat3_multiply(kt_matrix_from_quat(quaternion(s->q + k)), turned);
+        const kt_quat p = quaternion(out + k);
+        kt_worst_below(error, distance(kt_matrix_from_quat(p), expected), 20.0 * EPS, "tree %d rotation %d", n, b);
+        kt_worst_near(error, kt_quat_norm_squared(p), 1.0, 4.0 * EPS, "tree %d norm %d", n, b);
+    }
+}
+
+KT_TEST(steps_go_along_the_exponential_map_of_the_body_frame) { try_all("q (+) d", steps); }
+
+static void differences(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
+    double dv[KT_TREE_NV], out[KT_TREE_NQ], back[KT_TREE_NV];
+    const double scale = pow(10.0, kt_random_uniform(random, -9.0, 0.2)); /* less than half a turn */
+    for (int i = 0; i < tree->nv; i++)
+        dv[i] = scale * s->v[i];
+    kt_position_add(tree->model, s->q, dv, out);
+    for (int b = 1; b < tree->count; b++) { /* the opposite quaternion is the same rotation */
+        const int k = quaternion_at(kt_body_coordinates(tree->model, b));
+        for (int i = 0; k >= 0 && n % 2 && i < 4; i++)
+            out[k + i] = -out[k + i];
+    }
+    kt_position_subtract(tree->model, out, s->q, back);
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(error, back[i], dv[i], 10.0 * EPS, "tree %d coordinate %d", n, i);
+}
+
+KT_TEST(differences_undo_steps) { try_all("(q (+) d) (-) q", differences); }
+
+/* Beyond half a turn the difference is the way round the other side: |d| <= pi, and it leads to the same place. */
+static void shorter(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
+    kt_tree_state other;
+    double dv[KT_TREE_NV], out[KT_TREE_NQ];
+    kt_tree_state_draw(tree, random, &other);
+    kt_position_subtract(tree->model, other.q, s->q, dv);
+    kt_position_add(tree->model, s->q, dv, out);
+    for (int b = 1; b < tree->count; b++) {
+        const kt_coordinates c = kt_body_coordinates(tree->model, b);
+        const int k = quaternion_at(c);
+        if (k < 0)
+            continue;
+        const double *d = dv + spin_at(c);
+        const double turn = kt_vec3_norm(kt_vec3_make(d[0], d[1], d[2]));
+        kt_worst_below(error, fmax(0.0, turn - 3.14159265358979312), 4.0 * EPS, "tree %d way of joint %d", n, b);
+        const kt_mat3 r = kt_matrix_from_quat(quaternion(out + k));
+        kt_worst_below(error, distance(r, kt_matrix_from_quat(quaternion(other.q + k))), 20.0 * EPS, "tree %d place %d",
+                       n, b);
+    }
+}
+
+KT_TEST(differences_go_the_shorter_way_and_arrive) { try_all("q (+) (p (-) q)", shorter); }
+
+KT_TEST(a_step_may_be_written_over_where_it_starts) {
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_tree_state s;
+    const kt_tree_plan plan = kt_tree_plan_default();
+    double out[KT_TREE_NQ];
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    kt_tree_state_draw(&tree, &random, &s);
+    kt_position_add(tree.model, s.q, s.v, out);
+    kt_position_add(tree.model, s.q, s.v, s.q);
+    kt_check_equal_bits("q", s.q, out, (size_t)tree.nq);
+    kt_tree_free(&tree);
+}
+
+/* ---- norms ------------------------------------------------------------------------------------------------------- */
+
+/* Scaled by anything that a double can hold; all else keeps its bits. */
+static void norms(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
+    double q[KT_TREE_NQ];
+    memcpy(q, s->q, sizeof q);
+    for (int b = 1; b < tree->count; b++) {
+        const int k = quaternion_at(kt_body_coordinates(tree->model, b));
+        const double scale = pow(10.0, kt_random_uniform(random, -300.0, 300.0));
+        for (int i = 0; k >= 0 && i < 4; i++)
+            q[k + i] *= scale;
+    }
+    kt_worst_near(error, kt_position_normalize(tree->model, q), 1.0, 0.0, "tree %d", n);
+    for (int b = 1; b < tree->count; b++) {
+        const kt_coordinates c = kt_body_coordinates(tree->model, b);
+        for (int i = c.q; i < c.q + c.nq; i++) {
+            const int k = quaternion_at(c);
+            kt_worst_near(error, q[i], s->q[i], k >= 0 && i >= k ? 4.0 * EPS : 0.0, "tree %d coordinate %d", n, i);
+        }
+    }
+}
+
+KT_TEST(quaternions_of_any_length_come_back_as_unit_ones) { try_all("q", norms); }
+
+KT_TEST(positions_that_have_no_direction_are_left_as_they_are) {
+    kt_random random = kt_random_of_test();
+    static const double bad[3] = {0.0, (double)NAN, (double)INFINITY};
+    for (int n = 0; n < 3; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.types = 1U << KT_JOINT_SPHERICAL | 1U << KT_JOINT_FREE;
+        plan.bodies = 4;
+        double q[KT_TREE_NQ], before[KT_TREE_NQ];
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_tree_state_draw(&tree, &random, &s);
+        for (int i = 0; i < tree.nq; i++)
+            q[i] = 3.0 * s.q[i];
+        const kt_coordinates last = kt_body_coordinates(tree.model, 4);
+        for (int i = 0; i < 4; i++) /* the last of them */
+            q[quaternion_at(last) + i] = bad[n];
+        memcpy(before, q, sizeof q);
+        kt_check_true("is refused", !kt_position_normalize(tree.model, q));
+        kt_check_equal_bits("q", q, before, (size_t)tree.nq);
+        kt_tree_free(&tree);
+    }
+}

@@ -1,0 +1,89 @@
+/* A bundled scene, read from its file, run as it says or otherwise, and held against what is known of its motion. */
+#ifndef KT_TEST_REFERENCE_SCENE_H
+#define KT_TEST_REFERENCE_SCENE_H
+
+#include "check.h"
+
+#include "kinetree/scene.h"
+
+typedef struct kt_case {
+    const char *name;
+    kt_scene scene;
+    kt_model *model;
+} kt_case;
+
+/* apps/scenes/NAME.yaml, read and compiled; false after a failed check. To be closed in either case. */
+bool kt_case_open(kt_case *c, const char *name);
+void kt_case_close(kt_case *c);
+
+/* The first position (velocity) of a joint; a failed check and 0 where there is none of that name. */
+int kt_case_q(const kt_case *c, const char *joint);
+int kt_case_v(const kt_case *c, const char *joint);
+
+/* Whether the call succeeded; a failure is a failed check with the error's words. */
+bool kt_fine(const char *what, kt_status status, const kt_error *error);
+
+/* How to run, and the error that is allowed. The scene's own settings where there is no integrator. */
+typedef struct kt_setting {
+    const char *integrator;
+    double step, tolerance; /* one of them is 0 */
+    double bound;
+} kt_setting;
+
+/* "dop853 1e-12", "rk4 h=0.01"; static storage, overwritten by the next call but three. */
+const char *kt_setting_text(const kt_case *c, const kt_setting *setting);
+
+/* Runs with records every `interval` seconds (0: those of the scene) and energies and kinematics in each of them. */
+bool kt_case_run(const kt_case *c, const kt_setting *setting, double interval, kt_recorder *record, void *user);
+
+/* The error of a record, not negative: the distance to what is known of this time. */
+typedef double kt_error_of(const kt_case *c, const kt_record *record, const void *about);
+
+/* Checks the error of every record, for each of the settings. */
+void kt_case_follow(const kt_case *c, const kt_setting *settings, size_t count, kt_error_of *error_of,
+                    const void *about);
+
+/* The error of the last record with a step h and with h / 2: its order, to 0.2. */
+void kt_case_order(const kt_case *c, const char *integrator, double step, double order, kt_error_of *error_of,
+                   const void *about);
+
+/* ---- what stays -------------------------------------------------------------------------------------------------- */
+
+enum { KT_INVARIANTS_MAX = 8 };
+
+/* Writes numbers that stay what they are, at most KT_INVARIANTS_MAX, and returns how many. */
+typedef int kt_invariants(const kt_case *c, const kt_record *record, double *out);
+
+/* Checks for each of the settings that they differ from those of the first record by less than the bound times
+ * `scale`, one scale for each. */
+void kt_case_conserve(const kt_case *c, const kt_setting *settings, size_t count, kt_invariants *invariants,
+                      const char *const *names, const double *scale);
+
+/* Total energy, the one invariant, with its scale 1. */
+void kt_case_conserve_energy(const kt_case *c, const kt_setting *settings, size_t count);
+
+/* The largest difference between two runs in any coordinate, rotations as Euler vectors, over all records. */
+void kt_case_agree(const kt_case *c, const kt_setting *a, const kt_setting *b, double bound);
+
+/* ---- tables ------------------------------------------------------------------------------------------------------ */
+
+/* A reference in data/NAME.json: rows of `columns` numbers at times t. */
+typedef struct kt_table {
+    size_t rows, columns;
+    double *t, *value;
+} kt_table;
+
+/* `columns` are the names that the file must have, in order, separated by spaces. False after a failed check; to be freed
+ * in either case. */
+bool kt_table_open(kt_table *table, const char *name, const char *columns);
+void kt_table_free(kt_table *table);
+
+/* Checks the distance to every row of the table, for each of the settings; about points to the row (columns numbers).
+ * Where the settings are not the scene's own, records come at the table's times. */
+void kt_case_compare(const kt_case *c, const kt_table *table, const kt_setting *settings, size_t count,
+                     kt_error_of *error_of);
+
+/* The angle of the rotation between two orientations; signs and norms of quaternions do not matter. */
+double kt_angle_between(kt_quat a, kt_quat b);
+
+#endif

@@ -1,0 +1,160 @@
+/* Every allocation fails once: the call says so, and nothing leaks. */
+#include <malloc.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "check.h"
+#include "collect.h"
+#include "interpose.h"
+#include "scene/parse.h"
+
+static char right[] = "kinetree: 1\n"
+                      "name: a scene\n"
+                      "bodies:\n"
+                      "  - {name: a, joint: {type: revolute}, markers: {tip: [1, 0, 0]}}\n"
+                      "  - {name: b, parent: a, mass: 1, shape: {type: sphere, radius: 1}}\n"
+                      "loops:\n"
+                      "  - {name: l, type: motion, joint: a, position: {polynomial: [0, 1]}}\n"
+                      "  - {name: m, type: coupling, coefficients: {a: 1}}\n"
+                      "initial: {hold: [a]}\n"
+                      "effects:\n"
+                      "  - {type: spring, between: [a.tip, world], stiffness: 1}\n"
+                      "output: {markers: [a.tip]}\n";
+static char wrong[] = "kinetree: 1\nbodys: []\nbodies: [{name: a, mas: 1}, {name: a}]\ngravity: [0, 0]\n";
+static char no_yaml[] = "kinetree: 1\nname: [\n";
+
+/* What malloc has given out and not got back. Under the address sanitizer it is always zero, and leaks are reported at
+ * the end of the program. */
+static long held(void) { return (long)mallinfo2().uordblks; }
+
+/* Runs a call with its n-th allocation failing, n = 1, 2, ... until all have been tried. */
+typedef kt_status attempt(void *user);
+
+typedef struct outcome {
+    int tried; /* the last of them without a failure */
+    int wrong; /* calls that did not return KT_ERROR_MEMORY though an allocation failed */
+    int leaks; /* calls after which memory was missing */
+    kt_status without_failure;
+} outcome;
+
+static outcome fail_each(attempt *call, void *user) {
+    /* malloc's own caches come and go by a few hundred bytes; what leaks leaks ROUNDS pieces of 32 bytes or more */
+    enum { WARM = 4, ROUNDS = 64, PIECE = 32 };
+    outcome seen = {0, 0, 0, KT_OK};
+    for (int failed = 1; failed && seen.tried < 100000; seen.tried++) {
+        long before = 0;
+        for (int round = 0; round < WARM + ROUNDS; round++) {
+            if (round == WARM)
+                before = held();
+            kt_interpose_start_failing(seen.tried + 1);
+            kt_status status = call(user);
+            (void)kt_interpose_stop();
+            failed = kt_interpose_has_failed();
+            seen.wrong += failed && status != KT_ERROR_MEMORY;
+            seen.without_failure = status;
+        }
+        seen.leaks += held() - before >= ROUNDS * PIECE;
+    }
+    return seen;
+}
+
+static void check_calls(const char *what, attempt *call, void *user, kt_status without_failure, double least) {
+    outcome seen = fail_each(call, user);
+    kt_note("%s", what);
+    kt_check_above("allocations that were made to fail", seen.tried - 1, least);
+    kt_check_equal_int("calls that did not say so", seen.wrong, 0);
+    kt_check_equal_int("calls that leaked", seen.leaks, 0);
+    kt_check_equal_int("without a failure", seen.without_failure, without_failure);
+}
+
+static int touched; /* scenes that a failing call changed, or errors that it left empty */
+
+static kt_status parse(void *user) {
+    const char *text = user;
+    kt_scene scene, rest = kt_scene_default();
+    kt_error error = {KT_OK, "", ""};
+    memcpy(&scene, &rest, sizeof scene);
+    kt_status status = kt_scene_parse_without(NULL, "x", text, strlen(text), &scene, NULL, NULL, &error);
+    if (status == KT_OK)
+        kt_scene_free(&scene);
+    else
+        touched += !kt_same_bytes(&scene, &rest, sizeof scene) || error.code != status || error.message[0] == '\0';
+    return status;
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_reading) {
+    touched = 0;
+    check_calls("a right scene", parse, right, KT_OK, 20.0);
+    check_calls("a wrong scene", parse, wrong, KT_ERROR_SCENE, 20.0);
+    check_calls("no YAML", parse, no_yaml, KT_ERROR_SCENE, 10.0);
+    kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
+}
+
+/* A name of every length moves the places where the memory of nodes and of the scene asks for more: so each of the
+ * pieces taken fails once. */
+KT_TEST(each_piece_can_fail_to_be_taken) {
+    enum { LONGEST = 4096, STEP = 48 };
+    char text[sizeof right + LONGEST + 1];
+    int calls = 0, wrong_calls = 0;
+    const size_t before = strcspn(right, "\n") + 1 + strlen("name: ");
+    for (size_t length = 0; length <= LONGEST; length += STEP) {
+        memcpy(text, right, before);
+        memset(text + before, 'x', length);
+        memcpy(text + before + length, right + before, sizeof right - before);
+        for (int n = 1, failed = 1; failed; n++, calls++) {
+            kt_interpose_start_failing(n);
+            kt_status status = parse(text);
+            (void)kt_interpose_stop();
+            failed = kt_interpose_has_failed();
+            wrong_calls += status != (failed ? KT_ERROR_MEMORY : KT_OK);
+        }
+    }
+    kt_check_above("calls", calls, 10000.0);
+    kt_check_equal_int("calls that did not say so", wrong_calls, 0);
+}
+
+static kt_status read_file(void *user) {
+    kt_scene scene;
+    kt_status status = kt_scene_read(user, &scene, NULL, NULL, NULL);
+    if (status == KT_OK)
+        kt_scene_free(&scene);
+    return status;
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_reading_a_file) {
+    char path[] = "/tmp/kinetree-memory-XXXXXX";
+    FILE *file = fdopen(mkstemp(path), "w");
+    if (!kt_check_true("a file", file != NULL))
+        return;
+    for (int i = 0; i < 20000; i++) /* more than the first piece */
+        fputs("# a line of a comment\n", file);
+    fputs("kinetree: 1\n", file);
+    (void)fclose(file);
+    check_calls("a file", read_file, path, KT_OK, 10.0);
+    (void)unlink(path);
+}
+
+typedef struct writing {
+    const kt_scene *scene;
+    FILE *stream;
+} writing;
+
+static kt_status write_scene(void *user) {
+    const writing *job = user;
+    return kt_scene_write_without(NULL, job->scene, job->stream, NULL);
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_writing) {
+    kt_scene scene;
+    writing job = {&scene, fopen("/dev/null", "w")};
+    if (!kt_check_true("a stream", job.stream != NULL))
+        return;
+    if (kt_parse_right(true, right, &scene)) {
+        kt_check_equal_int("once, for the stream's buffer", write_scene(&job), KT_OK);
+        check_calls("writing", write_scene, &job, KT_OK, 1.0);
+        kt_scene_free(&scene);
+    }
+    (void)fclose(job.stream);
+}

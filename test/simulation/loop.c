@@ -1,0 +1,266 @@
+/* Closed loops under the clock: assembled at the start, closed at every record, the motion that of the closed form.
+ *
+ * A parallelogram: cranks of length l, uniform rods of mass n, on pivots at the same height; a coupler of mass m
+ * between their ends, which it carries along without turning. It swings as a pendulum,
+ *
+ *     (2 n / 3 + m) l^2 u'' = -(n + m) g l sin u.
+ */
+#include "scenes.h"
+#include "swing.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double rod = 0.6, coupler = 1.5, length = 0.8, start = 1.1;
+
+/* What projection leaves: it stops within 64 eps of the mechanism's length (here 2.8 m). */
+static const double projected = 64.0 * 2.8 * DBL_EPSILON;
+
+typedef struct kt_frame {
+    kt_body bodies[3];
+    kt_loop loop;
+    const char *hold[1];
+    kt_description description;
+} kt_frame;
+
+static kt_body make_rod(const char *name, double x, double to) {
+    kt_body body = kt_body_default();
+    body.name = name;
+    body.joint.type = KT_JOINT_REVOLUTE;
+    body.joint.at = kt_vec3_make(x, 0.0, 0.0);
+    body.joint.position[0] = start;
+    body.mass = rod;
+    body.shape.type = KT_SHAPE_ROD;
+    body.shape.to = kt_vec3_make(0.0, -to, 0.0);
+    body.com_of_shape = body.inertia_of_shape = true;
+    return body;
+}
+
+/* The second crank and the coupler are given off by `error` rad, for assembly to put right. With cranks of unequal
+ * lengths it is a four-bar linkage whose closure is not linear in its angles. */
+static kt_model *make_linkage(double error, double right) {
+    kt_frame f;
+    f.bodies[0] = make_rod("left", 0.0, length);
+    f.bodies[1] = make_rod("right", 2.0, right);
+    f.bodies[1].joint.position[0] = start + error;
+    f.bodies[2] = kt_body_default();
+    f.bodies[2].name = "coupler";
+    f.bodies[2].parent = "left";
+    f.bodies[2].joint.type = KT_JOINT_REVOLUTE;
+    f.bodies[2].joint.at = kt_vec3_make(0.0, -length, 0.0);
+    f.bodies[2].joint.position[0] = -start - error;
+    f.bodies[2].mass = coupler;
+    f.bodies[2].com = kt_vec3_make(1.0, 0.0, 0.0);
+    f.bodies[2].inertia = (kt_sym3){0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
+    f.loop = kt_loop_default();
+    f.loop.name = "close";
+    f.loop.type = KT_LOOP_REVOLUTE;
+    f.loop.between[0] = kt_end_default();
+    f.loop.between[0].body = "right";
+    f.loop.between[0].at = kt_vec3_make(0.0, -right, 0.0);
+    f.loop.between[1] = kt_end_default();
+    f.loop.between[1].body = "coupler";
+    f.loop.between[1].at = kt_vec3_make(2.0, 0.0, 0.0);
+    f.hold[0] = "left";
+    f.description = kt_description_default();
+    f.description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    f.description.bodies = f.bodies;
+    f.description.body_count = 3;
+    f.description.loops = &f.loop;
+    f.description.loop_count = 1;
+    f.description.hold = f.hold;
+    f.description.hold_count = 1;
+    return kt_scene_compile(&f.description);
+}
+
+static double frequency(void) { return sqrt(9.81 * (rod + coupler) / ((2.0 / 3.0 * rod + coupler) * length)); }
+
+typedef struct kt_watch {
+    int left, right; /* their places in q */
+    kt_worst angle, twin, position, velocity, energy;
+    double bound, closed, total;
+} kt_watch;
+
+static int watch(const kt_record *record, void *user) {
+    kt_watch *w = user;
+    double t = record->time, u = record->q[w->left];
+    if (record->index == 0)
+        w->total = record->kinetic + record->potential;
+    kt_worst_near(&w->angle, u, swing_angle(start, frequency(), t), w->bound, "t = %g", t);
+    kt_worst_near(&w->twin, record->q[w->right], u, w->closed, "t = %g", t);
+    kt_worst_below(&w->position, record->constraint.position, w->closed, "t = %g", t);
+    kt_worst_below(&w->velocity, record->constraint.velocity, 10.0 * w->closed, "t = %g", t);
+    kt_worst_near(&w->energy, record->kinetic + record->potential, w->total, 10.0 * w->bound, "t = %g", t);
+    return 0;
+}
+
+static kt_watch run_linkage(const kt_model *model, kt_run run, bool unprojected, double bound, double closed) {
+    kt_watch w = {.bound = bound, .closed = closed};
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error;
+    w.left = kt_body_coordinates(model, kt_body_find(model, "left")).q;
+    w.right = kt_body_coordinates(model, kt_body_find(model, "right")).q;
+    w.angle = kt_worst_make(run.integrator);
+    w.twin = kt_worst_make("the other crank");
+    w.position = kt_worst_make("closure, positions");
+    w.velocity = kt_worst_make("closure, velocities");
+    w.energy = kt_worst_make("energy");
+    options.unprojected = unprojected;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    (void)kt_fine("run", kt_simulation_run(simulation, watch, &w, &error), &error);
+    kt_simulation_free(simulation);
+    return w;
+}
+
+/* 10 s are some six swings. The angle's bounds are five times what was measured. */
+KT_TEST(parallelogram_swings_as_a_pendulum_and_stays_closed) {
+    static const struct {
+        const char *integrator;
+        double tolerance, bound;
+    } cases[] = {{"dopri5", 1e-8, 2.2e-6}, {"dop853", 1e-11, 1.4e-10}, {"bs32", 1e-6, 7.8e-4}};
+    kt_model *model = make_linkage(0.0, length);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        kt_run run = kt_run_default();
+        run.integrator = cases[i].integrator;
+        run.relative = run.absolute = cases[i].tolerance;
+        kt_watch w = run_linkage(model, run, false, cases[i].bound, projected);
+        kt_check_worst(&w.angle);
+        kt_check_worst(&w.twin);
+        kt_check_worst(&w.position);
+        kt_check_worst(&w.velocity);
+        kt_check_worst(&w.energy);
+    }
+    kt_model_free(model);
+}
+
+/* The other crank and the coupler start 0.2 rad off; the held crank stays where it is, and the motion is the same. */
+KT_TEST(open_loop_is_assembled_at_the_start) {
+    kt_model *model = make_linkage(0.2, length);
+    kt_run run = kt_run_default();
+    kt_watch w = run_linkage(model, run, false, 2.1e-7, projected);
+    kt_check_worst(&w.angle);
+    kt_check_worst(&w.twin);
+    kt_check_worst(&w.position);
+    kt_model_free(model);
+}
+
+/* With projection switched off the loop opens by what the steps are wrong, and halving the step divides that by 2^4. */
+KT_TEST(loop_drifts_open_without_projection) {
+    kt_model *model = make_linkage(0.0, 1.3);
+    double open[2];
+    for (int i = 0; i < 2; i++) {
+        kt_run run = kt_run_fixed("rk4", 0.02 / (1 << i), 5.0);
+        run.record = KT_RECORD_CONSTRAINT | KT_RECORD_ENERGY;
+        double closed = run_linkage(model, run, false, 1.0, 1.0).position.observed;
+        open[i] = run_linkage(model, run, true, 1.0, 1.0).position.observed;
+        kt_check_above("times what it is with projection", open[i] / closed, 1e7);
+    }
+    kt_check_near("order of the drift", log2(open[0] / open[1]), 4.0, 0.5);
+    kt_model_free(model);
+}
+
+KT_TEST(factorizations_are_counted) {
+    kt_model *model = make_linkage(0.0, length);
+    kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
+    kt_error error;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    kt_check_equal_int("evaluations", (long long)counts.evaluations, 40);
+    kt_check_equal_int("factorizations", (long long)counts.factorizations, 50); /* and a projection a step */
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* The coupler hangs on both cranks; horizontally and vertically
+ *     left + right joints on the coupler = m (a - g)
+ * with a = l (u'' cos u - u'^2 sin u, u'' sin u + u'^2 cos u), the acceleration of a translation. The loop's reaction
+ * is on its second end, the coupler, from the right crank. */
+static int check_reactions(const kt_record *record, void *user) {
+    kt_watch *w = user;
+    double u = record->q[w->left], du = record->v[w->left], ddu = record->a[w->left];
+    double ax = length * (ddu * cos(u) - du * du * sin(u)), ay = length * (ddu * sin(u) + du * du * cos(u));
+    kt_vec3 sum = kt_vec3_add(record->reactions[w->right].force, record->loop_reactions[0].force);
+    double scale = coupler * (9.81 + length * (du * du + fabs(ddu)));
+    kt_worst_near(&w->position, sum.x, coupler * ax, 64.0 * DBL_EPSILON * scale, "t = %g", record->time);
+    kt_worst_near(&w->velocity, sum.y, coupler * (ay + 9.81), 64.0 * DBL_EPSILON * scale, "t = %g", record->time);
+    return 0;
+}
+
+KT_TEST(reactions_of_joint_and_loop_carry_the_coupler) {
+    kt_model *model = make_linkage(0.0, length);
+    kt_run run = kt_run_default();
+    kt_error error;
+    run.duration = 2.0;
+    run.interval = 0.05;
+    run.record = KT_RECORD_REACTION | KT_RECORD_ACCELERATION;
+    kt_watch w = {.position = kt_worst_make("horizontal"), .velocity = kt_worst_make("vertical")};
+    w.left = kt_body_coordinates(model, kt_body_find(model, "left")).q;
+    w.right = kt_body_find(model, "coupler"); /* the body whose joint it is */
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    (void)kt_fine("run", kt_simulation_run(simulation, check_reactions, &w, &error), &error);
+    kt_check_worst(&w.position);
+    kt_check_worst(&w.velocity);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A loop that cannot be closed: the cranks too far apart. */
+KT_TEST(loop_out_of_reach_is_refused_at_the_start) {
+    kt_body bodies[2] = {make_rod("a", 0.0, length), make_rod("b", 5.0, length)};
+    kt_loop loop = kt_loop_default();
+    kt_description description = kt_description_default();
+    kt_error error;
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    loop.name = "reach";
+    loop.type = KT_LOOP_SPHERICAL;
+    loop.between[0] = loop.between[1] = kt_end_default();
+    loop.between[0].body = "a";
+    loop.between[1].body = "b";
+    loop.between[0].at = loop.between[1].at = kt_vec3_make(0.0, -length, 0.0);
+    description.bodies = bodies;
+    description.body_count = 2;
+    description.loops = &loop;
+    description.loop_count = 1;
+    kt_status status = kt_model_compile(&description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, NULL, NULL, &simulation, &error);
+    kt_check_equal_int("status", status, KT_ERROR_CONSTRAINT);
+    kt_note("%s: %s", error.where, error.message);
+    kt_check_contains("message", error.message, "'reach'");
+    kt_check_true("no simulation", simulation == NULL);
+    kt_model_free(model);
+}
+
+/* A checkpoint within a step of a closed loop. */
+KT_TEST(restored_loop_goes_on_bit_for_bit) {
+    static kt_kept whole;
+    kt_model *model = make_linkage(0.0, length);
+    kt_run run = kt_run_default();
+    kt_error error;
+    run.duration = 1.0;
+    run.interval = 0.01;
+    run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL), *other = kt_scene_simulate(model, &run, NULL);
+    kt_kept *kept = kt_kept_empty(model);
+    (void)kt_fine("whole run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    whole = *kept;
+    kt_simulation_free(simulation);
+    simulation = kt_scene_simulate(model, &run, NULL);
+    kept = kt_kept_empty(model);
+    kept->stop_at = 37;
+    kt_check_equal_int("first half", kt_simulation_run(simulation, kt_keep, kept, &error), KT_ERROR_CALLBACK);
+    void *block = malloc(kt_simulation_state_size(simulation));
+    kt_simulation_save(simulation, block);
+    (void)kt_fine("restore", kt_simulation_restore(other, block, &error), &error);
+    (void)kt_fine("second half", kt_simulation_run(other, kt_keep, kept, &error), &error);
+    kt_check_equal_bits("states", kept->state[0], whole.state[0], (size_t)whole.count * KT_KEPT_NUMBERS);
+    kt_check_equal_bits("energies", kept->energy, whole.energy, (size_t)whole.count);
+    free(block);
+    kt_simulation_free(simulation);
+    kt_simulation_free(other);
+    kt_model_free(model);
+}
