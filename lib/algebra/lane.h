@@ -18,16 +18,33 @@ KT_INLINE kt_vec3 kt_v4_vec3(kt_v4 a) { return kt_vec3_make(a[0], a[1], a[2]); }
 
 /* a x b */
 KT_INLINE kt_v4 kt_v4_cross(kt_v4 a, kt_v4 b) {
+#if defined(__SSE2__) && !defined(__AVX__)
+    /* Registers of two lanes: gcc makes a long detour of the shuffles below. The same products and differences. */
+    typedef double pair __attribute__((vector_size(16)));
+    union {
+        kt_v4 whole;
+        pair half[2];
+    } x = {.whole = a}, y = {.whole = b}, out;
+    const pair axy = x.half[0], azw = x.half[1], bxy = y.half[0], bzw = y.half[1];
+    const pair ayz = __builtin_shufflevector(axy, azw, 1, 2), byz = __builtin_shufflevector(bxy, bzw, 1, 2);
+    const pair azx = __builtin_shufflevector(azw, axy, 0, 2), bzx = __builtin_shufflevector(bzw, bxy, 0, 2);
+    out.half[0] = ayz * bzx - azx * byz;
+    out.half[1] = (pair){axy[0] * bxy[1] - axy[1] * bxy[0], 0.0};
+    return out.whole;
+#endif
     const kt_v4 a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3);
     const kt_v4 b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3), b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
     return a1 * b2 - a2 * b1;
 }
 
+/* Sum of lanes 0 to 2. */
+KT_INLINE double kt_v4_sum(kt_v4 a) { return (a[0] + a[1]) + a[2]; }
+
 /* a . b over lanes 0 to 2 */
-KT_INLINE double kt_v4_dot(kt_v4 a, kt_v4 b) {
-    const kt_v4 p = a * b;
-    return (p[0] + p[1]) + p[2];
-}
+KT_INLINE double kt_v4_dot(kt_v4 a, kt_v4 b) { return kt_v4_sum(a * b); }
+
+/* a . b + c . d */
+KT_INLINE double kt_v4_dot2(kt_v4 a, kt_v4 b, kt_v4 c, kt_v4 d) { return kt_v4_sum(a * b + c * d); }
 
 /* A u, A by columns */
 KT_INLINE kt_v4 kt_v4_apply(const kt_v4 a[3], kt_v4 u) {

@@ -18,6 +18,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 typedef double kt_v8 __attribute__((vector_size(64)));
 typedef int64_t kt_i8 __attribute__((vector_size(64)));
@@ -73,6 +74,14 @@ KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
     *cosine = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
 }
 
+/* Whether eight places follow one another, as they do in a chain. */
+KT_INLINE bool kt_are_neighbours(const int32_t *place) {
+    int32_t off = 0;
+    for (int32_t k = 0; k < KT_SINCOS_LANES; k++)
+        off |= place[k] - place[0] - k;
+    return off == 0;
+}
+
 /* sine[k], cosine[k] of q[angle[k]] for k < count. sine and cosine have room for whole groups of eight. */
 KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     for (size_t i = 0; i < count; i += KT_SINCOS_LANES) {
@@ -81,21 +90,23 @@ KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t co
             kt_v8 v;
             double lane[KT_SINCOS_LANES];
         } x = {.v = KT_V8(0.0)}, s, c;
-        bool small = true;
-        for (size_t k = 0; k < lanes; k++) {
-            x.lane[k] = q[angle[i + k]];
-            small &= fabs(x.lane[k]) <= KT_SINCOS_LIMIT;
-        }
+        if (lanes == KT_SINCOS_LANES && kt_are_neighbours(angle + i))
+            memcpy(&x, q + angle[i], sizeof x);
+        else
+            for (size_t k = 0; k < lanes; k++)
+                x.lane[k] = q[angle[i + k]];
+        const kt_i8 within = (x.v <= KT_V8(KT_SINCOS_LIMIT)) & (x.v >= KT_V8(-KT_SINCOS_LIMIT));
+        int64_t small = -1;
+        for (int k = 0; k < KT_SINCOS_LANES; k++)
+            small &= within[k];
         kt_v8_sincos(x.v, &s.v, &c.v);
         for (size_t k = 0; k < lanes && !small; k++)
             if (!(fabs(x.lane[k]) <= KT_SINCOS_LIMIT)) {
                 s.lane[k] = sin(x.lane[k]);
                 c.lane[k] = cos(x.lane[k]);
             }
-        for (size_t k = 0; k < KT_SINCOS_LANES; k++) {
-            sine[i + k] = s.lane[k];
-            cosine[i + k] = c.lane[k];
-        }
+        memcpy(sine + i, &s, sizeof s);
+        memcpy(cosine + i, &c, sizeof c);
     }
 }
 

@@ -15,20 +15,21 @@
 #define KT_NO_INERTIA 1e-14 /* some 45 units of rounding */
 
 /* Inverse of a symmetric matrix by Cholesky, or false where it is not positive definite beyond rounding. `size[k]` is
- * what the rounding error of entry kk is proportional to. */
+ * what the rounding error of entry kk is proportional to; with E = diag(size), row m of L^-1, the error of a pivot is
+ * that of m E m'. */
 KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
     const double l00 = a[0][0];
     if (!(l00 > KT_NO_INERTIA * size[0]))
         return false;
     const double l10 = a[0][1] / l00, l20 = a[0][2] / l00; /* a = L D L' */
     const double d1 = a[1][1] - l10 * a[0][1];
-    if (!(d1 > KT_NO_INERTIA * size[1]))
+    if (!(d1 > KT_NO_INERTIA * (size[1] + l10 * l10 * size[0])))
         return false;
     const double b21 = a[1][2] - l10 * a[0][2], l21 = b21 / d1;
     const double d2 = a[2][2] - l20 * a[0][2] - l21 * b21;
-    if (!(d2 > KT_NO_INERTIA * size[2]))
-        return false;
     const double m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
+    if (!(d2 > KT_NO_INERTIA * (size[2] + l21 * l21 * size[1] + m20 * m20 * size[0])))
+        return false;
     const double e0 = 1.0 / l00, e1 = 1.0 / d1, e2 = 1.0 / d2;
     const double xy = -l10 * e1 - m20 * l21 * e2, xz = m20 * e2, yz = -l21 * e2;
     out[0] = (kt_v4){e0 + l10 * l10 * e1 + m20 * m20 * e2, xy, xz, 0.0};
@@ -117,7 +118,7 @@ KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, doub
         return false;
     const double d = 1.0 / inertia;
     const kt_v4 dd = kt_v4_splat(d);
-    const double y = (tau - bias - kt_v4_dot(un, cn) - kt_v4_dot(uf, cf)) * d;
+    const double y = (tau - bias - kt_v4_dot2(un, cn, uf, cf)) * d;
     const kt_v4 yy = kt_v4_splat(y);
     x->moment += kt_v4_apply(x->j, cn) + kt_v4_apply(x->h, cf) + un * yy;
     x->force += kt_v4_apply(x->g, cn) + kt_v4_apply(x->m, cf) + uf * yy;
@@ -226,8 +227,7 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
         return;
     }
     const kt_response *response = &data->response[i];
-    const double x =
-        response->base - (kt_v4_dot(response->angular, parent->alpha) + kt_v4_dot(response->linear, parent->linear));
+    const double x = response->base - kt_v4_dot2(response->angular, parent->alpha, response->linear, parent->linear);
     a[link->v] = x;
     const kt_v4 along = kt_v4_splat(x) * m->axis;
     if (link->motion != KT_MOTION_SLIDE)

@@ -77,12 +77,11 @@ KT_INLINE kt_v4 kt_axis_not_opposite(const kt_loop_end end[2]) {
 /* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with
  * c = e . f, b = cos(theta / 2) = sqrt((1 + c) / 2),
  *     phi = F h in the directions e_x and e_y,  F = 4 tan(theta / 4) / sin(theta) = 2 / (b (1 + b))
- *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2) = (c F - 2 / (1 + b)) / |h|^2
- *     F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
+ *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2),  F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
  * h_x = -e_y . f, h_y = e_x . f. For a direction k of frame 1, (k . f)' = w . (f x k) and (k . f)'' = w' . (f x k) +
- * k . (w x (w x f)); then the chain rule. The moments' part along h is 2 / (1 + b), the slope of 4 tan(theta / 4),
- * which near half a turn is the difference of two large terms: there the forms are taken that keep it exact, |h|^2 / (2
- * (1 - c)) for (1 + c) / 2 and the second one for F'. At c = -1 the direction is undefined: h along e_y is taken. */
+ * k . (w x (w x f)); then the chain rule. The moments' part along h, 2 / (1 + b), is near half a turn the difference of
+ * two large terms: b and e x f are made of the same h, lest their roundings tell. At c = -1 the direction is undefined:
+ * h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
     const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end), w = r->w;
     const kt_v4 side[2] = {-end[0].axes[1], end[0].axes[0]};
@@ -91,7 +90,7 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
     const double half = c < 0.0 ? h2 / (2.0 * (1.0 - c)) : 0.5 * (1.0 + c);
     const double b = sqrt(half), one = 1.0 + b;
     const double f0 = 2.0 / (b * one);
-    const double f1 = c < 0.0 ? (c * f0 - 2.0 / one) / h2 : -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
+    const double f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
     const double f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
     const kt_v4 slope = -(kt_v4_splat(h[0]) * end[0].axes[0] + kt_v4_splat(h[1]) * end[0].axes[1]); /* f x e */
     const kt_v4 bend = kt_v4_cross(w, kt_v4_cross(w, f));

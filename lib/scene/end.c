@@ -20,6 +20,8 @@ static bool split(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *ou
     if (!kt_read_name(r, scope, node, "a body, or BODY.MARKER", &text))
         return false;
     const char *point = strchr(text, '.');
+    if (point == text || (point != NULL && point[1] == '\0'))
+        return kt_fault_expected(r, scope, node, "a body, or BODY.MARKER");
     out->body = text;
     if (point == NULL)
         return true;

@@ -232,7 +232,7 @@ bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_t
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
         sort_key(&reading, key);
     report_missing(&reading, map);
-    for (int i = 0; i < table->count; i++) {
+    for (int i = 0; i < table->count && !r->out_of_memory; i++) {
         const kt_field *field = &table->fields[i];
         bool readable = reading.type_is_known || field->types == 0;
         if (reading.values[i] != NULL && readable && !is_type(table, field))

@@ -27,6 +27,7 @@ __attribute__((constructor)) static void make_folder(void) {
         exit(1);
     }
     unsetenv("KINETREE_SCENES");
+    setenv("LSAN_OPTIONS", "print_suppressions=0:suppressions=" KT_SUPPRESSIONS, 1);
     atexit(remove_folder);
 }
 
@@ -65,6 +66,8 @@ const char *kt_read_file(const char *name) {
 /* ---- running ----------------------------------------------------------------------------------------------------- */
 
 static int exit_code(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
+
+static kt_ran run(const char *format, va_list arguments) __attribute__((format(printf, 1, 0)));
 
 static kt_ran run(const char *format, va_list arguments) {
     static char *out, *err;

@@ -60,7 +60,7 @@ KT_TEST(each_joint_type_has_the_coordinates_of_the_list) {
 /* What each test does to random trees of all joint types. */
 typedef void trial(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n);
 
-static void try_all(const char *what, trial *trial) {
+static void try_all(const char *what, trial *one) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make(what);
     for (int n = 0; n < TREES; n++) {
@@ -71,7 +71,7 @@ static void try_all(const char *what, trial *trial) {
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &s);
-        trial(&tree, &random, &s, &error, n);
+        one(&tree, &random, &s, &error, n);
         kt_tree_free(&tree);
     }
     kt_check_worst(&error);
@@ -215,9 +215,8 @@ KT_TEST(positions_that_have_no_direction_are_left_as_they_are) {
         kt_tree_state_draw(&tree, &random, &s);
         for (int i = 0; i < tree.nq; i++)
             q[i] = 3.0 * s.q[i];
-        const kt_coordinates last = kt_body_coordinates(tree.model, 4);
-        for (int i = 0; i < 4; i++) /* the last of them */
-            q[quaternion_at(last) + i] = bad[n];
+        for (int i = 1; i <= 4; i++) /* the last quaternion: the last four numbers */
+            q[tree.nq - i] = bad[n];
         memcpy(before, q, sizeof q);
         kt_check_true("is refused", !kt_position_normalize(tree.model, q));
         kt_check_equal_bits("q", q, before, (size_t)tree.nq);

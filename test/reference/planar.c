@@ -64,15 +64,10 @@ static void compare(const char *scene, int links, const char *reference, const c
 
 KT_TEST(simple_pendulum_keeps_its_table_over_ten_seconds) {
     static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 1e-10}, /* what is promised */
-        {"dop853", 0.0, 1e-13, 1e-12},
-        {"dop853", 0.0, 1e-9, 1e-8},
-        {"dopri5", 0.0, 1e-12, 1e-10},
-        {"dopri5", 0.0, 1e-8, 1e-6},
-        {"tsit5", 0.0, 1e-10, 1e-9},
-        {"bs32", 0.0, 1e-8, 1e-6},
-        {"rk4", 1e-3, 0.0, 1e-10},
-        {"rk4", 1e-2, 0.0, 1e-6},
+        {NULL, 0.0, 0.0, 1e-11}, /* a tenth of what is promised */
+        {"dop853", 0.0, 1e-13, 2e-12}, {"dop853", 0.0, 1e-9, 1e-8}, {"dopri5", 0.0, 1e-12, 2e-10},
+        {"dopri5", 0.0, 1e-8, 2.5e-6}, {"tsit5", 0.0, 1e-10, 1e-9}, {"bs32", 0.0, 1e-8, 7e-6},
+        {"rk4", 1e-3, 0.0, 5e-11},     {"rk4", 1e-2, 0.0, 4e-7},
     };
     compare("pendulum", 1, "A01_simple_pendulum", "phi_rad phidot_rad_s x_m y_m vx_m_s vy_m_s", settings,
             COUNT_OF(settings), pendulum_error);
@@ -90,34 +85,31 @@ static double bob_error(const kt_case *c, const kt_record *record, const void *a
 
 /* The A01 problem asks for the bob's place; the library's criterion is a drift of the energy below 5e-5 J. */
 KT_TEST(simple_pendulum_keeps_the_bobs_place_and_velocity) {
-    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-10}, {"dop853", 0.0, 1e-13, 1e-12}};
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 4e-11}, {"dop853", 0.0, 1e-13, 8e-12}};
     compare("pendulum", 1, "A01_simple_pendulum", "phi_rad phidot_rad_s x_m y_m vx_m_s vy_m_s", settings,
             COUNT_OF(settings), bob_error);
 }
 
 KT_TEST(double_pendulum_keeps_its_table_over_ten_seconds) {
     static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 1e-9}, /* what is promised */
-        {"dop853", 0.0, 1e-12, 1e-8},
-        {"dop853", 0.0, 1e-9, 1e-5},
-        {"dopri5", 0.0, 1e-12, 1e-7},
-        {"tsit5", 0.0, 1e-12, 1e-7},
-        {"rk4", 5e-4, 0.0, 1e-5},
+        {NULL, 0.0, 0.0, 2e-12}, /* 1e-9 is promised; seen 1e-13, but the last bits may fall otherwise */
+        {"dop853", 0.0, 1e-12, 1e-11}, {"dop853", 0.0, 1e-9, 4e-8}, {"dopri5", 0.0, 1e-12, 1e-9},
+        {"tsit5", 0.0, 1e-12, 1e-10},  {"rk4", 5e-4, 0.0, 3e-10},
     };
     compare("double-pendulum", 2, "double_pendulum_point", "theta_1 theta_2 thetadot_1 thetadot_2", settings,
             COUNT_OF(settings), pair_error);
 }
 
 KT_TEST(double_pendulum_keeps_the_rates_of_its_table) {
-    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-9}};
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-11}};
     compare("double-pendulum", 2, "double_pendulum_point", "theta_1 theta_2 thetadot_1 thetadot_2", settings,
             COUNT_OF(settings), pair_error_of_all);
 }
 
 KT_TEST(three_rods_keep_their_table) {
     static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 1e-10}, {"dop853", 0.0, 1e-9, 1e-7},  {"dopri5", 0.0, 1e-10, 1e-8},
-        {"tsit5", 0.0, 1e-10, 1e-8}, {"rk4", 5e-4, 0.0, 1e-6}, {"rk38", 5e-4, 0.0, 1e-6},
+        {NULL, 0.0, 0.0, 2e-12},       {"dop853", 0.0, 1e-9, 2e-9}, {"dopri5", 0.0, 1e-10, 7e-9},
+        {"tsit5", 0.0, 1e-10, 1.5e-9}, {"rk4", 5e-4, 0.0, 1.7e-9},  {"rk38", 5e-4, 0.0, 1.7e-9},
     };
     compare("rod-chain-3", 3, "rod_chain_N3", "theta_1 theta_2 theta_3 thetadot_1 thetadot_2 thetadot_3", settings,
             COUNT_OF(settings), three_error);
@@ -125,8 +117,8 @@ KT_TEST(three_rods_keep_their_table) {
 
 KT_TEST(five_rods_keep_their_table) {
     static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 1e-10}, {"dop853", 0.0, 1e-9, 1e-7},  {"dopri5", 0.0, 1e-10, 1e-8},
-        {"tsit5", 0.0, 1e-10, 1e-8}, {"rk4", 5e-4, 0.0, 1e-6},
+        {NULL, 0.0, 0.0, 4e-12},     {"dop853", 0.0, 1e-9, 2e-8}, {"dopri5", 0.0, 1e-10, 1.5e-8},
+        {"tsit5", 0.0, 1e-10, 4e-9}, {"rk4", 5e-4, 0.0, 1.3e-8},
     };
     compare("rod-chain-5", 5, "rod_chain_N5",
             "theta_1 theta_2 theta_3 theta_4 theta_5 thetadot_1 thetadot_2 thetadot_3 thetadot_4 thetadot_5", settings,

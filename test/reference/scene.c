@@ -221,6 +221,8 @@ void kt_case_agree(const kt_case *c, const kt_setting *a, const kt_setting *b, d
     kt_check_worst(&kept.difference);
 }
 
+double kt_degrees(double degrees) { return degrees * (3.14159265358979323846 / 180.0); }
+
 double kt_angle_between(kt_quat a, kt_quat b) {
     const kt_quat turn = kt_quat_multiply(kt_quat_conjugate(a), b);
     return 2.0 * atan2(kt_vec3_norm(kt_vec3_make(turn.x, turn.y, turn.z)), fabs(turn.w));

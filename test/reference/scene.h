@@ -73,8 +73,8 @@ typedef struct kt_table {
     double *t, *value;
 } kt_table;
 
-/* `columns` are the names that the file must have, in order, separated by spaces. False after a failed check; to be freed
- * in either case. */
+/* `columns` are the names that the file must have, in order, separated by spaces. False after a failed check; to be
+ * freed in either case. */
 bool kt_table_open(kt_table *table, const char *name, const char *columns);
 void kt_table_free(kt_table *table);
 
@@ -82,6 +82,9 @@ void kt_table_free(kt_table *table);
  * Where the settings are not the scene's own, records come at the table's times. */
 void kt_case_compare(const kt_case *c, const kt_table *table, const kt_setting *settings, size_t count,
                      kt_error_of *error_of);
+
+/* An angle given in degrees, in radians. */
+double kt_degrees(double degrees);
 
 /* The angle of the rotation between two orientations; signs and norms of quaternions do not matter. */
 double kt_angle_between(kt_quat a, kt_quat b);

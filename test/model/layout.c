@@ -1,0 +1,118 @@
+/* Memory of models and workspaces: its size, its alignment, its ends. */
+#include "dynamics/tree.h"
+
+#include "model/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { GUARD = 256 };
+
+static bool make(kt_tree *tree) {
+    kt_random random = kt_random_of_test();
+    const kt_tree_plan plan = kt_tree_plan_default();
+    return kt_tree_grow(tree, &plan, &random);
+}
+
+static unsigned char *take(size_t size) {
+    unsigned char *memory = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    if (!memory)
+        abort();
+    return memory;
+}
+
+KT_TEST(memory_that_is_too_small_or_misaligned_is_refused) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    const size_t size = kt_data_size(tree.model);
+    unsigned char *memory = take(size + KT_ALIGNMENT);
+    kt_data *data = NULL;
+    kt_error e;
+    memset(memory, 0xAB, size + KT_ALIGNMENT);
+    kt_check_equal_int("a byte short", kt_data_place(tree.model, memory, size - 1, &data, &e), KT_ERROR_MEMORY);
+    kt_check_text("where", e.where, "kt_data_place");
+    kt_check_contains("message", e.message, "are needed (kt_data_size)");
+    kt_check_equal_int("nothing", kt_data_place(tree.model, memory, 0, &data, &e), KT_ERROR_MEMORY);
+    for (int shift = 1; shift < KT_ALIGNMENT; shift *= 2) {
+        kt_check_equal_int("misaligned", kt_data_place(tree.model, memory + shift, size, &data, &e), KT_ERROR_MEMORY);
+        kt_check_contains("message", e.message, "aligned to 64 bytes");
+    }
+    kt_check_equal_int("no memory", kt_data_place(tree.model, NULL, size, &data, &e), KT_ERROR_MEMORY);
+    kt_check_true("no data", data == NULL);
+    int touched = 0;
+    for (size_t i = 0; i < size + KT_ALIGNMENT; i++)
+        touched += memory[i] != 0xAB;
+    kt_check_equal_int("bytes touched", touched, 0);
+    kt_check_equal_int("as much as it takes", kt_data_place(tree.model, memory, size, &data, &e), KT_OK);
+    kt_data_free(data); /* the memory is not its own */
+    free(memory);
+    kt_tree_free(&tree);
+}
+
+KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
+    kt_tree tree;
+    kt_random random = kt_random_of_test();
+    kt_tree_state s;
+    double a[KT_TREE_NV], b[KT_TREE_NV];
+    kt_error e;
+    if (!make(&tree))
+        return;
+    kt_tree_state_draw(&tree, &random, &s);
+    kt_check_true("in memory of its own", kt_tree_forward(&tree, &s, a));
+    kt_data_free(tree.data);
+    const size_t size = kt_data_size(tree.model);
+    unsigned char *memory = take(size + 2 * GUARD);
+    memset(memory, 0xAB, size + 2 * GUARD);
+    if (!kt_check_equal_int("placed", kt_data_place(tree.model, memory + GUARD, size, &tree.data, &e), KT_OK))
+        return;
+    kt_check_true("it begins there", (unsigned char *)tree.data == memory + GUARD);
+    kt_check_true("in the caller's",
+                  kt_tree_forward(&tree, &s, b) && kt_tree_inverse(&tree, &s, s.tau) && kt_tree_kinematics(&tree, &s));
+    kt_check_equal_bits("accelerations", b, a, (size_t)tree.nv);
+    int touched = 0;
+    for (int i = 0; i < GUARD; i++)
+        touched += (memory[i] != 0xAB) + (memory[GUARD + size + (size_t)i] != 0xAB);
+    kt_check_equal_int("bytes touched beside it", touched, 0);
+    kt_data_free(tree.data);
+    tree.data = NULL;
+    free(memory);
+    kt_tree_free(&tree);
+}
+
+/* Each array begins on a cache line, after the end of the one before. */
+KT_TEST(arrays_of_model_and_data_are_aligned_and_apart) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    const kt_model *m = tree.model;
+    const kt_data *d = tree.data;
+    const kt_counts *n = &m->n;
+    int misaligned = 0, overlapping = 0;
+    uintptr_t end = (uintptr_t)m + sizeof *m;
+#define LOOK(type, name, count, meaning)                                                                               \
+    misaligned += (uintptr_t)m->name % KT_ALIGNMENT != 0;                                                              \
+    overlapping += (uintptr_t)m->name < end;                                                                           \
+    end = (uintptr_t)m->name + (count) * sizeof(type);
+    KT_MODEL_FIELDS(LOOK)
+#undef LOOK
+    kt_check_true("the model ends within its size", end <= (uintptr_t)m + kt_model_size(m));
+    end = (uintptr_t)d + sizeof *d;
+#define LOOK(type, name, count, meaning)                                                                               \
+    misaligned += (uintptr_t)d->name % KT_ALIGNMENT != 0;                                                              \
+    overlapping += (uintptr_t)d->name < end;                                                                           \
+    end = (uintptr_t)d->name + (count) * sizeof(type);
+    KT_DATA_FIELDS(LOOK)
+#undef LOOK
+    kt_check_true("the data end within their size", end <= (uintptr_t)d + kt_data_size(m));
+    kt_check_equal_int("misaligned arrays", misaligned, 0);
+    kt_check_equal_int("overlapping arrays", overlapping, 0);
+    kt_check_equal_int("size of data, in cache lines", (long long)(kt_data_size(m) % KT_ALIGNMENT), 0);
+    kt_tree_free(&tree);
+}
+
+KT_TEST(releasing_nothing_is_fine) {
+    kt_data_free(NULL);
+    kt_model_free(NULL);
+    kt_check_true("still here", true);
+}

@@ -1,0 +1,151 @@
+/* What can be asked of a model. */
+#include "dynamics/tree.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A cart with a pendulum; the pendulum is described first. */
+static bool make(kt_tree *tree) {
+    static const kt_marker markers[2] = {{"tip", {0.0, -1.0, 0.0}}, {"heel", {0.0, 0.25, 0.0}}};
+    memset(tree, 0, sizeof *tree);
+    kt_body *pendulum = &tree->body[0], *cart = &tree->body[1];
+    *pendulum = *cart = kt_body_default();
+    pendulum->name = "pendulum";
+    pendulum->parent = "cart";
+    pendulum->joint.type = KT_JOINT_SPHERICAL;
+    pendulum->joint.velocity[1] = 0.5;
+    pendulum->mass = 2.0;
+    pendulum->com = kt_vec3_make(0.0, -0.5, 0.0);
+    pendulum->inertia = kt_sym3_make(0.1, 0.01, 0.1, 0.0, 0.0, 0.0);
+    pendulum->markers = markers;
+    pendulum->marker_count = 2;
+    cart->name = "cart";
+    cart->parent = "world";
+    cart->joint.type = KT_JOINT_PRISMATIC;
+    cart->joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    cart->joint.position[0] = 0.75;
+    cart->joint.velocity[0] = -2.0;
+    cart->mass = 5.0;
+    tree->description = kt_description_default();
+    tree->description.name = "cart and pendulum";
+    tree->description.gravity = kt_vec3_make(0.0, -9.81, 0.5);
+    tree->description.bodies = tree->body;
+    tree->description.body_count = 2;
+    return kt_tree_compile(tree, NULL);
+}
+
+KT_TEST(bodies_are_found_by_name_and_named_by_index) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    const kt_model *m = tree.model;
+    kt_check_equal_int("bodies", kt_model_body_count(m), 3);
+    kt_check_text("0", kt_body_name(m, 0), "world");
+    kt_check_text("1", kt_body_name(m, 1), "cart");
+    kt_check_text("2", kt_body_name(m, 2), "pendulum");
+    kt_check_equal_int("world", kt_body_find(m, "world"), 0);
+    kt_check_equal_int("cart", kt_body_find(m, "cart"), 1);
+    kt_check_equal_int("pendulum", kt_body_find(m, "pendulum"), 2);
+    kt_check_equal_int("an unknown name", kt_body_find(m, "Cart"), -1);
+    kt_check_equal_int("a marker's name", kt_body_find(m, "tip"), -1);
+    kt_check_equal_int("no name", kt_body_find(m, ""), -1);
+    kt_check_equal_int("parent of the cart", kt_body_parent(m, 1), 0);
+    kt_check_equal_int("parent of the pendulum", kt_body_parent(m, 2), 1);
+    kt_check_equal_int("the world is not described", kt_body_source(m, 0), -1);
+    kt_check_equal_int("the cart is second", kt_body_source(m, 1), 1);
+    kt_check_equal_int("the pendulum is first", kt_body_source(m, 2), 0);
+    kt_check_equal_bits("masses", (double[]){kt_body_mass(m, 1), kt_body_mass(m, 2)}, (double[]){5.0, 2.0}, 2);
+    kt_tree_free(&tree);
+}
+
+KT_TEST(markers_are_found_on_their_own_body) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    const kt_model *m = tree.model;
+    kt_check_equal_int("on the world", kt_marker_count(m, 0), 0);
+    kt_check_equal_int("on the cart", kt_marker_count(m, 1), 0);
+    kt_check_equal_int("on the pendulum", kt_marker_count(m, 2), 2);
+    kt_check_text("first", kt_marker_name(m, 2, 0), "tip");
+    kt_check_text("second", kt_marker_name(m, 2, 1), "heel");
+    kt_check_equal_int("tip", kt_marker_find(m, 2, "tip"), 0);
+    kt_check_equal_int("heel", kt_marker_find(m, 2, "heel"), 1);
+    kt_check_equal_int("the cart has no tip", kt_marker_find(m, 1, "tip"), -1);
+    kt_check_equal_int("nor has the pendulum a toe", kt_marker_find(m, 2, "toe"), -1);
+    const kt_vec3 at = kt_marker_at(m, 2, 1);
+    kt_check_equal_bits("place", &at.x, (double[]){0.0, 0.25, 0.0}, 3);
+    kt_tree_free(&tree);
+}
+
+KT_TEST(the_initial_state_is_that_of_the_description) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    double q[5], v[4];
+    kt_check_equal_int("positions", kt_model_nq(tree.model), 5);
+    kt_check_equal_int("velocities", kt_model_nv(tree.model), 4);
+    kt_model_initial(tree.model, q, v);
+    kt_check_equal_bits("q", q, (double[]){0.75, 1.0, 0.0, 0.0, 0.0}, 5); /* zeros stand for no rotation */
+    kt_check_equal_bits("v", v, (double[]){-2.0, 0.0, 0.5, 0.0}, 4);
+    kt_tree_free(&tree);
+    const double unit[4] = {0.5, -0.5, 0.5, 0.5};
+    memcpy(tree.body[0].joint.position, unit, sizeof unit);
+    if (!kt_tree_compile(&tree, NULL))
+        return;
+    kt_model_initial(tree.model, q, v);
+    kt_check_equal_bits("a unit quaternion keeps its bits", q + 1, unit, 4);
+    kt_tree_free(&tree);
+    tree.body[0].joint.position[0] = 0.5005;
+    if (!kt_tree_compile(&tree, NULL))
+        return;
+    kt_model_initial(tree.model, q, v);
+    kt_check_near("another is scaled", q[1] * q[1] + q[2] * q[2] + q[3] * q[3] + q[4] * q[4], 1.0, 4e-16);
+    kt_check_near("and not turned", q[1] / q[3], 0.5005 / 0.5, 4e-16);
+    kt_tree_free(&tree);
+}
+
+KT_TEST(name_gravity_and_level_are_kept) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    const kt_vec3 g = kt_model_gravity(tree.model);
+    kt_check_text("name", kt_model_name(tree.model), "cart and pendulum");
+    kt_check_equal_bits("gravity", &g.x, (double[]){0.0, -9.81, 0.5}, 3);
+    kt_check_true("a level that is one", kt_model_level(tree.model) != KT_LEVEL_AUTO);
+    kt_tree_free(&tree);
+    tree.description.name = NULL;
+    if (!kt_tree_compile(&tree, NULL))
+        return;
+    kt_check_text("no name", kt_model_name(tree.model), "");
+    kt_tree_free(&tree);
+}
+
+/* Names of bodies, 1000 of them, with markers of the same names on each: the table keeps them apart. */
+KT_TEST(a_thousand_names_are_kept_apart) {
+    static kt_body bodies[1000];
+    static char names[1000][8];
+    static kt_marker markers[2] = {{"b7", {0.0, 0.0, 0.0}}, {"b8", {1.0, 0.0, 0.0}}};
+    kt_description d = kt_description_default();
+    kt_error e = {0};
+    kt_model *m;
+    int wrong = 0;
+    for (int i = 0; i < 1000; i++) {
+        names[i][0] = 'b';
+        names[i][1] = (char)('0' + i % 10);
+        names[i][2] = i < 10 ? '\0' : (char)('0' + i / 10 % 10);
+        names[i][3] = i < 100 ? '\0' : (char)('0' + i / 100);
+        bodies[i] = kt_body_default();
+        bodies[i].name = names[i];
+        bodies[i].markers = markers;
+        bodies[i].marker_count = 2;
+    }
+    d.bodies = bodies;
+    d.body_count = 1000;
+    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &m, &e), &e))
+        return;
+    for (int i = 0; i < 1000; i++)
+        wrong += kt_body_find(m, names[i]) != i + 1 || kt_marker_find(m, i + 1, "b8") != 1 ||
+                 kt_marker_find(m, i + 1, "b9") != -1 || strcmp(kt_body_name(m, i + 1), names[i]) != 0;
+    kt_check_equal_int("bodies with wrong names", wrong, 0);
+    kt_model_free(m);
+}

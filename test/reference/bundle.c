@@ -1,0 +1,156 @@
+/* Every bundled scene: that it is there, described, and runs in a blink. */
+#include "scene.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int is_scene(const struct dirent *entry) {
+    size_t length = strlen(entry->d_name);
+    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+typedef void kt_visit(const char *name);
+
+/* Calls visit for each scene, in alphabetical order. */
+static void visit_all(kt_visit *visit) {
+    struct dirent **entries = NULL;
+    int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    kt_check_above("scenes", count, 18);
+    for (int i = 0; i < count; i++) {
+        entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
+        visit(entries[i]->d_name);
+        free(entries[i]);
+    }
+    free(entries);
+}
+
+KT_TEST(scenes_that_were_promised_are_there) {
+    static const char *const names[] = {"pendulum",
+                                        "double-pendulum",
+                                        "rod-chain-3",
+                                        "rod-chain-5",
+                                        "spherical-pendulum",
+                                        "spinning-top",
+                                        "lagrange-top",
+                                        "precessing-top",
+                                        "flip",
+                                        "three-body",
+                                        "arm7",
+                                        "humanoid",
+                                        "conical-pendulum",
+                                        "trolley",
+                                        "screw",
+                                        "puck",
+                                        "sleeve",
+                                        "chain"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        kt_case c;
+        kt_check_true(names[i], kt_case_open(&c, names[i]));
+        kt_case_close(&c);
+    }
+}
+
+KT_TEST(human_figure_is_a_tree_of_thirty_bodies) {
+    kt_case c;
+    if (kt_case_open(&c, "humanoid")) {
+        double mass = 0.0;
+        for (int i = 1; i < kt_model_body_count(c.model); i++)
+            mass += kt_body_mass(c.model, i);
+        kt_check_equal_int("bodies", kt_model_body_count(c.model) - 1, 30);
+        kt_check_equal_int("freedoms", kt_model_nv(c.model), 53);
+        kt_check_near("mass", mass, 75.0, 1e-12);
+    }
+    kt_case_close(&c);
+}
+
+/* Each joint type is shown in some scene. */
+static bool shown[KT_JOINT_TYPE_COUNT];
+
+static void note_joints(const char *name) {
+    kt_case c;
+    if (kt_case_open(&c, name))
+        for (int i = 1; i < kt_model_body_count(c.model); i++)
+            shown[kt_body_coordinates(c.model, i).type] = true;
+    kt_case_close(&c);
+}
+
+KT_TEST(every_joint_type_is_shown_in_a_scene) {
+    memset(shown, 0, sizeof shown);
+    visit_all(note_joints);
+    for (int type = 0; type < KT_JOINT_TYPE_COUNT; type++)
+        kt_check_true(kt_joint_type_name((kt_joint_type)type), shown[type]);
+}
+
+/* ---- what a file says of itself ---------------------------------------------------------------------------------- */
+
+/* The number of lines of comment that a file begins with, and its longest line. */
+static int count_comment(const char *name, int *longest) {
+    char path[1024], line[1024];
+    int count = 0;
+    bool begins = true;
+    snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
+    FILE *file = fopen(path, "r");
+    *longest = 0;
+    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        int length = (int)strcspn(line, "\n");
+        *longest = length > *longest ? length : *longest;
+        begins = begins && line[0] == '#';
+        count += begins ? 1 : 0;
+    }
+    if (file != NULL)
+        fclose(file);
+    return count;
+}
+
+static void check_words(const char *name) {
+    kt_case c;
+    int longest, comment = count_comment(name, &longest);
+    kt_note("%s", name);
+    if (comment < 2 || comment > 4)
+        kt_check_equal_int("lines of comment, 2 to 4", comment, 3);
+    kt_check_below("longest line", longest, 120);
+    if (kt_case_open(&c, name)) {
+        const char *title = c.scene.description.name;
+        kt_check_below("length of the title", title == NULL ? (double)NAN : (double)strlen(title), 64);
+        kt_check_above("markers recorded", c.scene.run.marker_count, 1);
+    }
+    kt_case_close(&c);
+}
+
+KT_TEST(every_scene_says_what_it_is) { visit_all(check_words); }
+
+/* ---- running ----------------------------------------------------------------------------------------------------- */
+
+static int count_finite(const kt_record *record, void *user) {
+    long long *finite = user;
+    *finite += isfinite(record->kinetic + record->potential) ? 1 : 0;
+    return 0;
+}
+
+/* In a blink: 20 000 evaluations of 30 bodies take less than 0.1 s on the slowest machine of the day. A scene has
+ * enough records for smooth curves, and not more than a picture needs. */
+static void check_run(const char *name) {
+    kt_case c;
+    kt_simulation *simulation = NULL;
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error = {KT_OK, "", ""};
+    long long finite = 0;
+    options.record = KT_RECORD_ENERGY;
+    kt_note("%s", name);
+    if (kt_case_open(&c, name) &&
+        kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, &options, &simulation, &error), &error) &&
+        kt_fine("run", kt_simulation_run(simulation, count_finite, &finite, &error), &error)) {
+        long long records = (long long)kt_simulation_record_count(simulation);
+        kt_check_equal_int("records, all finite", finite, records);
+        kt_check_above("records", (double)records, 200);
+        kt_check_below("records", (double)records, 2001);
+        kt_check_below("evaluations", (double)kt_simulation_counts_get(simulation).evaluations, 20000);
+    }
+    kt_simulation_free(simulation);
+    kt_case_close(&c);
+}
+
+KT_TEST(every_scene_runs_to_its_end_in_a_blink) { visit_all(check_run); }

@@ -1,0 +1,143 @@
+/* Scenes whose motion has a closed form in elliptic functions, at every record and with the scene's own settings.
+ *
+ * sn, cn and dn come from GSL; m = k^2 is their parameter. Bounds are three times what was measured when the test was
+ * written.
+ *
+ * Symmetric tops, spherical pendulums (Goldstein, Classical Mechanics, 5-7): u = cos(theta) of the axis against the
+ * upward vertical; a = I3 w3 / I1, b = Lz / I1, beta = 2 m g l / I1, alpha = (2 E - I3 w3^2) / I1:
+ *     u'^2 = f(u) = (alpha - beta u) (1 - u^2) - (b - a u)^2
+ *          = beta u^3 - (alpha + a^2) u^2 + (2 a b - beta) u + alpha - b^2 = beta (u - u1) (u - u2) (u - u3)
+ *     u = u1 + (u2 - u1) sn^2(kappa t + K | m),  kappa = sqrt(beta (u3 - u1)) / 2,  m = (u2 - u1) / (u3 - u1)
+ * where the motion starts at the higher turning point u2, and without K where it starts at the lower, u1. One root is the
+ * start itself, so that the two others are those of beta u^2 + B u + C with B = beta u0 - alpha - a^2 and
+ * C = 2 a b - beta + B u0.
+ */
+#include "scene.h"
+
+#include <math.h>
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_sf_elljac.h>
+
+#define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])
+
+static const double g = 9.81;
+
+typedef struct jacobi {
+    double sn, cn, dn;
+} jacobi;
+
+/* NaN where GSL finds fault, which fails the check. */
+static jacobi jacobi_at(double x, double m) {
+    jacobi j;
+    if (gsl_sf_elljac_e(x, m, &j.sn, &j.cn, &j.dn) != GSL_SUCCESS)
+        j.sn = j.cn = j.dn = (double)NAN;
+    return j;
+}
+
+static void follow(const char *scene, const kt_setting *settings, size_t count, kt_error_of *error_of,
+                   const void *about) {
+    kt_case c;
+    if (kt_case_open(&c, scene))
+        kt_case_follow(&c, settings, count, error_of, about);
+    kt_case_close(&c);
+}
+
+/* ---- pendulums --------------------------------------------------------------------------------------------------- */
+
+/* Let go at rest: sin(u / 2) = sin(u0 / 2) cd(w t | sin^2(u0 / 2)), w^2 the squared frequency of small swings. */
+typedef struct swing {
+    double start, squared_frequency;
+} swing;
+
+static double swing_error(const kt_case *c, const kt_record *record, const void *about) {
+    const swing *s = about;
+    const double k = sin(0.5 * s->start);
+    const jacobi j = jacobi_at(sqrt(s->squared_frequency) * record->time, k * k);
+    (void)c;
+    return fabs(record->q[0] - 2.0 * asin(k * j.cn / j.dn));
+}
+
+KT_TEST(simple_pendulum_follows_elliptic_functions_at_every_record) {
+    const swing s = {kt_degrees(-90.0), g};
+    static const kt_setting settings[] = {
+        {NULL, 0.0, 0.0, 1e-10}, {"dop853", 0.0, 1e-13, 1e-12}, {"dopri5", 0.0, 1e-12, 1e-9}, {"rk4", 1e-3, 0.0, 1e-9}};
+    kt_case c;
+    follow("pendulum", settings, COUNT_OF(settings), swing_error, &s);
+    if (kt_case_open(&c, "pendulum")) {
+        kt_case_order(&c, "rk4", 0.01, 4.0, swing_error, &s);
+        kt_case_order(&c, "dopri5", 0.02, 5.0, swing_error, &s);
+        kt_case_order(&c, "dop853", 0.1, 8.0, swing_error, &s);
+    }
+    kt_case_close(&c);
+}
+
+/* The sleeve's swing about its rod: sleeve of 0.4 kg and 0.04 m radius, arm of 0.6 kg, 0.5 m and 0.01 m radius, and the part
+ * of gravity across the rod. */
+KT_TEST(sleeve_swings_about_its_rod_as_a_pendulum) {
+    const double inertia = 0.5 * 0.4 * 0.04 * 0.04 + 0.6 * (0.5 * 0.5 / 3.0 + 0.25 * 0.01 * 0.01);
+    const swing s = {kt_degrees(120.0), 0.6 * 0.25 * g * sin(kt_degrees(40.0)) / inertia};
+    static const kt_setting settings[] = {
+        {NULL, 0.0, 0.0, 1e-9}, {"dop853", 0.0, 1e-13, 1e-11}, {"dopri5", 0.0, 1e-10, 1e-8}, {"rk4", 1e-3, 0.0, 1e-9}};
+    follow("sleeve", settings, COUNT_OF(settings), swing_error, &s);
+}
+
+/* ---- tops -------------------------------------------------------------------------------------------------------- */
+
+typedef struct top {
+    const char *body;
+    double i1, i3, moment; /* about the fixed point; m g l of the axis (minus where the axis points to what hangs) */
+    double start;          /* u at the start, a turning point */
+    double spin;           /* w3 */
+    double across;         /* angular velocity across the axis at the start */
+    double vertical;       /* Lz */
+} top;
+
+static double height(const top *p, double t) {
+    const double a = p->i3 * p->spin / p->i1, b = p->vertical / p->i1, beta = 2.0 * p->moment / p->i1;
+    const double u0 = p->start, alpha = p->across * p->across + beta * u0;
+    const double linear = beta * u0 - alpha - a * a, constant = 2.0 * a * b - beta + linear * u0;
+    const double root = sqrt(linear * linear - 4.0 * beta * constant);
+    const double u3 = (root - linear) / (2.0 * beta), other = 2.0 * constant / (root - linear);
+    const double u1 = fmin(other, u0), u2 = fmax(other, u0), m = (u2 - u1) / (u3 - u1);
+    const jacobi j = jacobi_at(0.5 * sqrt(beta * (u3 - u1)) * t, m);
+    const double sn = u0 >= other ? j.cn / j.dn : j.sn; /* sn(x + K) = cn / dn */
+    return u1 + (u2 - u1) * sn * sn;
+}
+
+/* The height of the axis: what the orientation says of it. */
+static double top_error(const kt_case *c, const kt_record *record, const void *about) {
+    const top *p = about;
+    const double *q = record->q + kt_case_q(c, p->body);
+    const double u = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])).z.z;
+    return fabs((p->moment < 0.0 ? -u : u) - height(&(top){p->body, p->i1, p->i3, fabs(p->moment), p->start, p->spin,
+                                                           p->across, p->vertical},
+                                                    record->time));
+}
+
+KT_TEST(lagrange_top_nutates_as_elliptic_functions_say) {
+    static const top p = {"top", 1.0, 0.3, 9.81 * 0.5, 0.5, 20.0, 0.0, 0.3 * 20.0 * 0.5};
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-10}, {"dopri5", 0.0, 1e-10, 1e-8}, {"rk4", 1e-3, 0.0, 1e-8}};
+    follow("lagrange-top", settings, COUNT_OF(settings), top_error, &p);
+}
+
+/* The one that sleeps rises and sinks by 1e-3 alone; the other one bows down to 71 degrees. */
+KT_TEST(upright_tops_sleep_or_bow_as_elliptic_functions_say) {
+    static const top asleep = {"asleep", 1.0, 0.3, 9.81 * 0.5, 1.0, 20.0, 0.1, 0.3 * 20.0};
+    static const top tired = {"tired", 1.0, 0.3, 9.81 * 0.5, 1.0, 12.0, 0.1, 0.3 * 12.0};
+    static const kt_setting of_asleep[] = {{NULL, 0.0, 0.0, 1e-8}, {"dop853", 0.0, 1e-12, 1e-10}, {"rk4", 1e-3, 0.0, 1e-8}};
+    static const kt_setting of_tired[] = {{NULL, 0.0, 0.0, 1e-8}, {"dop853", 0.0, 1e-12, 1e-10}, {"rk4", 1e-3, 0.0, 1e-8}};
+    follow("spinning-top", of_asleep, COUNT_OF(of_asleep), top_error, &asleep);
+    follow("spinning-top", of_tired, COUNT_OF(of_tired), top_error, &tired);
+    kt_check_below("sleeping, it stays within", 1.0 - height(&asleep, 1.0), 1.3e-3);
+}
+
+/* A top without spin that hangs. Its axis is taken from the ball to the joint, so that gravity pulls at the lower end: in
+ * the formula for a top that stands, u counts downwards. The ball of 2 kg and 0.1 m radius hangs 1 m below the joint, at
+ * 60 degrees from straight down, pushed at 1.5 rad/s. */
+KT_TEST(spherical_pendulum_rises_and_sinks_as_elliptic_functions_say) {
+    const double i1 = 2.0 * (1.0 + 0.4 * 0.1 * 0.1);
+    const top p = {"pendulum", i1, 0.0, -2.0 * g, 0.0, 0.0, 1.5, i1 * 1.5 * sin(kt_degrees(60.0))};
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-9}, {"dopri5", 0.0, 1e-10, 1e-8}, {"rk4", 1e-3, 0.0, 1e-8}};
+    follow("spherical-pendulum", settings, COUNT_OF(settings), top_error, &p);
+}
