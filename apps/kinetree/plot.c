@@ -65,20 +65,17 @@ static void put_text(cairo_t *c, double x, double y, kt_anchor anchor, const cha
 
 /* Where the text is wider than there is room, its beginning with dots; cut between characters. */
 static void put_text_within(cairo_t *c, double x, double y, double width, const char *text) {
-    static const char dots[] = "\u2026";
     char part[128];
-    size_t length = strlen(text);
+    int length = (int)strlen(text);
     if (width_of(c, text) <= width) {
         put_text(c, x, y, KT_ANCHOR_LEFT, text);
         return;
     }
-    if (length > sizeof part - sizeof dots)
-        length = sizeof part - sizeof dots;
-    memcpy(part, text, length);
+    length = length < 120 ? length : 120;
     do {
-        while (length > 0 && ((unsigned char)part[--length] & 0xC0U) == 0x80U)
+        while (length > 0 && ((unsigned char)text[--length] & 0xC0U) == 0x80U)
             ;
-        memcpy(part + length, dots, sizeof dots);
+        snprintf(part, sizeof part, "%.*s\u2026", length, text);
     } while (length > 0 && width_of(c, part) > width);
     put_text(c, x, y, KT_ANCHOR_LEFT, part);
 }
@@ -185,9 +182,10 @@ static void draw_series(cairo_t *c, const kt_frame *f, const kt_plot_series *ser
 }
 
 static void draw_legend(cairo_t *c, const kt_frame *f, const kt_plot_panel *panel) {
-    double x = f->right + 16.0, y = f->top + small_size;
+    const double x = f->right + 16.0, line = 1.6 * small_size;
+    double y = f->top + small_size;
     cairo_set_font_size(c, small_size);
-    for (int i = 0; i < panel->series_count; i++, y += 1.6 * small_size) {
+    for (int i = 0; i < panel->series_count; i++) {
         use(c, colours[i]);
         cairo_set_line_width(c, 3.0);
         cairo_move_to(c, x, y - 0.36 * small_size);
@@ -195,6 +193,7 @@ static void draw_legend(cairo_t *c, const kt_frame *f, const kt_plot_panel *pane
         cairo_stroke(c);
         use(c, ink);
         put_text_within(c, x + 24.0, y, RIGHT - 48.0, panel->series[i].label);
+        y += line;
     }
     if (panel->left_out > 0) {
         char text[48];

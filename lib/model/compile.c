@@ -307,6 +307,10 @@ static kt_status check_inertia(const kt_model *m, kt_error *error) {
 static kt_status compile(build *b, const kt_model_options *options, kt_error *error) {
     kt_counts n;
     count_all(b, &n);
+    if (n.q > INT32_MAX || n.marker > INT32_MAX || n.text > UINT32_MAX) /* what indices can hold */
+        return kt_error_set(error, KT_ERROR_MEMORY, "",
+                            "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
+                            n.marker, n.text);
     const size_t bytes = kt_model_layout(&n, NULL, NULL);
     kt_model *m = aligned_alloc(KT_ALIGNMENT, bytes);
     if (!m)

@@ -46,9 +46,9 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
             if (residual)
                 residual[row] = w.residual[r];
             if (rate)
-                rate[row] = -w.rate[r];
+                rate[row] = 0.0 - w.rate[r]; /* no -0 */
             if (drift)
-                drift[row] = w.right[r];
+                drift[row] = w.right[r] + 0.0;
         }
     }
     return KT_OK;

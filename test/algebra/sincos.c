@@ -36,7 +36,7 @@ static void flush(sweep *s) {
         index[i] = (int32_t)i;
     sincos_best(s->x, index, s->count, sine, cosine);
     for (size_t i = 0; i < s->count; i++) {
-        const long double x = s->x[i];
+        const long double x = (long double)s->x[i];
         const double es = error_in_units(sine[i], sinl(x)), ec = error_in_units(cosine[i], cosl(x));
         if (!(es <= s->worst_sine)) {
             s->worst_sine = es;

@@ -11,9 +11,10 @@
 static void expect(double low, double high, int most, const char *texts, int exponent) {
     kt_axis axis = kt_axis_make(low, high, most);
     char all[256] = "", one[48];
-    for (int i = 0; i < axis.count; i++) {
+    size_t used = 0;
+    for (int i = 0; i < axis.count && used < sizeof all; i++) {
         kt_axis_text(&axis, i, one, sizeof one);
-        strcat(strcat(all, i > 0 ? " " : ""), one);
+        used += (size_t)snprintf(all + used, sizeof all - used, "%s%s", i > 0 ? " " : "", one);
     }
     kt_check_text("ticks", all, texts);
     kt_check_equal_int("exponent", axis.exponent, exponent);

@@ -13,8 +13,9 @@ static const double *components(const kt_vec3 *a) { return &a->x; }
 
 /* Bounds of this file: c measured over 20 seeds, whose worst is about half of the bound. */
 
-/* ---- a screw is a cylindrical joint with s = pitch angle: with v_c = T v, M = T' M_c T and tau = T' tau_c
- * ------------ */
+/* ---- screws --------------------------------------------------------------------------------------------------------
+ *
+ * A screw is a cylindrical joint with s = pitch angle: with v_c = T v, M = T' M_c T and tau = T' tau_c. */
 
 typedef struct screws {
     kt_tree tree, loose;                /* with screws; with cylindrical joints in their place */
@@ -116,10 +117,10 @@ KT_TEST(mass_of_a_screw_is_that_of_a_slide_that_follows_a_turn) {
     kt_check_worst(&error);
 }
 
-/* ---- a ball as turns about z, y, x, with helpers between them -------------------------------------------------------
+/* ---- balls ---------------------------------------------------------------------------------------------------------
  *
- * With G the relative angular velocity, body axes, of unit rates: w = G rates, tau_turns = G' tau; and w' follows from
- *   alpha = alpha_p + w_p x (w - w_p) + R w'. */
+ * As turns about z, y, x, with helpers between them. With G the relative angular velocity, body axes, of unit rates:
+ * w = G rates, tau_turns = G' tau; and w' follows from  alpha = alpha_p + w_p x (w - w_p) + R w'. */
 
 typedef struct ball {
     int body, parent, v; /* in the tree of turns: the body, what its ball hangs on, the first rate */

@@ -10,8 +10,7 @@
 #define EPS DBL_EPSILON
 enum { TREES = 60 };
 
-/* ---- a second description of a tree --------------------------------------------------------------------------------
- */
+/* ---- a second description of a tree -------------------------------------------------------------------------- */
 
 typedef struct motion {
     kt_joint_type type;
@@ -228,8 +227,7 @@ KT_TEST(bodies_fixed_to_each_other_are_one_body) {
     kt_check_worst(&error);
 }
 
-/* ---- order ---------------------------------------------------------------------------------------------------------
- */
+/* ---- order --------------------------------------------------------------------------------------------------- */
 
 KT_TEST(order_of_description_changes_nothing_but_rounding) {
     kt_random random = kt_random_of_test();

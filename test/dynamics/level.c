@@ -58,7 +58,7 @@ static bool compute(const kt_tree *tree, const kt_tree_state *s, disturb *spoil,
     return fine;
 }
 
-/* ---- levels ------------------------------------------------------------------------------------------------------ */
+/* ---- levels -------------------------------------------------------------------------------------------------- */
 
 static void compare_levels(kt_level level, const char *what) {
     kt_random random = kt_random_of_test();
@@ -96,7 +96,7 @@ KT_TEST(all_instruction_set_levels_give_the_same_bits) {
     kt_note("this processor and build: best level %d", (int)kt_level_resolve(KT_LEVEL_AUTO));
 }
 
-/* ---- workspace --------------------------------------------------------------------------------------------------- */
+/* ---- workspace ----------------------------------------------------------------------------------------------- */
 
 static void fill_with_ones(const kt_model *model, kt_data *data, void *user) {
     const kt_counts *n = &model->n;

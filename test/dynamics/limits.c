@@ -156,8 +156,7 @@ KT_TEST(the_entry_of_the_world_among_wrenches_is_ignored) {
     kt_tree_free(&tree);
 }
 
-/* ---- singular positions --------------------------------------------------------------------------------------------
- */
+/* ---- singular positions -------------------------------------------------------------------------------------- */
 
 /* Gimbals: two massless rings that turn about z and x, and a body that turns about y: at a quarter turn of the second
  * ring its axis and the first one's fall together, and nothing opposes the two turning against each other. */

@@ -14,8 +14,7 @@
 
 enum { TREES = 60 };
 
-/* ---- the same mechanism for MuJoCo ---------------------------------------------------------------------------------
- */
+/* ---- the same mechanism for MuJoCo --------------------------------------------------------------------------- */
 
 typedef struct twin {
     kt_tree tree;

@@ -4,12 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#pragma GCC diagnostic ignored "-Wdouble-promotion" /* to long double: that is the purpose */
+
 static const kt_body *described(const kt_tree *tree, int body) {
     return &tree->description.bodies[kt_body_source(tree->model, body)];
 }
 
-/* ---- bodies with mass ----------------------------------------------------------------------------------------------
- */
+/* ---- bodies with mass ---------------------------------------------------------------------------------------- */
 
 static void cross(const long double a[3], const long double b[3], long double out[3]) {
     const long double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -156,7 +157,7 @@ void kt_oracle_inverse(const kt_tree *tree, const kt_tree_state *s, const double
     free(columns);
 }
 
-/* ---- equations --------------------------------------------------------------------------------------------------- */
+/* ---- equations ----------------------------------------------------------------------------------------------- */
 
 bool kt_oracle_solve(int n, long double *a, int columns, long double *b) {
     for (int k = 0; k < n; k++) {
@@ -222,8 +223,7 @@ bool kt_oracle_forward(const kt_tree *tree, const kt_tree_state *s, long double 
     return regular;
 }
 
-/* ---- sums over bodies ----------------------------------------------------------------------------------------------
- */
+/* ---- sums over bodies ---------------------------------------------------------------------------------------- */
 
 static bool carries(const kt_tree *tree, int ancestor, int body) {
     while (body > ancestor)

@@ -4,8 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Taylor series in time: c[0] + c[1] t + c[2] t^2 ----------------------------------------------------------------
- */
+#pragma GCC diagnostic ignored "-Wdouble-promotion" /* to long double: that is the purpose */
+
+/* ---- Taylor series in time: c[0] + c[1] t + c[2] t^2 --------------------------------------------------------- */
 
 typedef struct series {
     long double c[3];
@@ -46,7 +47,7 @@ static frame compose(const frame *a, const frame *b) {
     return c;
 }
 
-/* ---- joints ------------------------------------------------------------------------------------------------------ */
+/* ---- joints -------------------------------------------------------------------------------------------------- */
 
 typedef struct unit {
     long double n[3];
@@ -189,8 +190,7 @@ static frame motion_of(const kt_joint *joint, const double *q, const double *v, 
     return at_rest;
 }
 
-/* ---- motion of the bodies ------------------------------------------------------------------------------------------
- */
+/* ---- motion of the bodies ------------------------------------------------------------------------------------ */
 
 static const kt_body *described(const kt_tree *tree, int body) {
     return &tree->description.bodies[kt_body_source(tree->model, body)];

@@ -27,7 +27,7 @@ static void begin(kt_tree *tree, kt_vec3 gravity) {
 
 static const kt_vec3 ex = {1.0, 0.0, 0.0}, ey = {0.0, 1.0, 0.0}, ez = {0.0, 0.0, 1.0}, zero = {0.0, 0.0, 0.0};
 
-/* ---- autoTree ---------------------------------------------------------------------------------------------------- */
+/* ---- autoTree ------------------------------------------------------------------------------------------------ */
 
 /* Body i (from 0) hangs at the end of body i - 1, turned by 1 rad about x; lengths 0.95^i, masses 0.95^(3 i). */
 static bool grow_auto_tree(kt_tree *tree) {
@@ -109,7 +109,7 @@ KT_TEST(auto_tree_has_its_published_mass_matrix_and_energy) {
     kt_tree_free(&tree);
 }
 
-/* ---- RBDL -------------------------------------------------------------------------------------------------------- */
+/* ---- RBDL ---------------------------------------------------------------------------------------------------- */
 
 /* All bodies of mass 1 and inertia 1 about their centre; from the angle q of the first joint, all others 0, at rest. */
 static void check_rbdl(kt_tree *tree, double q, const double *expected, int count, double bound) {
@@ -164,7 +164,7 @@ KT_TEST(a_body_on_massless_turns_falls_as_rbdl_published) {
     check_rbdl(&tree, 1.0, rbdl_three_dof_zyx, 3, 1e-14);
 }
 
-/* ---- Pinocchio --------------------------------------------------------------------------------------------------- */
+/* ---- Pinocchio ----------------------------------------------------------------------------------------------- */
 
 KT_TEST(a_body_on_turns_about_z_y_x_has_pinocchios_forces_and_mass) {
     kt_tree tree;

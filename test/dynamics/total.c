@@ -95,7 +95,7 @@ KT_TEST(mass_center_bears_weight_and_momentum_of_the_moving_bodies) {
     kt_check_worst(&motion);
 }
 
-/* ---- balances ---------------------------------------------------------------------------------------------------- */
+/* ---- balances ------------------------------------------------------------------------------------------------ */
 
 typedef struct totals {
     double energy;

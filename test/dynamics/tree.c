@@ -8,7 +8,7 @@ kt_tree_plan kt_tree_plan_default(void) {
     return (kt_tree_plan){.bodies = 12, .types = KT_TREE_ALL_TYPES, .massless = true, .from_world = 0.15};
 }
 
-/* ---- pieces ------------------------------------------------------------------------------------------------------ */
+/* ---- pieces -------------------------------------------------------------------------------------------------- */
 
 kt_vec3 kt_tree_vector(kt_random *random, double lower, double upper) {
     const double x = kt_random_uniform(random, lower, upper), y = kt_random_uniform(random, lower, upper);
@@ -100,7 +100,7 @@ static kt_joint draw_joint(kt_random *random, kt_joint_type type) {
     return joint;
 }
 
-/* ---- the description --------------------------------------------------------------------------------------------- */
+/* ---- the description ----------------------------------------------------------------------------------------- */
 
 /* Types: each of the set once, in random order, then any of them. */
 static void draw_types(const kt_tree_plan *plan, kt_random *random, kt_joint_type *types) {
@@ -209,7 +209,7 @@ void kt_tree_free(kt_tree *tree) {
     tree->model = NULL;
 }
 
-/* ---- states and calls -------------------------------------------------------------------------------------------- */
+/* ---- states and calls ---------------------------------------------------------------------------------------- */
 
 void kt_tree_state_draw(const kt_tree *tree, kt_random *random, kt_tree_state *state) {
     memset(state, 0, sizeof *state);

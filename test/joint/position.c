@@ -176,7 +176,7 @@ KT_TEST(a_step_may_be_written_over_where_it_starts) {
     kt_tree_free(&tree);
 }
 
-/* ---- norms ------------------------------------------------------------------------------------------------------- */
+/* ---- norms --------------------------------------------------------------------------------------------------- */
 
 /* Scaled by anything that a double can hold; all else keeps its bits. */
 static void norms(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {

@@ -165,7 +165,7 @@ KT_TEST(newton_steps_shrink_errors_up_to_half_a_turn) {
             const double back = normal ? sin(error) : 2.0 * sin(0.5 * error);
             /* near half a turn an axis' slopes across the error are as 1 / sin, and their rounding is */
             const double steep = types[i] == KT_LOOP_COAXIAL ? 1.0 + 1.0 / sin(error) : 1.0;
-            kt_worst_near(&length, newton(rows, count, &step), fabs(back), 16.0 * EPS * steep, "error %g", error);
+            kt_worst_near(&length, newton(rows, count, &step), fabs(back), 40.0 * EPS * steep, "error %g", error);
             turn_end(&p.end[1], p.axis, normal ? back : -back);
             count = rows_of(types[i], p.end, rows);
             const double rest = error - back, residual = normal ? 2.0 * tan(0.5 * rest) : 4.0 * tan(0.25 * rest);

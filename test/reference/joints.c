@@ -116,3 +116,30 @@ KT_TEST(trolley_and_pendulum_swing_about_their_centre_of_mass) {
                                           {"rk4", 1e-3, 0.0, 6e-10}};
     follow("trolley", settings, COUNT_OF(settings), trolley_error);
 }
+
+/* ---- bead in a tube (a slider on a hinge) ------------------------------------------------------------------------ */
+
+/* With I the shaft's and the tube's inertia about the vertical and Ib the bead's own, s the way along the tube, which
+ * rises by 40 degrees, and c = cos(40 deg): L = (I + Ib + m c^2 s^2) w,   2 T = L w + m s'^2,   V = m g s sin(40 deg)
+ * stay L and T + V, and give w and |s'| at every s; at the start w = 6.5, s = 0.3, s' = 0. */
+static double bead_error(const kt_case *c, const kt_record *record, const void *about) {
+    const double tilt = kt_degrees(40.0), cosine = cos(tilt), m = 0.25;
+    const double across = 0.2 * (1.4 * 1.4 / 3.0 + 0.25 * 0.02 * 0.02), along = 0.5 * 0.2 * 0.02 * 0.02;
+    const double own =
+        0.5 * 0.12 * 0.12 + across * cosine * cosine + along * sin(tilt) * sin(tilt) + 0.4 * m * 0.018 * 0.018;
+    const double s = record->q[1], start = 0.3;
+    const double momentum = (own + m * cosine * cosine * start * start) * 6.5;
+    const double spin = momentum / (own + m * cosine * cosine * s * s);
+    const double squared = (momentum * (6.5 - spin) - 2.0 * m * g * sin(tilt) * (s - start)) / m;
+    (void)c;
+    (void)about;
+    return fmax(fabs(record->v[0] - spin), fabs(record->v[1] * record->v[1] - squared));
+}
+
+KT_TEST(bead_trades_spin_for_height) {
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 8e-10},
+                                          {"dop853", 0.0, 1e-13, 5e-12},
+                                          {"dopri5", 0.0, 1e-10, 5e-9},
+                                          {"rk4", 1e-3, 0.0, 1.1e-11}};
+    follow("bead", settings, COUNT_OF(settings), bead_error);
+}

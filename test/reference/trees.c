@@ -114,7 +114,7 @@ static void conserve(const char *scene, const kt_setting *settings, size_t count
 
 KT_TEST(seven_axis_arm_keeps_its_energy_as_its_tolerance_says) {
     static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 1.5e-8},     {"dop853", 0.0, 1e-12, 1.5e-10}, {"dop853", 0.0, 1e-8, 8e-7},
+        {NULL, 0.0, 0.0, 1.5e-8},      {"dop853", 0.0, 1e-12, 1.5e-10}, {"dop853", 0.0, 1e-8, 8e-7},
         {"dop853", 0.0, 1e-6, 1.5e-4}, {"dopri5", 0.0, 1e-10, 4e-8},    {"tsit5", 0.0, 1e-10, 2.5e-8},
         {"bs32", 0.0, 1e-7, 1.2e-5},   {"rk4", 1e-3, 0.0, 6e-6},
     };
@@ -122,8 +122,10 @@ KT_TEST(seven_axis_arm_keeps_its_energy_as_its_tolerance_says) {
 }
 
 KT_TEST(whip_keeps_its_energy_as_its_tolerance_says) {
-    static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 3e-10}, {"dopri5", 0.0, 1e-10, 3e-12}, {"dop853", 0.0, 1e-12, 5e-14}, {"rk4", 2e-4, 0.0, 4e-10}};
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 3e-10},
+                                          {"dopri5", 0.0, 1e-10, 3e-12},
+                                          {"dop853", 0.0, 1e-12, 5e-14},
+                                          {"rk4", 2e-4, 0.0, 4e-10}};
     conserve("chain", settings, COUNT_OF(settings));
 }
 
@@ -136,7 +138,8 @@ static void agree(const char *scene, const kt_setting *a, const kt_setting *b, d
     kt_case_close(&c);
 }
 
-/* In its two seconds the arm multiplies a small difference by some 1e4: the first bound has room for other last bits. */
+/* In its two seconds the arm multiplies a small difference by some 1e4: the first bound has room for other last bits.
+ */
 KT_TEST(two_methods_move_the_seven_axis_arm_alike) {
     static const kt_setting eighth = {"dop853", 0.0, 1e-13, 0.0}, fifth = {"tsit5", 0.0, 1e-13, 0.0},
                             fourth = {"rk4", 2.5e-4, 0.0, 0.0}, own = {NULL, 0.0, 0.0, 0.0};

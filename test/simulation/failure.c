@@ -109,7 +109,7 @@ KT_TEST(run_that_fails_has_handed_over_all_records_up_to_then) {
     kt_check_above("time reached", t, 0.1);
     kt_check_equal_int("records", kept->count, (long long)floor(t / 0.01) + 1);
     kt_simulation_counts counts = kt_simulation_counts_get(simulation);
-    kt_check_equal_int("steps and rejected", (long long)(counts.steps + counts.rejected), 20);
+    kt_check_equal_int("steps and rejected", (long long)counts.steps + (long long)counts.rejected, 20);
     kt_simulation_free(simulation);
     kt_model_free(model);
 }

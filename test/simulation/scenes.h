@@ -45,6 +45,6 @@ typedef struct kt_kept {
 
 /* Static storage, emptied; there is one. */
 kt_kept *kt_kept_empty(const kt_model *model);
-int kt_keep(const kt_record *record, void *kept);
+int kt_keep(const kt_record *record, void *user); /* user: a kt_kept */
 
 #endif
