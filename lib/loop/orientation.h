@@ -16,9 +16,10 @@
 
 #include <math.h>
 
-/* How far (sine) from a place where its direction is undefined an axis is kept for the equations' sake: there, and
- * within this of it, they are those of an axis moved that far. */
-#define KT_AXIS_CLEARANCE 1e-4
+/* How far (sine) from a place where its direction is undefined an axis is kept for the equations' sake: within this of
+ * it their slopes, which would grow without bound, are those of an axis moved so far; their residual stays its own, so
+ * that a step out of there makes it less. */
+#define KT_AXIS_CLEARANCE 1e-3
 
 /* ---- equal orientation ---------------------------------------------------------------------------------------------
  *
@@ -56,22 +57,28 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
  */
 
 /* f, or where its sine against e is below the clearance, f moved so far from the line of e (towards `aside`, normal to
- * e, where f lies on that line). */
-KT_INLINE kt_v4 kt_axis_clear(kt_v4 e, kt_v4 aside, kt_v4 f) {
-    const double c = kt_v4_dot(e, f);
+ * e, where f lies on that line). *sine: f's own. */
+KT_INLINE kt_v4 kt_axis_clear(kt_v4 e, kt_v4 aside, kt_v4 f, double *sine) {
     const kt_v4 across = kt_v4_cross(kt_v4_cross(e, f), e); /* f's part normal to e */
-    const double s2 = kt_v4_dot(across, across);
-    if (s2 >= KT_AXIS_CLEARANCE * KT_AXIS_CLEARANCE)
+    *sine = sqrt(kt_v4_dot(across, across));
+    if (*sine >= KT_AXIS_CLEARANCE)
         return f;
-    const kt_v4 away = s2 > 1e-290 ? across / kt_v4_splat(sqrt(s2)) : aside;
-    const double along = copysign(sqrt(1.0 - KT_AXIS_CLEARANCE * KT_AXIS_CLEARANCE), c);
+    const kt_v4 away = *sine > 1e-145 ? across / kt_v4_splat(*sine) : aside;
+    const double along = copysign(sqrt(1.0 - KT_AXIS_CLEARANCE * KT_AXIS_CLEARANCE), kt_v4_dot(e, f));
     return kt_v4_splat(KT_AXIS_CLEARANCE) * away + kt_v4_splat(along) * e;
 }
 
-/* The second end's z axis, clear of being opposite to the first's. */
-KT_INLINE kt_v4 kt_axis_not_opposite(const kt_loop_end end[2]) {
+/* The second end's z axis, clear of being opposite to the first's; *sine is 1 where it is not near. */
+KT_INLINE kt_v4 kt_axis_not_opposite(const kt_loop_end end[2], double *sine) {
     const kt_v4 e = end[0].axes[2], f = end[1].axes[2];
-    return kt_v4_dot(e, f) < 0.0 ? kt_axis_clear(e, end[0].axes[0], f) : f;
+    *sine = 1.0;
+    return kt_v4_dot(e, f) < 0.0 ? kt_axis_clear(e, end[0].axes[0], f, sine) : f;
+}
+
+/* 4 tan(theta / 4) near half a turn, from sin(theta). */
+KT_INLINE double kt_axis_gap(double sine) {
+    const double half = 0.5 * sine * sine / (1.0 + sqrt(1.0 - sine * sine)); /* cos^2(theta / 2) */
+    return 4.0 * sqrt(1.0 - half) / (1.0 + sqrt(half));
 }
 
 /* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with
@@ -83,7 +90,8 @@ KT_INLINE kt_v4 kt_axis_not_opposite(const kt_loop_end end[2]) {
  * two large terms: b and e x f are made of the same h, lest their roundings tell. At c = -1 the direction is undefined:
  * h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
-    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end), w = r->w;
+    double sine;
+    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine), w = r->w;
     const kt_v4 side[2] = {-end[0].axes[1], end[0].axes[0]};
     const double h[2] = {kt_v4_dot(side[0], f), kt_v4_dot(side[1], f)};
     const double c = kt_v4_dot(e, f), h2 = h[0] * h[0] + h[1] * h[1];
@@ -92,6 +100,7 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
     const double f0 = 2.0 / (b * one);
     const double f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
     const double f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
+    const double size = sine < KT_AXIS_CLEARANCE ? kt_axis_gap(sine) / KT_AXIS_CLEARANCE : f0;
     const kt_v4 slope = -(kt_v4_splat(h[0]) * end[0].axes[0] + kt_v4_splat(h[1]) * end[0].axes[1]); /* f x e */
     const kt_v4 bend = kt_v4_cross(w, kt_v4_cross(w, f));
     const double c1 = kt_v4_dot(w, slope), c2 = kt_v4_dot(e, bend);
@@ -102,7 +111,7 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
             f0 * kt_v4_dot(side[k], bend) + 2.0 * f1 * c1 * kt_v4_dot(w, lever) + (f2 * c1 * c1 + f1 * c2) * h[k];
         rows[k] = (kt_loop_row){.moment = m,
                                 .force = kt_v4_splat(0.0),
-                                .residual = f0 * h[k],
+                                .residual = size * h[k],
                                 .drift = bent - kt_v4_dot(m, r->turning),
                                 .holonomic = true};
     }
@@ -113,7 +122,8 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
  *     phi = 2 tan(eps / 2) = 2 c / (1 + s) =: G(c),  G' = 2 / (s (1 + s)),  G'' = 2 c (1 + 2 s) / (s^3 (1 + s)^2)
  * with the slope 1 to 2, and Newton's step is sin(eps). At s = 0 any direction leads back: f moves towards e_x. */
 KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_relative *r) {
-    const kt_v4 e = end[0].axes[2], f = kt_axis_clear(e, end[0].axes[0], end[1].axes[2]), w = r->w;
+    double sine;
+    const kt_v4 e = end[0].axes[2], f = kt_axis_clear(e, end[0].axes[0], end[1].axes[2], &sine), w = r->w;
     const kt_v4 lever = kt_v4_cross(f, e);
     const double c = kt_v4_dot(e, f), s = sqrt(kt_v4_dot(lever, lever)), one = 1.0 + s;
     const double g1 = 2.0 / (s * one), g2 = 2.0 * c * (1.0 + 2.0 * s) / (s * s * s * one * one);
@@ -121,7 +131,7 @@ KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_
     const double c1 = kt_v4_dot(w, lever), c2 = kt_v4_dot(e, kt_v4_cross(w, kt_v4_cross(w, f)));
     return (kt_loop_row){.moment = m,
                          .force = kt_v4_splat(0.0),
-                         .residual = 2.0 * c / one,
+                         .residual = 2.0 * kt_v4_dot(e, end[1].axes[2]) / (1.0 + sine),
                          .drift = g1 * c2 + g2 * c1 * c1 - kt_v4_dot(m, r->turning),
                          .holonomic = true};
 }

@@ -30,7 +30,8 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
         rows[k] = kt_row_along(&r, end[0].axes[k]);
     kt_row_coaxial(end, &r, rows + 2);
 
-    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end);
+    double sine;
+    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine);
     const double c = 1.0 + kt_v4_dot(e, f);
     const kt_v4 k = (e + f) / kt_v4_splat(c);
     const double bend = -kt_v4_dot(k, r.w) * kt_v4_dot(r.w, kt_v4_cross(f, e)) / c - kt_v4_dot(k, r.turning);

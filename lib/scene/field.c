@@ -161,32 +161,27 @@ static bool read_field(const kt_reading *reading, int i) {
     return !value->faulty && field->kind->read(reading->r, &scope, value, field, reading->object);
 }
 
+/* One that an unknown key was probably meant for is not told again. */
 static void report_missing(const kt_reading *reading, kt_node *map) {
     const kt_table *table = reading->table;
     kt_phrase missing = {.length = 0}, mend = {.length = 0};
     int count = 0;
-    bool misspelt = false;
     for (int i = 0; i < table->count; i++) {
         const kt_field *field = &table->fields[i];
         bool wanted = field->types == 0 || (reading->type_is_known && applies(field, reading->type));
-        if (reading->values[i] != NULL || !wanted || (field->flags & KT_FIELD_REQUIRED) == 0)
-            continue;
-        if (reading->misspelt[i])
-            misspelt = true;
-        else
+        if (wanted && (field->flags & KT_FIELD_REQUIRED) != 0 && reading->values[i] == NULL && !reading->misspelt[i])
             kt_phrase_add(&missing, "%s'%s'", count++ > 0 ? ", " : "", field->key);
     }
+    if (count == 0)
+        return;
     if (table->types != NULL && kt_node_find(map, "type") == NULL) {
         kt_phrase_add(&mend, "its type is ");
         add_choices(reading->r, &mend, table->types);
     } else {
         kt_phrase_add(&mend, "add %s", count > 1 ? "them" : "it");
     }
-    if (count > 0)
-        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, map, "the key%s %s %s missing; %s",
-                    count > 1 ? "s" : "", missing.text, count > 1 ? "are" : "is", mend.text);
-    if (misspelt)
-        map->faulty = true; /* what follows from its absence has been told */
+    kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, map, "the key%s %s %s missing; %s", count > 1 ? "s" : "",
+                missing.text, count > 1 ? "are" : "is", mend.text);
 }
 
 static bool is_type(const kt_table *table, const kt_field *field) {

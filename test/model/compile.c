@@ -3,6 +3,7 @@
 #include "dynamics/tree.h"
 #include "interpose.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -99,13 +100,13 @@ static void load_rod(kt_body *body, kt_vec3 along) {
 static void refused(kt_tree *tree, const char *what, const char *name) {
     kt_error error;
     kt_model *model = NULL;
-    char where[40] = "";
+    char where[40];
     const kt_status status = kt_model_compile(&tree->description, NULL, &model, &error);
     if (!kt_check_equal_int(what, status, KT_ERROR_MODEL))
         kt_model_free(model);
     if (status == KT_OK)
         return;
-    strcat(strcat(strcat(where, "body '"), name), "'");
+    snprintf(where, sizeof where, "body '%s'", name);
     kt_check_text("where", error.where, where);
     kt_check_contains("what is wrong", error.message, "moves nothing that has inertia along one of its freedoms");
     kt_check_contains("how to mend it", error.message, "mass and inertia there, or make the joint fixed");

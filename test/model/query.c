@@ -2,6 +2,7 @@
 #include "dynamics/tree.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* A cart with a pendulum; the pendulum is described first. */
@@ -123,17 +124,14 @@ KT_TEST(name_gravity_and_level_are_kept) {
 /* Names of bodies, 1000 of them, with markers of the same names on each: the table keeps them apart. */
 KT_TEST(a_thousand_names_are_kept_apart) {
     static kt_body bodies[1000];
-    static char names[1000][8];
+    static char names[1000][16];
     static kt_marker markers[2] = {{"b7", {0.0, 0.0, 0.0}}, {"b8", {1.0, 0.0, 0.0}}};
     kt_description d = kt_description_default();
     kt_error e = {0};
     kt_model *m;
     int wrong = 0;
     for (int i = 0; i < 1000; i++) {
-        names[i][0] = 'b';
-        names[i][1] = (char)('0' + i % 10);
-        names[i][2] = i < 10 ? '\0' : (char)('0' + i / 10 % 10);
-        names[i][3] = i < 100 ? '\0' : (char)('0' + i / 100);
+        snprintf(names[i], sizeof names[i], "b%d", i);
         bodies[i] = kt_body_default();
         bodies[i].name = names[i];
         bodies[i].markers = markers;

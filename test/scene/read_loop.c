@@ -1,0 +1,217 @@
+/* Every key of loops, the initial state, effects and functions, and what reading makes of it. The library refuses these
+ * sections until its engine can do what they say; the tables that read them are complete. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "check.h"
+#include "collect.h"
+#include "scene/parse.h"
+#include "scene/support.h"
+
+#define PI 3.14159265358979323846
+
+#define CHECK_NUMBERS(what, observed, ...)                                                                             \
+    do {                                                                                                               \
+        const double expected_[] = {__VA_ARGS__};                                                                      \
+        kt_check_equal_bits(what, observed, expected_, sizeof expected_ / sizeof *expected_);                          \
+    } while (0)
+
+#define CHECK_VECTOR(what, v, x_, y_, z_)                                                                              \
+    do {                                                                                                               \
+        const double seen_[] = {(v).x, (v).y, (v).z};                                                                  \
+        CHECK_NUMBERS(what, seen_, x_, y_, z_);                                                                        \
+    } while (0)
+
+#define HEAD                                                                                                           \
+    "kinetree: 1\n"                                                                                                    \
+    "bodies:\n"                                                                                                        \
+    "  - {name: crank, joint: {type: revolute}, markers: {tip: [1, 0, 0]}}\n"                                          \
+    "  - {name: slide, joint: {type: prismatic}}\n"                                                                    \
+    "  - {name: bolt, joint: {type: screw, pitch: 0.1}}\n"
+
+KT_TEST(loops_take_their_keys) {
+    static const char text[] = HEAD
+        "loops:\n"
+        "  - {name: a, type: spherical, between: [crank.tip, world]}\n"
+        "  - {name: b, type: revolute, between: [crank, {body: slide, at: [1, 2, 3], rotation: {rpy: [0, 0, 1]}}], "
+        "axis: x}\n"
+        "  - {name: c, type: weld, between: [{body: world, at: [1, 2, 3]}, {body: crank, marker: tip}]}\n"
+        "  - {name: d, type: orthogonal, between: [crank, slide], axis: x, axis2: [0, 1, 1]}\n"
+        "  - {name: e, type: screw, between: [crank, slide], pitch: -0.5}\n"
+        "  - {name: f, type: coupling, coefficients: {crank: 1, slide: -2.5}, offset: 0.25}\n"
+        "  - {name: g, type: rolling, wheel: crank.tip, axis: y, radius: 0.3, on: {body: slide}, normal: -x, "
+        "holonomic: true}\n"
+        "  - {name: h, type: distance, between: [crank, slide]}\n"
+        "  - {name: i, type: distance, between: [crank, slide], length: 2}\n"
+        "initial: {hold: [slide, crank]}\n";
+    kt_scene scene;
+    if (!kt_parse_right(true, text, &scene))
+        return;
+    const kt_loop *l = scene.description.loops;
+    kt_check_equal_int("loops", scene.description.loop_count, 9);
+    kt_check_text("name", l[0].name, "a");
+    kt_check_equal_int("type", l[0].type, KT_LOOP_SPHERICAL);
+    kt_check_text("first body", l[0].between[0].body, "crank");
+    kt_check_text("first marker", l[0].between[0].marker, "tip");
+    kt_check_true("the world", l[0].between[1].body == NULL && l[0].between[1].marker == NULL);
+    CHECK_VECTOR("axis", l[1].axis, 1, 0, 0);
+    kt_check_text("second body", l[1].between[1].body, "slide");
+    CHECK_VECTOR("at", l[1].between[1].at, 1, 2, 3);
+    kt_check_equal_int("rotation", l[1].between[1].rotation.type, KT_ROTATION_RPY);
+    kt_check_true("the world, at a point", l[2].between[0].body == NULL);
+    CHECK_VECTOR("point", l[2].between[0].at, 1, 2, 3);
+    kt_check_text("marker", l[2].between[1].marker, "tip");
+    CHECK_VECTOR("axis by default", l[2].axis, 0, 0, 1);
+    CHECK_VECTOR("axis2", l[3].axis2, 0, 1, 1);
+    CHECK_NUMBERS("pitch", &l[4].pitch, -0.5);
+    kt_check_equal_int("terms", l[5].term_count, 2);
+    kt_check_text("joint of a term", l[5].terms[1].joint, "slide");
+    CHECK_NUMBERS("its coefficient", &l[5].terms[1].coefficient, -2.5);
+    CHECK_NUMBERS("offset", &l[5].offset, 0.25);
+    kt_check_text("wheel", l[6].between[0].marker, "tip");
+    kt_check_text("on", l[6].between[1].body, "slide");
+    CHECK_NUMBERS("radius", &l[6].radius, 0.3);
+    CHECK_VECTOR("axle", l[6].axis, 0, 1, 0);
+    CHECK_VECTOR("normal", l[6].axis2, -1, 0, 0);
+    kt_check_true("holonomic", l[6].holonomic && !l[5].holonomic);
+    kt_check_equal_int("length by default", l[7].function.type, KT_FUNCTION_NONE);
+    kt_check_equal_int("length", l[8].function.type, KT_FUNCTION_CONSTANT);
+    CHECK_NUMBERS("length", &l[8].function.value, 2);
+    kt_check_equal_int("hold", scene.description.hold_count, 2);
+    kt_check_text("hold", scene.description.hold[1], "crank");
+    kt_scene_free(&scene);
+}
+
+KT_TEST(every_loop_between_two_ends_has_its_name) {
+    static const char *const types[] = {"spherical",   "inline",     "inplane",  "distance",  "parallel",
+                                        "coaxial",     "orthogonal", "revolute", "prismatic", "screw",
+                                        "cylindrical", "planar",     "weld",     "universal"};
+    static const kt_loop_type values[] = {KT_LOOP_SPHERICAL, KT_LOOP_INLINE,   KT_LOOP_INPLANE,     KT_LOOP_DISTANCE,
+                                          KT_LOOP_PARALLEL,  KT_LOOP_COAXIAL,  KT_LOOP_ORTHOGONAL,  KT_LOOP_REVOLUTE,
+                                          KT_LOOP_PRISMATIC, KT_LOOP_SCREW,    KT_LOOP_CYLINDRICAL, KT_LOOP_PLANAR,
+                                          KT_LOOP_WELD,      KT_LOOP_UNIVERSAL};
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
+        char text[500];
+        kt_scene scene;
+        snprintf(text, sizeof text, HEAD "loops: [{name: l, type: %s, between: [crank, slide]%s}]\n", types[i],
+                 values[i] == KT_LOOP_SCREW ? ", pitch: 1" : "");
+        if (!kt_parse_right(true, text, &scene))
+            continue;
+        kt_check_equal_int(types[i], scene.description.loops[0].type, values[i]);
+        kt_scene_free(&scene);
+    }
+}
+
+typedef struct function_row {
+    const char *text;
+    kt_function function;
+} function_row;
+
+/* Of a joint that turns, which all of these drive: angles wherever the function gives one, and for the phase. */
+KT_TEST(functions_give_angles_where_the_joint_turns) {
+    static const double line[] = {PI, 2, 3}, points[] = {0, 0, 1, PI};
+    static const function_row table[] = {
+        {"180 deg", {.type = KT_FUNCTION_CONSTANT, .value = PI}},
+        {"-2", {.type = KT_FUNCTION_CONSTANT, .value = -2}},
+        {"{sine: {amplitude: 180 deg, frequency: 2, phase: 90 deg, offset: -180 deg}}",
+         {.type = KT_FUNCTION_SINE, .amplitude = PI, .frequency = 2, .phase = PI / 2, .offset = -PI}},
+        {"{sine: {amplitude: 1, frequency: 2}}", {.type = KT_FUNCTION_SINE, .amplitude = 1, .frequency = 2}},
+        {"{ramp: {from: 0, to: 180 deg, start: 1, end: 2}}",
+         {.type = KT_FUNCTION_RAMP, .from = 0, .to = PI, .start = 1, .end = 2}},
+        {"{polynomial: [180 deg, 2, 3]}", {.type = KT_FUNCTION_POLYNOMIAL, .numbers = line, .number_count = 3}},
+        {"{table: [[0, 0], [1, 180 deg]]}", {.type = KT_FUNCTION_TABLE, .numbers = points, .number_count = 4}},
+        {"{interpolation: cubic, table: [[0, 0], [1, 180 deg]]}",
+         {.type = KT_FUNCTION_TABLE, .numbers = points, .number_count = 4, .interpolation = KT_INTERPOLATION_CUBIC}},
+    };
+    for (size_t i = 0; i < 2 * sizeof table / sizeof *table; i++) {
+        const function_row *row = &table[i / 2];
+        char text[600];
+        kt_scene scene;
+        snprintf(text, sizeof text, HEAD "loops: [{name: l, type: motion, position: %s, joint: %s}]\n", row->text,
+                 i % 2 == 0 ? "crank" : "bolt");
+        if (!kt_parse_right(true, text, &scene))
+            continue;
+        const kt_function *f = &scene.description.loops[0].function;
+        kt_check_equal_int(row->text, f->type, row->function.type);
+        const kt_function *e = &row->function;
+        const double seen[] = {f->value, f->amplitude, f->frequency, f->phase, f->offset,
+                               f->from,  f->to,        f->start,     f->end};
+        CHECK_NUMBERS("members", seen, e->value, e->amplitude, e->frequency, e->phase, e->offset, e->from, e->to,
+                      e->start, e->end);
+        kt_check_equal_int("numbers", f->number_count, row->function.number_count);
+        if (f->number_count == row->function.number_count && f->number_count > 0)
+            kt_check_equal_bits("numbers", f->numbers, row->function.numbers, (size_t)f->number_count);
+        kt_check_equal_int("interpolation", f->interpolation, row->function.interpolation);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(effects_take_their_keys) {
+    static const char text[] =
+        HEAD "effects:\n"
+             "  - {type: spring, between: [crank.tip, {body: world, at: [0, 1, 0]}], stiffness: 100}\n"
+             "  - {name: s, type: spring, between: [crank, slide], length: 0, damping: 2}\n"
+             "  - {type: joint_damper, joint: slide, damping: 0.5}\n"
+             "  - {type: motor, joint: crank, torque: 3}\n"
+             "  - {type: motor, joint: slide, force: {polynomial: [1, 2]}}\n";
+    kt_scene scene;
+    if (!kt_parse_right(true, text, &scene))
+        return;
+    const kt_effect *e = scene.description.effects;
+    kt_check_equal_int("effects", scene.description.effect_count, 5);
+    kt_check_equal_int("type", e[0].type, KT_EFFECT_SPRING);
+    kt_check_true("no name", e[0].name == NULL);
+    kt_check_text("first end", e[0].between[0].marker, "tip");
+    CHECK_VECTOR("second end", e[0].between[1].at, 0, 1, 0);
+    CHECK_NUMBERS("stiffness", &e[0].stiffness, 100);
+    kt_check_true("the initial length", e[0].initial_length);
+    kt_check_text("name", e[1].name, "s");
+    kt_check_true("a length of its own", !e[1].initial_length);
+    CHECK_NUMBERS("length", &e[1].length, 0);
+    CHECK_NUMBERS("damping", &e[1].damping, 2);
+    kt_check_equal_int("type", e[2].type, KT_EFFECT_JOINT_DAMPER);
+    kt_check_text("joint", e[2].joint, "slide");
+    CHECK_NUMBERS("damping", &e[2].damping, 0.5);
+    kt_check_true("no length", !e[2].initial_length);
+    kt_check_equal_int("type", e[3].type, KT_EFFECT_MOTOR);
+    CHECK_NUMBERS("torque", &e[3].torque.value, 3);
+    kt_check_equal_int("force", e[4].torque.type, KT_FUNCTION_POLYNOMIAL);
+    kt_scene_free(&scene);
+}
+
+/* A scene that has what an entry of the list names: a section, a key of one, or a word that is a key's value. */
+static void write_refused(char *text, size_t size, const char *entry) {
+    char parts[3][40] = {"", "", ""};
+    int count = 0;
+    for (const char *part = entry; count < 3 && *part != '\0'; count++) {
+        size_t length = strcspn(part, ".");
+        snprintf(parts[count], sizeof parts[count], "%.*s", (int)length, part);
+        part += length + (part[length] == '.');
+    }
+    bool list = strcmp(parts[0], "loops") == 0 || strcmp(parts[0], "effects") == 0;
+    if (count == 1)
+        snprintf(text, size, "kinetree: 1\n%s: []\n", parts[0]);
+    else if (list)
+        snprintf(text, size, "kinetree: 1\n%s: [{name: x, %s: %s}]\n", parts[0], parts[1], parts[2]);
+    else
+        snprintf(text, size, "kinetree: 1\n%s: {%s: %s}\n", parts[0], parts[1], count == 3 ? parts[2] : "x");
+}
+
+/* Each with the list, and alone, so that what is within a section is reached. */
+KT_TEST(what_is_not_supported_yet_is_never_ignored) {
+    for (size_t i = 0; kt_support_refused[i] != NULL; i++) {
+        const char *const alone[] = {kt_support_refused[i], NULL}, *const * lists[] = {kt_support_refused, alone};
+        char text[300];
+        write_refused(text, sizeof text, kt_support_refused[i]);
+        for (int k = 0; k < 2; k++) {
+            kt_scene scene;
+            kt_error error = {KT_OK, "", ""};
+            kt_check_equal_int(kt_support_refused[i],
+                               kt_scene_parse_without(lists[k], NULL, text, strlen(text), &scene, NULL, NULL, &error),
+                               KT_ERROR_UNSUPPORTED);
+            kt_check_contains("message", error.message, "is not supported yet");
+        }
+    }
+    kt_check_true("this was all", true);
+}
