@@ -100,7 +100,7 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
     const double f0 = 2.0 / (b * one);
     const double f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
     const double f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
-    const double size = sine < KT_AXIS_CLEARANCE ? kt_axis_gap(sine) / KT_AXIS_CLEARANCE : f0;
+    const double size = sine < KT_AXIS_CLEARANCE ? kt_axis_gap(sine) / sqrt(h2) : f0;
     const kt_v4 slope = -(kt_v4_splat(h[0]) * end[0].axes[0] + kt_v4_splat(h[1]) * end[0].axes[1]); /* f x e */
     const kt_v4 bend = kt_v4_cross(w, kt_v4_cross(w, f));
     const double c1 = kt_v4_dot(w, slope), c2 = kt_v4_dot(e, bend);

@@ -18,9 +18,9 @@
     X(int32_t, first, n + 1, "first child of a body, 0: none")                                                         \
     X(int32_t, next, n + 1, "next sibling of a body, 0: none")                                                         \
     X(int32_t, stack, n + 1, "of bodies to visit")                                                                     \
-    X(double, mass, KT_ELEMENT_MAX *n + 1, "that a link carries, itself included")                                     \
-    X(double, trace, KT_ELEMENT_MAX *n + 1, "sum of the traces of the inertias that a link carries")                   \
-    X(double, shift, KT_ELEMENT_MAX *n + 1, "largest mass times offset^2 among the steps down from a link")            \
+    X(double, mass, (KT_ELEMENT_MAX * n + 1), "that a link carries, itself included")                                  \
+    X(double, trace, (KT_ELEMENT_MAX * n + 1), "sum of the traces of the inertias that a link carries")                \
+    X(double, shift, (KT_ELEMENT_MAX * n + 1), "largest mass times offset^2 among the steps down from a link")         \
     X(char, table, table_size, "of the names")
 
 typedef struct build {

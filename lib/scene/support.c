@@ -3,17 +3,12 @@
  * This list is the one switch: take a line away when the engine can do what it names, and the tables of keys, which
  * hold loops, initial and the first effects already, do the rest. An entry is a key of the file ("loops"), a key of a
  * section
- * ("simulate.plan") or a word that stands for a key's value ("simulate.reduction.svd").
  */
 #include "scene/support.h"
 
 #include <string.h>
 
 const char *const kt_support_refused[] = {
-    "loops",
-    "initial",
-    "effects",
-    "loops.type.rolling",
     "effects.type.joint_spring",
     "effects.type.joint_friction",
     "effects.type.joint_limit",
@@ -25,9 +20,6 @@ const char *const kt_support_refused[] = {
     "effects.type.contact",
     "simulate.plan",
     "simulate.formulation.absolute",
-    "simulate.reduction.partition",
-    "simulate.reduction.svd",
-    "simulate.metric.mass",
     NULL,
 };
 

@@ -27,7 +27,7 @@ CORE_MAY_IMPORT = [
     # linear algebra in the caller's workspace
     "LAPACKE_d*_work", "cblas_d*",
     # what compilers call by themselves
-    "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init",
+    "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
 SET_UP = ["model/attach.c", "model/check.c", "model/compile*.c", "reduction/rank.c", "simulation/place.c"]

@@ -3,8 +3,8 @@
 readme.py README BUILD-ROOT INCLUDE-DIRECTORY COMMAND-OR-EMPTY C-COMPILER...
 
 - a block of C that has a main is compiled against the shared library, and run;
-- a block of YAML that begins with "kinetree: 1" passes "kinetree check", and is there for the shell under the name that
-  its heading comment gives it ("# pendulum.yaml"), or as scene-1.yaml and so on;
+- a block of YAML with a line "kinetree: 1" passes "kinetree check", and is there for the shell under the name that a
+  comment of its own gives it ("# pendulum.yaml"), or as scene-1.yaml and so on;
 - a line of a shell block that begins with "kinetree " is run, in the same folder, in the order of the page.
 """
 import os
@@ -62,7 +62,7 @@ class Page:
         if not re.search(r"^kinetree: 1\b", body, flags=re.M):
             return
         self.scenes += 1
-        named = re.match(r"#\s*([\w.-]+\.yaml)\s*$", body, flags=re.M)
+        named = re.search(r"^#\s*([\w.-]+\.yaml)\s*$", body, flags=re.M)
         scene = self.folder / (named[1] if named else f"scene-{self.scenes}.yaml")
         scene.write_text(body)
         claim(f"scene at line {line} is right", failure([self.command, "check", scene.name], self.folder,

@@ -39,7 +39,7 @@ KT_TEST(loops_take_their_keys) {
         "  - {name: c, type: weld, between: [{body: world, at: [1, 2, 3]}, {body: crank, marker: tip}]}\n"
         "  - {name: d, type: orthogonal, between: [crank, slide], axis: x, axis2: [0, 1, 1]}\n"
         "  - {name: e, type: screw, between: [crank, slide], pitch: -0.5}\n"
-        "  - {name: f, type: coupling, coefficients: {crank: 1, slide: -2.5}, offset: 0.25}\n"
+        "  - {name: f, type: coupling, coefficients: {crank: 1, slide: -2.5}, offset: 90 deg}\n"
         "  - {name: g, type: rolling, wheel: crank.tip, axis: y, radius: 0.3, on: {body: slide}, normal: -x, "
         "holonomic: true}\n"
         "  - {name: h, type: distance, between: [crank, slide]}\n"
@@ -68,7 +68,7 @@ KT_TEST(loops_take_their_keys) {
     kt_check_equal_int("terms", l[5].term_count, 2);
     kt_check_text("joint of a term", l[5].terms[1].joint, "slide");
     CHECK_NUMBERS("its coefficient", &l[5].terms[1].coefficient, -2.5);
-    CHECK_NUMBERS("offset", &l[5].offset, 0.25);
+    CHECK_NUMBERS("offset, of an angle", &l[5].offset, PI / 2);
     kt_check_text("wheel", l[6].between[0].marker, "tip");
     kt_check_text("on", l[6].between[1].body, "slide");
     CHECK_NUMBERS("radius", &l[6].radius, 0.3);
@@ -213,5 +213,7 @@ KT_TEST(what_is_not_supported_yet_is_never_ignored) {
             kt_check_contains("message", error.message, "is not supported yet");
         }
     }
+    for (size_t n = 0; kt_support_refused_name(kt_support_refused, "", n) != NULL; n++)
+        kt_check_true("a section is one word", strchr(kt_support_refused_name(kt_support_refused, "", n), '.') == NULL);
     kt_check_true("this was all", true);
 }

@@ -293,18 +293,10 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
 KT_TEST(what_reading_refuses_writing_refuses) {
     kt_scene scene = kt_scene_default();
     kt_body body = kt_body_default();
-    kt_effect effect = kt_effect_default();
     body.name = "a";
     body.joint.type = KT_JOINT_REVOLUTE;
-    effect.type = KT_EFFECT_JOINT_DAMPER;
-    effect.joint = "a";
-    effect.damping = 1.0;
     scene.description.bodies = &body;
     scene.description.body_count = 1;
-    scene.description.effects = &effect;
-    scene.description.effect_count = 1;
-    check_refused("effects", &scene, KT_ERROR_UNSUPPORTED, "'effects' is not supported yet");
-    scene.description.effect_count = 0;
     scene.run.formulation = KT_FORMULATION_ABSOLUTE;
     check_refused("formulation", &scene, KT_ERROR_UNSUPPORTED, "'absolute' is not supported yet");
 }
