@@ -107,20 +107,20 @@ static double put_quantity(cairo_t *c, double x, double y, const char *title, co
 /* ---- a panel ----------------------------------------------------------------------------------------------------- */
 
 /* From numbers to places on the paper. */
-typedef struct kt_frame {
+typedef struct kt_plot_frame {
     double left, right, top, bottom;
     kt_axis x, y;
-} kt_frame;
+} kt_plot_frame;
 
-static double to_x(const kt_frame *f, double x) {
+static double to_x(const kt_plot_frame *f, double x) {
     return f->left + (x - f->x.low) / (f->x.high - f->x.low) * (f->right - f->left);
 }
 
-static double to_y(const kt_frame *f, double y) {
+static double to_y(const kt_plot_frame *f, double y) {
     return f->bottom - (y - f->y.low) / (f->y.high - f->y.low) * (f->bottom - f->top);
 }
 
-static void draw_grid(cairo_t *c, const kt_frame *f) {
+static void draw_grid(cairo_t *c, const kt_plot_frame *f) {
     char text[48];
     cairo_set_line_width(c, 1.0);
     cairo_set_font_size(c, small_size);
@@ -153,7 +153,7 @@ static void draw_grid(cairo_t *c, const kt_frame *f) {
 
 /* All points of a quarter pixel's column as one stroke from the least to the largest: the same picture, and no more
  * points than the paper has room for. */
-static void draw_series(cairo_t *c, const kt_frame *f, const kt_plot_series *series) {
+static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series) {
     bool is_open = false;
     for (size_t i = 0; i < series->count;) {
         double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
@@ -181,7 +181,7 @@ static void draw_series(cairo_t *c, const kt_frame *f, const kt_plot_series *ser
     cairo_stroke(c);
 }
 
-static void draw_legend(cairo_t *c, const kt_frame *f, const kt_plot_panel *panel) {
+static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
     const double x = f->right + 16.0, line = 1.6 * small_size;
     double y = f->top + small_size;
     cairo_set_font_size(c, small_size);
@@ -222,7 +222,7 @@ static void find_range(const kt_plot_panel *panel, bool of_y, double *low, doubl
     *high += room;
 }
 
-static void draw_panel(cairo_t *c, const kt_plot_panel *panel, kt_frame *f) {
+static void draw_panel(cairo_t *c, const kt_plot_panel *panel, kt_plot_frame *f) {
     double low, high;
     find_range(panel, false, &low, &high);
     f->x = kt_axis_make(low, high, TICKS_X);
@@ -259,7 +259,7 @@ static void draw_all(cairo_t *c, const kt_plot *plot) {
     cairo_set_font_size(c, text_size);
     use(c, quiet);
     put_text(c, LEFT - 50.0, 48.0, KT_ANCHOR_LEFT, plot->subtitle);
-    kt_frame frame = {.left = LEFT, .right = WIDTH - RIGHT, .bottom = TOP};
+    kt_plot_frame frame = {.left = LEFT, .right = WIDTH - RIGHT, .bottom = TOP};
     for (int i = 0; i < plot->panel_count; i++) {
         frame.top = frame.bottom + (i == 0 ? GAP / 2 : GAP);
         frame.bottom = frame.top + PANEL_HEIGHT;

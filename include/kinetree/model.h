@@ -1,8 +1,8 @@
 /* A mechanism: its description in plain structs, and the immutable model compiled from it.
  *
- * The caller fills a kt_description (start every struct from its _default() call), kt_model_compile checks it, orders it
- * and lays it out. The description and its strings may be released afterwards. A model may be shared between threads;
- * each thread has its own kt_data.
+ * The caller fills a kt_description (start every struct from its _default() call), kt_model_compile checks it, orders
+ * it and lays it out. The description and its strings may be released afterwards. A model may be shared between
+ * threads; each thread has its own kt_data.
  *
  * SI units and radians. Body 0 is the world. A body bears one joint, the one that carries it on its parent, and the
  * joint bears the body's name. The body frame is the child side of its joint.
@@ -84,8 +84,8 @@ enum { KT_JOINT_NQ_MAX = 7, KT_JOINT_NV_MAX = 6 };
  *   revolute, screw: angle; prismatic: length; cylindrical: angle, length; universal: angle about axis, about axis2;
  *   planar: x, y, angle (x, y along the in-plane axes of kt_triad_from_axis(axis, 2), in the joint frame);
  *   spherical: quaternion; angular velocity in the body frame;
- *   free: x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular velocity in the body frame.
- * A quaternion of four zeros stands for no rotation. */
+ *   free: x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular velocity in the body
+ * frame. A quaternion of four zeros stands for no rotation. */
 typedef struct kt_joint {
     kt_joint_type type;
     kt_vec3 axis;         /* in the joint frame; any non-zero length */
@@ -134,11 +134,11 @@ typedef struct kt_body {
     const char *name;   /* [A-Za-z_][A-Za-z0-9_-]* */
     const char *parent; /* name of a body; NULL or "world": the world */
     kt_joint joint;
-    double mass;            /* kg */
-    kt_vec3 com;            /* centre of mass, body frame, m */
-    kt_sym3 inertia;        /* about the com, body axes, kg m^2 */
-    bool com_of_shape;      /* take the com from the shape and `mass`, and ignore `com` */
-    bool inertia_of_shape;  /* take the inertia from the shape and `mass`, and ignore `inertia` */
+    double mass;           /* kg */
+    kt_vec3 com;           /* centre of mass, body frame, m */
+    kt_sym3 inertia;       /* about the com, body axes, kg m^2 */
+    bool com_of_shape;     /* take the com from the shape and `mass`, and ignore `com` */
+    bool inertia_of_shape; /* take the inertia from the shape and `mass`, and ignore `inertia` */
     kt_shape shape;
     const kt_marker *markers;
     int marker_count;
@@ -208,7 +208,8 @@ typedef struct kt_loop {
 #define KT_EFFECT_LIST(X)                                                                                              \
     X(KT_EFFECT_SPRING, spring)                                                                                        \
     X(KT_EFFECT_JOINT_DAMPER, joint_damper)                                                                            \
-    X(KT_EFFECT_MOTOR, motor)
+    X(KT_EFFECT_MOTOR, motor)                                                                                          \
+    X(KT_EFFECT_FORCE, force)
 
 typedef enum kt_effect_type {
 #define KT_EFFECT_ENUM(id, name) id,
@@ -217,17 +218,21 @@ typedef enum kt_effect_type {
         KT_EFFECT_TYPE_COUNT
 } kt_effect_type;
 
+typedef enum kt_frame { KT_FRAME_WORLD = 0, KT_FRAME_BODY } kt_frame;
+
 /* Something that pushes; only the members of its type are read. */
 typedef struct kt_effect {
     const char *name; /* may be NULL */
     kt_effect_type type;
-    kt_end between[2];   /* spring */
-    const char *joint;   /* joint_damper, motor */
-    double stiffness;    /* spring, N/m */
-    double length;       /* spring: rest length, m */
-    bool initial_length; /* spring: the rest length is the distance at the start, and `length` is ignored */
-    double damping;      /* spring N s/m; joint_damper N m s/rad or N s/m */
-    kt_function torque;  /* motor: N m, or N on a sliding joint */
+    kt_end between[2];    /* spring; force: the first is where it acts */
+    const char *joint;    /* joint_damper, motor */
+    double stiffness;     /* spring, N/m */
+    double length;        /* spring: rest length, m */
+    bool initial_length;  /* spring: the rest length is the distance at the start, and `length` is ignored */
+    double damping;       /* spring N s/m; joint_damper N m s/rad or N s/m */
+    kt_function torque;   /* motor: N m, or N on a sliding joint */
+    kt_function value[3]; /* force: its components, N */
+    kt_frame frame;       /* force: the axes of its components */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */
@@ -304,8 +309,8 @@ typedef struct kt_model_options {
 KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
- * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MODEL with what, where and how to mend it
- * (the first fault; kt_description_check reports them all), KT_ERROR_MEMORY. O(size of the description). */
+ * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MODEL with what, where and how to mend
+ * it (the first fault; kt_description_check reports them all), KT_ERROR_MEMORY. O(size of the description). */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
 KT_API void kt_model_free(kt_model *model);

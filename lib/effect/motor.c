@@ -5,7 +5,7 @@ static double drive(const kt_effect_record *effect, const double *numbers, doubl
                     kt_effect_balance *balance) {
     double f[3];
     (void)q;
-    kt_curve_evaluate(&effect->curve, numbers, t, f);
+    kt_curve_evaluate(&effect->curve[0], numbers, t, f);
     if (balance)
         *balance = (kt_effect_balance){.supplied = f[0] * v};
     return f[0];

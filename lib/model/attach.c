@@ -306,6 +306,19 @@ static double length_of(const kt_model *m) {
     return length > 0.0 ? length : 1.0;
 }
 
+/* Frames that an effect acts on; 0: a joint. */
+static int end_count(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_SPRING ? 2 : effect->type == KT_EFFECT_FORCE ? 1 : 0;
+}
+
+/* The k-th function of time that an effect has. */
+static const kt_function *function_of_effect(const kt_effect *effect, int k) {
+    static const kt_function none = {.type = KT_FUNCTION_NONE};
+    if (effect->type == KT_EFFECT_FORCE)
+        return &effect->value[k];
+    return effect->type == KT_EFFECT_MOTOR && k == 0 ? &effect->torque : &none;
+}
+
 static kt_status fill_effects(const attach *a, kt_model *m, size_t *number, kt_error *error) {
     for (size_t i = 0; i < m->n.effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
@@ -313,23 +326,28 @@ static kt_status fill_effects(const attach *a, kt_model *m, size_t *number, kt_e
         *r = (kt_effect_record){.type = (int32_t)effect->type, .source = (int32_t)i, .length = effect->length};
         r->stiffness = effect->stiffness;
         r->damping = effect->damping;
-        if (effect->type == KT_EFFECT_SPRING) {
+        r->in_body = effect->frame == KT_FRAME_BODY;
+        const int ends = end_count(effect);
+        if (ends) {
             kt_pose at[2];
-            for (int k = 0; k < 2; k++) {
+            for (int k = 0; k < ends; k++) {
                 const kt_status status =
                     place_end(m, &effect->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
                 if (status != KT_OK)
                     return status;
                 at[k] = kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
             }
-            if (effect->initial_length)
+            if (ends == 2 && effect->initial_length)
                 r->length = distance_between(at[0], at[1]);
         } else {
             r->body[0] = kt_body_find(m, effect->joint);
             r->link[0] = m->body[r->body[0]].link;
         }
-        r->curve = kt_curve_compile(&effect->torque, m->number, *number);
-        *number += kt_curve_number_count(&effect->torque);
+        for (int k = 0; k < 3; k++) {
+            const kt_function *function = function_of_effect(effect, k);
+            r->curve[k] = kt_curve_compile(function, m->number, *number);
+            *number += kt_curve_number_count(function);
+        }
     }
     return KT_OK;
 }
@@ -362,7 +380,8 @@ static kt_status attach_all(attach *a, kt_counts *n, kt_model **model, kt_error 
         return status;
     number_groups(a, n);
     for (int i = 0; i < d->effect_count; i++)
-        n->number += kt_curve_number_count(&d->effects[i].torque);
+        for (int k = 0; k < 3; k++)
+            n->number += kt_curve_number_count(function_of_effect(&d->effects[i], k));
     kt_model *m = grow(a->tree, n);
     if (!m)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "the model's memory cannot be had");

@@ -93,6 +93,7 @@ int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char
 /* The same for a joint of one coordinate. */
 int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, const char *name);
 /* Two ends, on two bodies. */
+void kt_checker_end(kt_checker *checker, const char *field, const kt_end *end); /* one end */
 void kt_checker_ends(kt_checker *checker, const kt_end ends[2]);
 
 /* ---- the items --------------------------------------------------------------------------------------------------- */

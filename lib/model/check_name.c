@@ -95,9 +95,9 @@ int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, con
     return body;
 }
 
-static void check_marker(kt_checker *checker, int sub, int body, const char *marker) {
+static void check_marker(kt_checker *checker, const char *field, int sub, int body, const char *marker) {
     if (body == KT_BODY_WORLD) {
-        kt_checker_fault(checker, "between", sub, "the world has no markers, and no %s; give the point by `at`",
+        kt_checker_fault(checker, field, sub, "the world has no markers, and no %s; give the point by `at`",
                          kt_name_quote(marker).text);
         return;
     }
@@ -109,24 +109,34 @@ static void check_marker(kt_checker *checker, int sub, int body, const char *mar
         if (!kt_nearest_try(&search, owner->markers[i].name))
             break;
     if (search.best != NULL)
-        kt_checker_fault(checker, "between", sub, "body %s has no marker %s; did you mean %s?",
+        kt_checker_fault(checker, field, sub, "body %s has no marker %s; did you mean %s?",
                          kt_name_quote(owner->name).text, kt_name_quote(marker).text, kt_name_quote(search.best).text);
     else
-        kt_checker_fault(checker, "between", sub, "body %s has no marker %s; add it, or give the point by `at`",
+        kt_checker_fault(checker, field, sub, "body %s has no marker %s; add it, or give the point by `at`",
                          kt_name_quote(owner->name).text, kt_name_quote(marker).text);
 }
 
+/* One end, under the key `field`; returns its body. */
+static int check_end(kt_checker *checker, const char *field, int sub, const kt_end *end) {
+    static const char *const at[3] = {"at", "[0].at", "[1].at"};
+    static const char *const rotation[3] = {"rotation", "[0].rotation", "[1].rotation"};
+    const int body = kt_checker_body(checker, field, sub, "body", end->body);
+    if (end->marker == NULL)
+        kt_checker_vector(checker, field, sub, at[sub + 1], end->at);
+    else if (body != KT_BODY_UNKNOWN)
+        check_marker(checker, field, sub, body, end->marker);
+    kt_checker_rotation(checker, field, sub, rotation[sub + 1], &end->rotation);
+    return body;
+}
+
+void kt_checker_end(kt_checker *checker, const char *field, const kt_end *end) {
+    (void)check_end(checker, field, -1, end);
+}
+
 void kt_checker_ends(kt_checker *checker, const kt_end ends[2]) {
-    static const char *const at[2] = {"[0].at", "[1].at"}, *const rotation[2] = {"[0].rotation", "[1].rotation"};
     int body[2];
-    for (int i = 0; i < 2; i++) {
-        body[i] = kt_checker_body(checker, "between", i, "body", ends[i].body);
-        if (ends[i].marker == NULL)
-            kt_checker_vector(checker, "between", i, at[i], ends[i].at);
-        else if (body[i] != KT_BODY_UNKNOWN)
-            check_marker(checker, i, body[i], ends[i].marker);
-        kt_checker_rotation(checker, "between", i, rotation[i], &ends[i].rotation);
-    }
+    for (int i = 0; i < 2; i++)
+        body[i] = check_end(checker, "between", i, &ends[i]);
     if (body[0] == body[1] && body[0] != KT_BODY_UNKNOWN)
         kt_checker_fault(checker, "between", -1, "both ends are on %s; it takes two bodies",
                          body[0] == KT_BODY_WORLD ? "the world" : kt_name_quote(ends[0].body).text);

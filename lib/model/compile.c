@@ -248,8 +248,6 @@ static void string_all(build *b) {
         up->leads |= m->link[i].follows;
         up->branches |= !m->link[i].follows;
     }
-    for (int32_t i = 1; i < n; i++)
-        m->mass += m->body[i].link ? m->body[i].mass : 0.0;
 }
 
 /* link->size: of the order of the rigid inertia that a link carries, but not of its growth with the cube of a chain's

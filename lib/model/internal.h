@@ -144,7 +144,8 @@ typedef struct kt_effect_record {
     int32_t link[2]; /* of joint effects: link[0] is the joint's */
     kt_pose frame[2];
     double stiffness, damping, length;
-    kt_curve curve; /* motor */
+    kt_curve curve[3]; /* motor: one; force: its components */
+    bool in_body;      /* force: components in the end's axes */
 } kt_effect_record;
 
 typedef struct kt_counts {
@@ -180,7 +181,6 @@ struct kt_model {
     size_t bytes;
     kt_counts n;
     kt_v4 gravity;
-    double mass; /* of all bodies that move */
     kt_level level;
     kt_reduction reduction;
     kt_metric metric;

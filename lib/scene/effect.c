@@ -3,7 +3,12 @@
 
 #include <stddef.h>
 
-enum { SPRING = 1 << KT_EFFECT_SPRING, JOINT_DAMPER = 1 << KT_EFFECT_JOINT_DAMPER, MOTOR = 1 << KT_EFFECT_MOTOR };
+enum {
+    SPRING = 1 << KT_EFFECT_SPRING,
+    JOINT_DAMPER = 1 << KT_EFFECT_JOINT_DAMPER,
+    MOTOR = 1 << KT_EFFECT_MOTOR,
+    FORCE = 1 << KT_EFFECT_FORCE
+};
 
 #define EFFECT_NAME(id, name) #name,
 static const char *const type_names[] = {KT_EFFECT_LIST(EFFECT_NAME)};
@@ -22,6 +27,9 @@ static bool read_length(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
 }
 
+static const char *const frame_names[] = {"world", "body"};
+static const kt_choice frames = {"effects.frame", frame_names, 2, 0};
+
 static const kt_kind kind_length = {read_length, kt_number_write, same_length};
 
 #define AT(member) .offset = offsetof(kt_effect, member)
@@ -35,6 +43,9 @@ static const kt_field fields[] = {
     {.key = "length", .kind = &kind_length, AT(length), .types = SPRING},
     {.key = "damping", .kind = &kt_kind_number, AT(damping), .types = SPRING},
     {.key = "damping", .kind = &kt_kind_number, AT(damping), .types = JOINT_DAMPER, REQUIRED},
+    {.key = "at", .kind = &kt_kind_end, AT(between[0]), .types = FORCE, REQUIRED},
+    {.key = "value", .kind = &kt_kind_functions, AT(value), .types = FORCE, REQUIRED},
+    {.key = "frame", .kind = &kt_kind_choice, AT(frame), .types = FORCE, .detail = &frames},
     {.key = "torque", .kind = &kt_kind_function, AT(torque), .types = MOTOR},
     {.key = "force", .kind = &kt_kind_function, AT(torque), .types = MOTOR, .flags = KT_FIELD_READ_ONLY},
 };

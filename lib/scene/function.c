@@ -200,5 +200,28 @@ static bool same_function(const kt_field *field, const void *object, const void 
     return function->type == KT_FUNCTION_NONE;
 }
 
+static bool read_three(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_function *functions = kt_field_in(object, field);
+    if (node->kind != KT_NODE_LIST || node->count != 3)
+        return kt_fault_expected(r, scope, node, "a list of three numbers or functions of time");
+    bool good = true;
+    int i = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        good = read_function(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
+    }
+    return good;
+}
+
+static void write_three(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_function *functions = kt_field_of(object, field);
+    const kt_field each = {.key = field->key, .kind = field->kind};
+    kt_emit_list(e, true);
+    for (int i = 0; i < 3; i++)
+        write_function(e, &each, &functions[i], standard);
+    kt_emit_end(e);
+}
+
+const kt_kind kt_kind_functions = {read_three, write_three, same_function};
 const kt_kind kt_kind_function = {read_plain, write_function, same_function};
 const kt_kind kt_kind_motion = {read_motion, write_function, same_function};

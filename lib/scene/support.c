@@ -1,8 +1,8 @@
 /* What SCENE.md describes and this version cannot do yet.
  *
- * This list is the one switch: take a line away when the engine can do what it names, and the tables of keys, which
- * hold loops, initial and the first effects already, do the rest. An entry is a key of the file ("loops"), a key of a
- * section
+ * This list is the one switch: take a line away when the engine can do what it names, and the tables of keys do the
+ * rest, if they have it already. An entry is a key of the file ("loops"), a key of a section ("simulate.plan"), or a
+ * word that stands for a key's value ("simulate.reduction.svd").
  */
 #include "scene/support.h"
 
@@ -13,7 +13,6 @@ const char *const kt_support_refused[] = {
     "effects.type.joint_friction",
     "effects.type.joint_limit",
     "effects.type.bushing",
-    "effects.type.force",
     "effects.type.torque",
     "effects.type.drag",
     "effects.type.attraction",

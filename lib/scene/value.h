@@ -55,7 +55,7 @@ extern const kt_kind kt_kind_map;
 extern const kt_kind kt_kind_rotation; /* kt_rotation */
 extern const kt_kind kt_kind_end;      /* kt_end */
 extern const kt_kind kt_kind_ends;     /* kt_end[2] */
-/* kt_function, of plain numbers; of angles; the one that drives the joint of a kt_loop. */
-extern const kt_kind kt_kind_function, kt_kind_motion;
+/* kt_function, of plain numbers; three of them, in a list; of angles; the one that drives the joint of a kt_loop. */
+extern const kt_kind kt_kind_function, kt_kind_functions, kt_kind_motion;
 
 #endif

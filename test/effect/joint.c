@@ -29,7 +29,8 @@ KT_TEST(a_motor_gives_its_function_of_time_and_supplies_the_power) {
     const double t = 1.9,
                  expected[2] = {0.3 + 1.5 * sin(2.0 * 3.141592653589793 * 0.7 * t + 0.2), 0.5 - 2.0 * t + 0.25 * t * t};
     for (int i = 0; i < 2; i++) {
-        const kt_effect_record motor = {.type = KT_EFFECT_MOTOR, .curve = kt_curve_compile(&functions[i], numbers, 2)};
+        const kt_effect_record motor = {.type = KT_EFFECT_MOTOR,
+                                        .curve = {kt_curve_compile(&functions[i], numbers, 2)}};
         for (int speed = -1; speed <= 1; speed++) {
             kt_effect_balance balance;
             const double force =

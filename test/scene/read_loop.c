@@ -6,22 +6,9 @@
 
 #include "check.h"
 #include "collect.h"
+#include "expect.h"
 #include "scene/parse.h"
 #include "scene/support.h"
-
-#define PI 3.14159265358979323846
-
-#define CHECK_NUMBERS(what, observed, ...)                                                                             \
-    do {                                                                                                               \
-        const double expected_[] = {__VA_ARGS__};                                                                      \
-        kt_check_equal_bits(what, observed, expected_, sizeof expected_ / sizeof *expected_);                          \
-    } while (0)
-
-#define CHECK_VECTOR(what, v, x_, y_, z_)                                                                              \
-    do {                                                                                                               \
-        const double seen_[] = {(v).x, (v).y, (v).z};                                                                  \
-        CHECK_NUMBERS(what, seen_, x_, y_, z_);                                                                        \
-    } while (0)
 
 #define HEAD                                                                                                           \
     "kinetree: 1\n"                                                                                                    \

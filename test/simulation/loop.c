@@ -18,12 +18,12 @@ static const double rod = 0.6, coupler = 1.5, length = 0.8, start = 1.1;
 /* What projection leaves: it stops within 64 eps of the mechanism's length (here 2.8 m). */
 static const double projected = 64.0 * 2.8 * DBL_EPSILON;
 
-typedef struct kt_frame {
+typedef struct four_bar_frame {
     kt_body bodies[3];
     kt_loop loop;
     const char *hold[1];
     kt_description description;
-} kt_frame;
+} four_bar_frame;
 
 static kt_body make_rod(const char *name, double x, double to) {
     kt_body body = kt_body_default();
@@ -41,7 +41,7 @@ static kt_body make_rod(const char *name, double x, double to) {
 /* The second crank and the coupler are given off by `error` rad, for assembly to put right. With cranks of unequal
  * lengths it is a four-bar linkage whose closure is not linear in its angles. */
 static kt_model *make_linkage(double error, double right) {
-    kt_frame f;
+    four_bar_frame f;
     f.bodies[0] = make_rod("left", 0.0, length);
     f.bodies[1] = make_rod("right", 2.0, right);
     f.bodies[1].joint.position[0] = start + error;
