@@ -64,7 +64,7 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
     const double small = model->length * KT_CLOSED_TOLERANCE;
     kt_violation here, there;
     if (!kernels->factor(model, data, t, q, NULL, held, &here))
-        return INFINITY;
+        return (double)INFINITY;
     double mu = 1e-3, sum = squares(model, data);
     for (int i = 0; i < FAR_MOST && here.position > small && mu < 1e12; i++) {
         memset(data->delta, 0, model->n.v * sizeof(double));
@@ -73,7 +73,7 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
             solved &= damped_step(model, data, g, mu, data->delta);
         shorten(model, data->delta);
         kt_position_add(model, q, data->delta, data->moved_q);
-        double beside = INFINITY;
+        double beside = (double)INFINITY;
         if (solved && kernels->factor(model, data, t, data->moved_q, NULL, held, &there))
             beside = squares(model, data);
         if (beside < sum) {
@@ -86,7 +86,7 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
         } else {
             mu *= 10.0;
             if (!kernels->factor(model, data, t, q, NULL, held, &here)) /* the equations here again */
-                return INFINITY;
+                return (double)INFINITY;
         }
     }
     return here.position;

@@ -22,7 +22,7 @@ int kt_project_in_place(const kt_model *model, kt_data *data, double t, double *
                         double tolerance, bool *changed, kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     const double small = model->length * KT_CLOSED_TOLERANCE;
-    double before = INFINITY;
+    double before = (double)INFINITY;
     for (int i = 0;; i++) {
         if (!kernels->factor(model, data, t, q, v, NULL, violation))
             return -1;

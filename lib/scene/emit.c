@@ -34,10 +34,10 @@ static void put(kt_emitter *e, const char *text, size_t length) {
 static void put_string(kt_emitter *e, const char *text) { put(e, text, strlen(text)); }
 
 static void new_line(kt_emitter *e, int indent) {
+    static const char blanks[2 * KT_EMIT_DEPTH_MAX + 1] = "                                ";
     put(e, "\n", 1);
     e->column = 0;
-    for (int i = 0; i < indent; i++)
-        put(e, " ", 1);
+    put(e, blanks, (size_t)indent);
 }
 
 static kt_emit_level *top(kt_emitter *e) { return e->depth == 0 ? NULL : &e->levels[e->depth - 1]; }

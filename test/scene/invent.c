@@ -294,13 +294,19 @@ static void invent_effect(inventor *v, int i) {
         effect->initial_length = chance(v);
         if (!effect->initial_length && chance(v))
             effect->length = positive(v);
+    } else if (effect->type == KT_EFFECT_FORCE) {
+        effect->between[0] = end_on(v, &v->out->bodies[pick(v, INVENT_BODIES)]);
+        for (int k = 0; k < 3; k++)
+            effect->value[k] =
+                k == 1 ? function(v, v->out->numbers[INVENT_LOOPS + i], false) : kt_function_constant(any(v));
+        effect->frame = chance(v) ? KT_FRAME_BODY : KT_FRAME_WORLD;
     } else {
         effect->joint = scalar_joint(v);
     }
-    if (effect->type != KT_EFFECT_MOTOR)
-        effect->damping = chance(v) ? 0.0 : positive(v);
-    else
+    if (effect->type == KT_EFFECT_MOTOR)
         effect->torque = function(v, v->out->numbers[INVENT_LOOPS + i], false);
+    else if (effect->type != KT_EFFECT_FORCE)
+        effect->damping = chance(v) ? 0.0 : positive(v);
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
