@@ -48,14 +48,32 @@ static void show_sizes(const kt_model *model) {
 
 enum { LISTED_MAX = 20 };
 
-static void show_loops(const kt_description *description) {
-    int count = description->loop_count;
+/* One group: its loops by name and type, and how many of their equations say something new. */
+static void show_group(const kt_model *model, int index) {
+    const kt_loop_group group = kt_loop_group_at(model, index);
+    const int redundant = group.equations - group.rank;
+    for (int i = 0; i < group.loop_count && i < LISTED_MAX; i++)
+        printf("%s%s (%s)", i ? ", " : "  ", kt_loop_name(model, group.loops[i]),
+               kt_loop_type_name(kt_loop_type_of(model, group.loops[i])));
+    if (group.loop_count > LISTED_MAX)
+        printf(" and %d more", group.loop_count - LISTED_MAX);
+    printf(": %d equation%s in %d coordinate%s, ", group.equations, plural(group.equations), group.coordinates,
+           plural(group.coordinates));
+    if (redundant > 0)
+        printf("%d independent; %d only repeat%s the others and carr%s no load\n", group.rank, redundant,
+               redundant == 1 ? "s" : "", redundant == 1 ? "ies" : "y");
+    else
+        puts("all independent");
+}
+
+static void show_loops(const kt_model *model) {
+    const int count = kt_loop_group_count(model);
     if (count > 0)
-        puts("\nloops");
-    for (int i = 0; i < count && i < LISTED_MAX; i++)
-        printf("  %s  %s\n", description->loops[i].name, kt_loop_type_name(description->loops[i].type));
+        puts(count == 1 ? "\nloops" : "\nloops, in groups that are reduced by themselves");
+    for (int g = 0; g < count && g < LISTED_MAX; g++)
+        show_group(model, g);
     if (count > LISTED_MAX)
-        printf("  and %d more\n", count - LISTED_MAX);
+        printf("  and %d groups more\n", count - LISTED_MAX);
 }
 
 static void show_effects(const kt_description *description) {
@@ -151,7 +169,7 @@ int kt_command_info(int argc, char **argv) {
         kt_say("there is not enough memory for the tree");
         code = KT_EXIT_INTEGRATION;
     }
-    show_loops(&scene.description);
+    show_loops(model);
     show_effects(&scene.description);
     kt_model_free(model);
     kt_scene_free(&scene);

@@ -54,7 +54,13 @@ static int say_unknown(const char *name) {
     return KT_EXIT_USAGE;
 }
 
+/* OpenBLAS's, where that is what LAPACK comes from. The library leaves its threads alone; here, one is fastest for the
+ * sizes that linkages have, and results do not depend on how many there are. */
+__attribute__((weak)) void openblas_set_num_threads(int count);
+
 int main(int argc, char **argv) {
+    if (openblas_set_num_threads)
+        openblas_set_num_threads(1);
     if (argc < 2) {
         kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' shows what there is to run");
         return KT_EXIT_USAGE;
