@@ -196,7 +196,7 @@ typedef struct kt_loop {
     kt_vec3 axis2;        /* orthogonal, universal: in the second end's frame; rolling: the surface's normal */
     double pitch;         /* screw, m per radian */
     double radius;        /* rolling, m */
-    bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation */
+    bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation; default true */
     kt_function function; /* distance: the length (not given: the initial one); motion: the joint's position */
     const char *joint;    /* motion */
     const kt_term *terms; /* coupling: sum of terms = offset */

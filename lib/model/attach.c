@@ -1,35 +1,17 @@
 /* Loops and effects onto a compiled tree.
  *
  * A loop acts between two links; the links from below their common ancestor down to each are its paths, and only their
- * coordinates enter its equations. Loops whose paths share a link form a group. The paths of a group hang together: two
- * that share a link have their ancestors on one line to the ground, and the lower ancestor lies on the other's path. So
- * a group has one parent link, which carries all of it, and different groups have no coordinate in common.
+ * coordinates enter its equations. Loops whose paths share a link form a group (gather.c).
  */
+#include "model/attach.h"
+
 #include "base/arena.h"
-#include "model/internal.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Working arrays, in one block. */
-#define ATTACH_FIELDS(X)                                                                                               \
-    X(int32_t, depth, n->link, "of the links under the ground")                                                        \
-    X(int32_t, above, n->link, "union-find: towards the root of a link's set")                                         \
-    X(int32_t, number, n->link, "group of a set's root, -1: none")                                                     \
-    X(kt_pose, pose, n->link, "at the initial positions")                                                              \
-    X(kt_loop_record, loop, n->loop, "as they will be in the model")
-
-typedef struct attach {
-    const kt_description *description;
-    const kt_model *tree;
-    char *memory;
-#define ATTACH_DECLARE(type, name, count, meaning) type *name;
-    ATTACH_FIELDS(ATTACH_DECLARE)
-#undef ATTACH_DECLARE
-} attach;
-
-static size_t attach_layout(const kt_counts *n, char *base, attach *a) {
+static size_t attach_layout(const kt_counts *n, char *base, kt_attach *a) {
     size_t used = 0;
 #define ATTACH_PLACE(type, name, count, meaning) a->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
     ATTACH_FIELDS(ATTACH_PLACE)
@@ -72,40 +54,8 @@ static void turn_to_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
-/* ---- paths and sets of links --------------------------------------------------------------------------------------
+/* ---- paths --------------------------------------------------------------------------------------
  */
-
-static int32_t common_ancestor(const attach *a, int32_t i, int32_t j) {
-    const kt_link *link = a->tree->link;
-    while (i != j) {
-        if (a->depth[i] < a->depth[j]) {
-            const int32_t swap = i;
-            i = j;
-            j = swap;
-        }
-        i = link[i].parent;
-    }
-    return i;
-}
-
-static int32_t set_of(attach *a, int32_t i) {
-    while (a->above[i] != i) {
-        a->above[i] = a->above[a->above[i]];
-        i = a->above[i];
-    }
-    return i;
-}
-
-/* Puts the links from i up to below the ancestor into one set with i; returns their number. */
-static int32_t join_path(attach *a, int32_t i, int32_t ancestor) {
-    const kt_link *link = a->tree->link;
-    int32_t length = 0;
-    for (int32_t j = i; j != ancestor; j = link[j].parent, length++)
-        a->above[set_of(a, j)] = set_of(a, i);
-    return length;
-}
-
-static bool is_relation(int32_t type) { return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION; }
 
 static kt_status refuse_rigid(const kt_loop *loop, kt_error *error) {
     char where[KT_WHERE_SIZE];
@@ -116,7 +66,7 @@ static kt_status refuse_rigid(const kt_loop *loop, kt_error *error) {
         "that move against each other");
 }
 
-static kt_status trace_frames(attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n, kt_error *error) {
+static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n, kt_error *error) {
     for (int k = 0; k < 2; k++) {
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
@@ -125,14 +75,14 @@ static kt_status trace_frames(attach *a, const kt_loop *loop, kt_loop_record *r,
     }
     if (r->link[0] == r->link[1])
         return refuse_rigid(loop, error);
-    r->ancestor = common_ancestor(a, r->link[0], r->link[1]);
+    r->ancestor = kt_attach_ancestor(a, r->link[0], r->link[1]);
     for (int k = 0; k < 2; k++) {
-        r->length[k] = join_path(a, r->link[k], r->ancestor);
+        r->length[k] = kt_attach_join_path(a, r->link[k], r->ancestor);
         r->path[k] = (int32_t)n->path;
         n->path += (size_t)r->length[k];
     }
     if (r->length[0] && r->length[1])
-        a->above[set_of(a, r->link[0])] = set_of(a, r->link[1]);
+        kt_attach_join(a, r->link[0], r->link[1]);
     return KT_OK;
 }
 
@@ -143,32 +93,33 @@ static const char *joint_of_term(const kt_loop *loop, int k) {
     return loop->type == KT_LOOP_MOTION ? loop->joint : loop->terms[k].joint;
 }
 
-static void trace_relation(attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
+static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
     r->term = (int32_t)n->term;
     r->term_count = loop->type == KT_LOOP_MOTION ? 1 : loop->term_count;
     n->term += (size_t)r->term_count;
     const int32_t first = joint_link(a->tree, joint_of_term(loop, 0));
+    r->link[0] = first;
     r->ancestor = a->tree->link[first].parent;
     for (int k = 1; k < r->term_count; k++) {
         const int32_t other = joint_link(a->tree, joint_of_term(loop, k));
-        r->ancestor = common_ancestor(a, r->ancestor, a->tree->link[other].parent);
+        r->ancestor = kt_attach_ancestor(a, r->ancestor, a->tree->link[other].parent);
     }
     for (int k = 0; k < r->term_count; k++) {
         const int32_t other = joint_link(a->tree, joint_of_term(loop, k));
-        (void)join_path(a, other, r->ancestor);
-        a->above[set_of(a, other)] = set_of(a, first);
+        (void)kt_attach_join_path(a, other, r->ancestor);
+        kt_attach_join(a, other, first);
     }
 }
 
 /* ---- what a loop's type needs of the initial positions -------------------------------------------------------------
  */
 
-static kt_pose end_pose(const attach *a, const kt_loop_record *r, int k) {
+static kt_pose end_pose(const kt_attach *a, const kt_loop_record *r, int k) {
     return kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
 }
 
 /* Angle of the second frame about the common z axis: twice that of the quaternion's z part. */
-static double relative_angle(const attach *a, const kt_loop_record *r) {
+static double relative_angle(const kt_attach *a, const kt_loop_record *r) {
     const kt_mat3 first = end_pose(a, r, 0).rotation, second = end_pose(a, r, 1).rotation;
     const kt_quat p = kt_quat_from_matrix(kt_mat3_multiply(kt_mat3_transpose(first), second));
     return 2.0 * atan2(p.z, p.w);
@@ -176,7 +127,7 @@ static double relative_angle(const attach *a, const kt_loop_record *r) {
 
 static double distance_between(kt_pose a, kt_pose b) { return kt_vec3_norm(kt_vec3_sub(b.position, a.position)); }
 
-static kt_function function_of(const attach *a, const kt_loop *loop, const kt_loop_record *r) {
+static kt_function function_of(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r) {
     if (loop->type == KT_LOOP_COUPLING)
         return kt_function_constant(loop->offset);
     if (loop->type == KT_LOOP_DISTANCE && loop->function.type == KT_FUNCTION_NONE)
@@ -184,7 +135,7 @@ static kt_function function_of(const attach *a, const kt_loop *loop, const kt_lo
     return loop->function;
 }
 
-static kt_status trace_loops(attach *a, kt_counts *n, kt_error *error) {
+static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
     for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
@@ -192,8 +143,9 @@ static kt_status trace_loops(attach *a, kt_counts *n, kt_error *error) {
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
         r->contact = loop->holonomic;
         r->row_count = kt_loop_row_count(loop);
+        r->equation = (int32_t)n->row;
         n->row += (size_t)r->row_count;
-        if (is_relation(r->type)) {
+        if (kt_attach_is_relation(r->type)) {
             trace_relation(a, loop, r, n);
         } else {
             const kt_status status = trace_frames(a, loop, r, n, error);
@@ -209,35 +161,15 @@ static kt_status trace_loops(attach *a, kt_counts *n, kt_error *error) {
     return KT_OK;
 }
 
-/* Numbers the sets of links that loops have joined, in the order of the loops. */
-static void number_groups(attach *a, kt_counts *n) {
-    for (size_t i = 0; i < n->link; i++)
-        a->number[i] = -1;
-    for (size_t i = 0; i < n->loop; i++) {
-        kt_loop_record *r = &a->loop[i];
-        const int32_t some = is_relation(r->type) ? joint_link(a->tree, joint_of_term(&a->description->loops[i], 0))
-                                                  : r->link[r->length[0] ? 0 : 1];
-        int32_t *number = &a->number[set_of(a, some)];
-        if (*number < 0)
-            *number = (int32_t)n->group++;
-        r->group = *number;
-    }
-    for (size_t i = 1; i < n->link; i++)
-        if (a->number[set_of(a, (int32_t)i)] >= 0) {
-            n->group_link++;
-            n->group_v += (size_t)kt_link_freedoms(&a->tree->link[i]);
-        }
-}
-
 /* ---- filling the model ---------------------------------------------------------------------------------------------
  */
 
-static void fill_loops(const attach *a, kt_model *m, size_t *number, size_t *text) {
+static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
     for (size_t i = 0; i < m->n.loop; i++) {
         const kt_loop *loop = &a->description->loops[i];
         kt_loop_record *r = &m->loop[i];
         *r = a->loop[i];
-        for (int k = 0; k < 2 && !is_relation(r->type); k++) {
+        for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
             int32_t *path = m->path + r->path[k], j = r->link[k];
             for (int32_t at = r->length[k]; at > 0; j = m->link[j].parent)
                 path[--at] = j;
@@ -256,54 +188,20 @@ static void fill_loops(const attach *a, kt_model *m, size_t *number, size_t *tex
     }
 }
 
-static void fill_groups(attach *a, kt_model *m) {
-    int32_t loops = 0, links = 0, v = 0, row = 0;
-    for (size_t i = 1; i < m->n.link; i++)
-        m->link[i].group = a->number[set_of(a, (int32_t)i)];
-    for (size_t g = 0; g < m->n.group; g++) {
-        kt_group *group = &m->group[g];
-        *group = (kt_group){.parent = -1, .loop = loops, .link = links, .v = v, .dense = m->n.dense};
-        for (size_t i = 0; i < m->n.loop; i++) {
-            if (m->loop[i].group != (int32_t)g)
-                continue;
-            m->loop[i].row = group->row_count;
-            group->row_count += m->loop[i].row_count;
-            m->group_loop[loops++] = (int32_t)i;
+/* The longest way around a loop, at the initial positions; 1 where loops have no length. */
+static double length_of(const kt_attach *a, const kt_model *m) {
+    double longest = 0.0;
+    for (size_t i = 0; i < m->n.loop; i++) {
+        const kt_loop_record *r = &m->loop[i];
+        double length = r->type == KT_LOOP_DISTANCE ? fabs(r->curve.a) : 0.0;
+        for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
+            length += kt_vec3_norm(r->frame[k].position);
+            for (int32_t j = r->link[k]; j != r->ancestor; j = m->link[j].parent)
+                length += distance_between(a->pose[j], a->pose[m->link[j].parent]);
         }
-        for (size_t i = 1; i < m->n.link; i++) {
-            const kt_link *link = &m->link[i];
-            if (link->group != (int32_t)g)
-                continue;
-            if (group->parent < 0)
-                group->parent = link->parent; /* the first link is the highest */
-            m->group_link[links++] = (int32_t)i;
-            m->link[i].local = v - group->v;
-            for (int k = 0; k < kt_link_freedoms(link); k++)
-                m->group_v[v++] = link->v + k;
-        }
-        group->loop_count = loops - group->loop;
-        group->link_count = links - group->link;
-        group->v_count = v - group->v;
-        group->rank = group->row_count < group->v_count ? group->row_count : group->v_count;
-        group->kept = row;
-        group->kept_count = group->row_count;
-        for (int32_t k = 0; k < group->row_count; k++)
-            m->kept[row++] = k;
-        m->n.dense += kt_group_dense_count(group);
-        m->link[group->parent].branches = true;
+        longest = fmax(longest, length);
     }
-}
-
-/* The largest offset that a loop can see; 1 where there is none. */
-static double length_of(const kt_model *m) {
-    double length = 0.0;
-    for (size_t i = 1; i < m->n.link; i++)
-        if (m->link[i].group >= 0)
-            length = fmax(length, kt_vec3_norm(kt_v4_vec3(m->link[i].at)));
-    for (size_t i = 0; i < m->n.loop; i++)
-        for (int k = 0; k < 2; k++)
-            length = fmax(length, kt_vec3_norm(m->loop[i].frame[k].position));
-    return length > 0.0 ? length : 1.0;
+    return longest > 0.0 ? longest : 1.0;
 }
 
 /* Frames that an effect acts on; 0: a joint. */
@@ -319,7 +217,7 @@ static const kt_function *function_of_effect(const kt_effect *effect, int k) {
     return effect->type == KT_EFFECT_MOTOR && k == 0 ? &effect->torque : &none;
 }
 
-static kt_status fill_effects(const attach *a, kt_model *m, size_t *number, kt_error *error) {
+static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, kt_error *error) {
     for (size_t i = 0; i < m->n.effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &m->effect[i];
@@ -368,7 +266,7 @@ static kt_model *grow(const kt_model *tree, const kt_counts *n) {
     return m;
 }
 
-static kt_status attach_all(attach *a, kt_counts *n, kt_model **model, kt_error *error) {
+static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_error *error) {
     const kt_description *d = a->description;
     for (size_t i = 0; i < n->link; i++) {
         a->above[i] = (int32_t)i;
@@ -378,7 +276,7 @@ static kt_status attach_all(attach *a, kt_counts *n, kt_model **model, kt_error 
     kt_status status = trace_loops(a, n, error);
     if (status != KT_OK)
         return status;
-    number_groups(a, n);
+    kt_attach_number_groups(a, n);
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(function_of_effect(&d->effects[i], k));
@@ -389,8 +287,8 @@ static kt_status attach_all(attach *a, kt_counts *n, kt_model **model, kt_error 
     kt_model_name_all(m);
     size_t number = 0, text = a->tree->n.text;
     fill_loops(a, m, &number, &text);
-    fill_groups(a, m);
-    m->length = length_of(m);
+    m->length = length_of(a, m);
+    kt_attach_fill_groups(a, m);
     for (int i = 0; i < d->hold_count; i++) {
         const kt_body_record *b = &m->body[kt_body_find(m, d->hold[i])];
         for (int k = 0; k < kt_joint_kinds[b->type]->nv; k++)
@@ -410,7 +308,7 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, k
     kt_counts n = (*model)->n;
     n.loop = (size_t)description->loop_count;
     n.effect = (size_t)description->effect_count;
-    attach a = {.description = description, .tree = *model};
+    kt_attach a = {.description = description, .tree = *model};
     const size_t bytes = attach_layout(&n, NULL, &a);
     a.memory = aligned_alloc(KT_ALIGNMENT, bytes);
     if (!a.memory)

@@ -108,7 +108,7 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
     kt_quat a = kt_quat_make(p[0], p[1], p[2], p[3]);
     if (a.w == 0.0 && a.x == 0.0 && a.y == 0.0 && a.z == 0.0)
         a.w = 1.0;
-    if (fabs(kt_quat_norm_squared(a) - 1.0) > 4e-16) /* a unit quaternion keeps its bits */
+    if (fabs(kt_quat_norm_squared(a) - 1.0) > 1e-15) /* what is one but for rounding keeps its bits */
         a = kt_quat_normalize(a);
     p[0] = a.w;
     p[1] = a.x;

@@ -26,7 +26,7 @@ kt_end kt_end_default(void) {
 }
 
 kt_loop kt_loop_default(void) {
-    const kt_loop loop = {.name = NULL, .axis = axis_z, .axis2 = axis_z};
+    const kt_loop loop = {.name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true};
     return loop;
 }
 

@@ -100,7 +100,7 @@ typedef struct kt_loop_record {
     int32_t type;    /* kt_loop_type */
     int32_t source;  /* index in the description */
     int32_t body[2]; /* that bear the ends */
-    int32_t link[2]; /* that bear the ends; of relations: 0 */
+    int32_t link[2]; /* that bear the ends; of relations: the first joint's, and 0 */
     kt_pose
         frame[2]; /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
     int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
@@ -108,6 +108,7 @@ typedef struct kt_loop_record {
     int32_t length[2];        /* of the paths */
     int32_t term, term_count; /* relations: in model->term */
     int32_t group;
+    int32_t equation;       /* its first row among those of all loops */
     int32_t row, row_count; /* rows in its group: first, number */
     kt_curve curve;         /* distance: length; motion: position; coupling: offset */
     double pitch, radius;
@@ -132,7 +133,7 @@ typedef struct kt_group {
     int32_t row_count;        /* equations */
     int32_t kept, kept_count; /* in model->kept: those that are not void at every position */
     int32_t rank;             /* of them that are independent, at generic positions */
-    double usual;             /* size of the last independent direction there, the least seen */
+    double usual;             /* size of the last independent direction there, the largest seen */
     size_t dense;             /* first number in data->dense */
 } kt_group;
 
@@ -170,6 +171,7 @@ typedef struct kt_counts {
     X(int32_t, group_loop, n->loop, "loops, group by group")                                                           \
     X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
+    X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
     X(int32_t, kept, n->row, "equations that count, group by group, numbered within their group")                      \
     X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
     X(kt_effect_record, effect, n->effect, "effects, in the description's order")                                      \
@@ -184,7 +186,7 @@ struct kt_model {
     kt_level level;
     kt_reduction reduction;
     kt_metric metric;
-    double length;  /* of the mechanism, as loops see it: their residuals are held against it */
+    double length;  /* of the longest loop, all around: what lengths are held against */
     uint32_t name;  /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
 #define KT_MODEL_DECLARE(type, name, count, meaning) type *name;
@@ -270,6 +272,9 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
     X(double, last, n->group, "size of the last independent direction of each group, as last factored")                \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
+    X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
+    X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \
+    X(bool, settled, n->group, "whether that is all that can be done for a group")                                     \
     X(double, beside_q, kt_lanes8(n->q), "a state beside a singular position")                                         \
     X(double, beside_v, kt_lanes8(n->v), "a state beside a singular position")                                         \
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \

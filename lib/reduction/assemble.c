@@ -1,128 +1,169 @@
 /* Assembly [MSD 8.5]: the closed state nearest to the given one.
  *
- * With d = u - u_given, min |d|^2 subject to phi(u) = 0 by repeated linearisation: A d_new = A d - phi, d_new least,
- * which is the particular solution of the factored equations; held coordinates have no column in A. From far off the
- * loops are closed first (far.c). Velocities are linear: A dv = b' - A v.
+ * With d = u - u_given, min |d|^2 subject to phi(u) = 0. From far off the loops are closed first (far.c). Then the way
+ * is along the manifold: d's part in it, (1 - A+ A) d, is what can still be gained, and where it vanishes d is normal
+ * to the manifold. With -d for a step, A d_new = A d - phi, that part comes out as the least d_new less d. Steps are
+ * scaled after Barzilai & Borwein (1988) and shortened until |d| falls; held coordinates have no column in A.
+ *
+ * Velocities are linear: A dv = b' - A v, dv least.
  */
 #include "reduction/far.h"
+
+#include "dynamics/kernel.h"
 
 #include <stdio.h>
 #include <string.h>
 
-enum { NEAREST_MOST = 60 };
+enum { NEAREST_MOST = 200, SHORTER_MOST = 12 };
+
+static double square(const double *x, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * x[i];
+    return sum;
+}
 
 /* right <- A d - phi */
 static void aim_nearest(const kt_model *model, const kt_data *data, const double *d) {
-    kt_aim_at_closure(model, data);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_place(model, data, g);
-        for (int r = 0; r < w.k; r++)
+        for (int r = 0; r < w.k; r++) {
+            w.right[r] = -w.residual[r];
             for (int i = 0; i < w.m; i++)
                 w.right[r] += w.a[(size_t)r * (size_t)w.m + (size_t)i] * d[model->group_v[group->v + i]];
+        }
     }
 }
 
-/* Towards the closed state nearest to `given`, from one that is closed; stays where that gains nothing. */
-static void approach(const kt_model *model, kt_data *data, double t, const double *given, double *q) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    double *d = data->side, *near = data->near_q;
-    for (int i = 0; i < NEAREST_MOST; i++) {
-        kt_violation violation;
-        double largest = 0.0;
-        if (!kernels->factor(model, data, t, q, NULL, model->held, &violation))
-            return;
-        kt_position_subtract(model, q, given, d);
-        aim_nearest(model, data, d);
-        (void)kernels->close(model, data, KT_METRIC_IDENTITY, data->delta);
-        for (size_t k = 0; k < model->n.v; k++) {
-            data->delta[k] -= d[k];
-            largest = fmax(largest, fabs(data->delta[k]));
+/* An assembly under way: from `given` to q; d = q - given. */
+typedef struct approach {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    const double *given;
+    double *q, *d, *way; /* way: the step that the linearisation asks for */
+} approach;
+
+/* The way from q towards the nearest state; false where it cannot be had. */
+static bool look_ahead(const approach *a) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
+    kt_violation violation;
+    if (!kernels->look(a->model, a->data, a->t, a->q, NULL, a->model->held, &violation) ||
+        !kernels->factor(a->model, a->data, false))
+        return false;
+    kt_position_subtract(a->model, a->q, a->given, a->d);
+    aim_nearest(a->model, a->data, a->d);
+    if (!kernels->close(a->model, a->data, KT_METRIC_IDENTITY, a->way))
+        return false;
+    for (size_t k = 0; k < a->model->n.v; k++)
+        a->way[k] -= a->d[k];
+    return true;
+}
+
+/* Goes part of the way, as far as brings q nearer to `given`; false where no part does. Close to the goal rounding
+ * hides what is gained, and the step is right. */
+static bool go(const approach *a, double part) {
+    const size_t nv = a->model->n.v;
+    double *near = a->data->near_q, *step = a->data->moved_v;
+    const double from = square(a->d, nv);
+    const bool close = square(a->way, nv) < 1e-10 * from;
+    for (int i = 0; i < SHORTER_MOST; i++, part *= 0.5) {
+        for (size_t k = 0; k < nv; k++)
+            step[k] = part * a->way[k];
+        kt_position_add(a->model, a->q, step, near);
+        if (!(kt_close_from_far(a->model, a->data, a->t, a->model->held, false, near) <= KT_CLOSED_FAR))
+            continue;
+        kt_position_subtract(a->model, near, a->given, step);
+        if (!close && !(square(step, nv) < from))
+            continue;
+        memcpy(a->q, near, a->model->n.q * sizeof *near);
+        return true;
+    }
+    return false;
+}
+
+/* The largest number of the way, against its unit. */
+static double reach(const approach *a) {
+    double most = 0.0;
+    for (size_t i = 0; i < a->model->n.group_v; i++)
+        most = fmax(most, fabs(a->way[a->model->group_v[i]]) / a->model->unit[i]);
+    return most;
+}
+
+/* From q, closed, to the closed state nearest to `given` around it. */
+static void come_nearer(const approach *a, double *before) {
+    const size_t nv = a->model->n.v;
+    double part = 1.0;
+    for (int i = 0; i < NEAREST_MOST && look_ahead(a); i++) {
+        const double most = reach(a);
+        if (i) { /* the step that would have brought the way to nothing, had it changed as it did */
+            double change = 0.0;
+            for (size_t k = 0; k < nv; k++)
+                change += before[k] * (before[k] - a->way[k]);
+            part = change > 0.0 ? fmin(fmax(part * square(before, nv) / change, 0.1), 10.0) : 1.0;
         }
-        for (size_t k = 0; k < model->n.v && largest > 0.2; k++) /* the linearisation reaches no farther */
-            data->delta[k] *= 0.2 / largest;
-        kt_position_add(model, q, data->delta, near);
-        if (!(kt_close_from_far(model, data, t, model->held, near) <= model->length * 1e-9))
-            return;
-        memcpy(q, near, model->n.q * sizeof *q);
-        if (!(largest > 1e-10))
+        memcpy(before, a->way, nv * sizeof *before);
+        if (most * part > 0.2) /* the linearisation reaches no farther */
+            part = 0.2 / most;
+        if (!(most > 1e-11) || !go(a, part))
             return;
     }
 }
 
 static kt_status assemble_positions(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                     kt_error *error) {
-    double gap = kt_close_from_far(model, data, t, model->held, q);
-    if (gap <= model->length * 1e-9) {
-        approach(model, data, t, given, q);
-        gap = kt_close_from_far(model, data, t, model->held, q);
+    const size_t lanes = kt_lanes8(model->n.v);
+    const approach a = {
+        .model = model, .data = data, .t = t, .given = given, .q = q, .d = data->side, .way = data->side + lanes};
+    if (kt_close_from_far(model, data, t, model->held, true, q) <= KT_CLOSED_FAR) {
+        come_nearer(&a, data->side + 2 * lanes);
+        if (kt_close_from_far(model, data, t, model->held, false, q) <= KT_CLOSED_FAR)
+            return KT_OK;
     }
-    if (!isfinite(gap))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial position is not finite");
-    if (!(gap <= model->length * 1e-9))
-        return kt_open_loops_error(
-            model, data, t,
-            "the loops cannot be closed from the given positions (they are out of reach, contradict "
-            "each other, or held joints prevent it); open are",
-            error);
-    return KT_OK;
-}
-
-/* The loop whose velocity equation is violated most. */
-static const char *worst_velocity(const kt_model *model, const kt_data *data) {
-    const char *name = "";
-    double largest = -1.0;
-    for (size_t i = 0; i < model->n.loop; i++) {
-        const kt_loop_record *loop = &model->loop[i];
-        const kt_group *group = &model->group[loop->group];
-        const kt_group_work w = kt_group_place(model, data, (size_t)loop->group);
-        for (int k = 0; k < group->kept_count; k++) {
-            const int32_t row = model->kept[group->kept + k] - loop->row;
-            if (row >= 0 && row < loop->row_count && fabs(w.right[k]) > largest) {
-                largest = fabs(w.right[k]);
-                name = model->text + loop->name;
-            }
-        }
-    }
-    return name;
+    return kt_open_loops_error(model, data, t,
+                               "the loops cannot be closed from the given positions (they are out of reach, contradict "
+                               "each other, or held joints prevent it); open are",
+                               false, error);
 }
 
 static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                                      kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    kt_violation violation = {0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; i++) { /* once would do but for rounding */
-        if (!kernels->factor(model, data, t, q, v, model->held, &violation))
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial velocity is not finite");
-        if (i == 2)
+    kt_violation violation;
+    for (int i = 0;; i++) { /* once would do but for rounding */
+        if (!kernels->look(model, data, t, q, v, model->held, &violation))
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
+        if (i == 2 || violation.slip <= KT_CLOSED * violation.speed)
             break;
-        (void)kernels->close(model, data, KT_METRIC_IDENTITY, data->delta);
+        if (!kernels->factor(model, data, false) || !kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
+            break;
         for (size_t k = 0; k < model->n.v; k++)
             v[k] += data->delta[k];
     }
-    if (violation.velocity <= 1e-9 * (violation.speed + model->length))
+    if (violation.slip <= KT_CLOSED_FAR * violation.speed)
         return KT_OK;
-    return kt_error_set(
-        error, KT_ERROR_CONSTRAINT, NULL,
-        "the initial velocities contradict the loops: '%.60s' would open at %.3g (m/s or rad/s); hold fewer "
-        "joints, or make loops agree",
-        worst_velocity(model, data), violation.velocity);
+    return kt_open_loops_error(model, data, t,
+                               "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "
+                               "apart are",
+                               true, error);
 }
 
 kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
-    if (!model->n.group) {
-        if (!kt_position_normalize(model, q))
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial quaternion is zero or not finite");
-        return KT_OK;
-    }
+    const kt_input input = {.q = q, .v = v};
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
+    kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
     memcpy(new_q, q, model->n.q * sizeof *q);
     memcpy(new_v, v, model->n.v * sizeof *v);
-    if (!kt_position_normalize(model, new_q))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial quaternion is zero or not finite");
-    kt_status status = assemble_positions(model, data, t, q, new_q, error);
-    if (status == KT_OK)
-        status = assemble_velocities(model, data, t, new_q, new_v, error);
+    if (!kt_unit_quaternions(model, new_q))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial quaternion is zero or too large");
+    if (model->n.group) {
+        status = assemble_positions(model, data, t, q, new_q, error);
+        if (status == KT_OK)
+            status = assemble_velocities(model, data, t, new_q, new_v, error);
+    }
     if (status != KT_OK)
         return status;
     memcpy(q, new_q, model->n.q * sizeof *q);

@@ -89,14 +89,16 @@ static void way_out(const kt_model *model, kt_data *data, double *a) {
     }
 }
 
-/* Factors; near a singular position the direction that is about to be lost is left out where `regular` is asked for. */
+/* Factors; near a singular position the directions that are about to be lost are left out where `regular` is asked
+ * for. -1: a number is not finite. */
 static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_group_work w, bool regular) {
     const kt_group *group = &model->group[g];
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
+    const double small = KT_NEAR_SINGULAR * group->usual;
     int rank = kind->factor(&w, group->rank);
     data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;
-    data->near[g] = rank < group->rank || data->last[g] < KT_NEAR_SINGULAR * group->usual;
-    while (regular && rank > 0 && kind->size(&w, rank - 1) < KT_NEAR_SINGULAR * group->usual)
+    data->near[g] = rank >= 0 && (rank < group->rank || data->last[g] < small);
+    while (regular && rank > 0 && kind->size(&w, rank - 1) < small)
         rank--;
     data->rank[g] = rank < 0 ? 0 : rank;
     return rank;
@@ -109,14 +111,17 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
     clear(model, data);
     if (external)
         kt_external_subtract(model, data->motion, external);
+    size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
         if (factor_group(model, data, g, w, regular) < 0)
-            return (size_t)model->group_link[model->group[g].link];
+            failed = (size_t)model->group_link[model->group[g].link];
     }
+    if (failed)
+        return failed;
     data->motion[0].linear = -model->gravity;
-    const size_t failed = way_back(model, data, tau);
+    failed = way_back(model, data, tau);
     if (!failed)
         way_out(model, data, a);
     return failed;
@@ -125,22 +130,6 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
 /* ---- closure -------------------------------------------------------------------------------------------------------
  */
 
-/* A v + phi_t of a group into `right`, negated; the largest, and the largest term in it. */
-static void velocity_violation(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *v,
-                               kt_violation *violation) {
-    for (int r = 0; r < w->k; r++) {
-        double sum = w->rate[r], largest = fabs(w->rate[r]);
-        for (int i = 0; i < w->m; i++) {
-            const double term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
-            sum += term;
-            largest = fmax(largest, fabs(term));
-        }
-        w->right[r] = -sum;
-        violation->velocity = fmax(violation->velocity, fabs(sum));
-        violation->speed = fmax(violation->speed, largest);
-    }
-}
-
 static void hold(const kt_model *model, const kt_group *group, const kt_group_work *w, const bool *held) {
     for (int i = 0; i < w->m; i++)
         if (held[model->group_v[group->v + i]])
@@ -148,23 +137,27 @@ static void hold(const kt_model *model, const kt_group *group, const kt_group_wo
                 w->a[(size_t)r * (size_t)w->m + (size_t)i] = 0.0;
 }
 
-static bool factor(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
-                   kt_violation *violation) {
-    *violation = (kt_violation){0.0, 0.0, 0.0};
+static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
+                 kt_violation *violation) {
+    *violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
     set_positions(model, data, q);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g);
         kt_rows_fill(model, data, g, &w, false, q, v, t);
-        for (int r = 0; r < w.k; r++)
-            violation->position = fmax(violation->position, fabs(w.residual[r]));
+        kt_group_look_at_positions(&w, violation);
         if (v)
-            velocity_violation(model, &model->group[g], &w, v, violation);
+            kt_group_look_at_velocities(model, &model->group[g], &w, v, violation);
         if (held)
             hold(model, &model->group[g], &w, held);
-        if (factor_group(model, data, g, w, false) < 0)
-            return false;
     }
     return isfinite(violation->position + violation->velocity);
+}
+
+static bool factor(const kt_model *model, kt_data *data, bool regular) {
+    bool fine = true;
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= factor_group(model, data, g, kt_group_place(model, data, g), regular) >= 0;
+    return fine;
 }
 
 static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
@@ -176,16 +169,38 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     }
 }
 
-/* Whatever is not part of a group stays, but for the metric of mass. */
-static void close_least(const kt_model *model, kt_data *data, double *step) {
+/* x <- x - N (N' N)^-1 N' x, the least of the solutions. */
+static bool make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
+    const int freedoms = w->m - rank;
+    double *y = w->half;
+    kind->basis(w, rank);
+    for (int c = 0; c < freedoms; c++)
+        for (int r = 0; r < freedoms; r++)
+            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
+                kt_dense_dot(w->basis + (size_t)c * (size_t)w->m, w->basis + (size_t)r * (size_t)w->m, w->m);
+    if (!kt_dense_cholesky(w->reduced, freedoms, NULL))
+        return false;
+    memcpy(y, w->base, (size_t)w->m * sizeof *y);
+    kt_group_project(w, freedoms, y);
+    for (int i = 0; i < w->m; i++)
+        w->base[i] -= y[i];
+    return true;
+}
+
+/* Whatever is not part of a group stays. */
+static bool close_least(const kt_model *model, kt_data *data, double *step) {
+    const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g);
         const kt_group *group = &model->group[g];
-        KT_KERNEL(kt_reduction_of)(model)->particular(&w, data->rank[g], w.right, w.base);
+        kind->particular(&w, data->rank[g], w.right, w.base);
+        if (!kind->least && !make_least(kind, &w, data->rank[g]))
+            return false;
         for (int i = 0; i < w.m; i++)
             step[model->group_v[group->v + i]] = w.base[i];
     }
+    return true;
 }
 
 /* min dv' M dv with A dv = right: the equations of motion without forces, dv in the accelerations' place. */
@@ -199,25 +214,25 @@ static bool close_mass(const kt_model *model, kt_data *data, double *step) {
 }
 
 static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
-    if (metric == KT_METRIC_MASS)
-        return close_mass(model, data, step);
-    close_least(model, data, step);
-    return true;
+    return metric == KT_METRIC_MASS ? close_mass(model, data, step) : close_least(model, data, step);
 }
 
 /* ---- reactions -----------------------------------------------------------------------------------------------------
  */
 
 /* A' lambda = M x + F' A - (tau - h) */
-static void multipliers(const kt_model *model, kt_data *data) {
+static void multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {
+    set_velocities(model, data, v);
+    data->motion[0].linear = -model->gravity;
+    for (size_t i = 1; i < model->n.link; i++)
+        kt_link_acceleration(&model->link[i], &data->motion[model->link[i].parent], a, &data->motion[i]);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
         double *x = w.slope, *need = w.half; /* no longer needed */
-        kt_group_respond(model, data, group, &w, data->scratch);
         for (int i = 0; i < w.m; i++)
-            x[i] = data->scratch[model->group_v[group->v + i]];
+            x[i] = a[model->group_v[group->v + i]];
         kt_dense_apply(w.mass, w.m, w.m, x, need);
         for (int i = 0; i < w.m; i++) {
             need[i] -= w.bias[i];
@@ -230,6 +245,7 @@ static void multipliers(const kt_model *model, kt_data *data) {
 }
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
+                                                              .look = look,
                                                               .factor = factor,
                                                               .fill = fill,
                                                               .close = close_groups,

@@ -3,10 +3,14 @@
  * At a singular position of the loops one equation depends on the others. The motion goes through smoothly, and so does
  * its acceleration, but it cannot be computed there, and not well nearby: with a residual of c left by rounding and x
  * the distance to the position, a motion at speed v seems to accelerate sideways by 2 c v^2 / x^3. So near it
- * (KT_NEAR_SINGULAR) the acceleration is interpolated from states beside, at distances -2, -1, 1 and 2 times dt along
- * the motion, projected: a = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + O(dt^4). The states are reached with an acceleration
- * without the direction that is about to be lost, and once more with the one found. Where there is hardly any motion to
- * go along, the plain acceleration stands.
+ * (KT_NEAR_SINGULAR) the acceleration comes from states beside. Let (q, v)(s) be any smooth family of states on the
+ * manifold with (q, v)(0) the given one: then a(s) is smooth, and a(0) is what is asked for. Taken are q (+) s v and v,
+ * both projected, for s = -3, -2, -1, 1, 2 and 3 times h, and
+ *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20,   a6 the sixth derivative
+ * with h such that the fastest coordinate moves by 0.02 of its unit: 3e-12 a6, and what rounding leaves at the nearest
+ * of these states is some 3e-11 v^2. Where loops are driven, time goes along; else only the groups move that are near a
+ * singular position. Forces are held at those of the given state. Where there is no motion to go along, the plain
+ * acceleration stands.
  */
 #include "reduction/evaluate.h"
 
@@ -15,9 +19,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define BESIDE (2.0 * KT_NEAR_SINGULAR) /* rad or m: how far dt moves the fastest coordinate, to begin with */
-
-enum { WIDER_MOST = 5, PASSES = 2 };
+#define BESIDE (2.0 * KT_NEAR_SINGULAR) /* of its unit: how far dt moves the fastest coordinate, to begin with */
+#define CLEAR (0.1 * KT_NEAR_SINGULAR)  /* how much of its usual size a direction has at the states beside, at least */
 
 static bool is_near_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
@@ -40,66 +43,96 @@ typedef struct crossing {
     double t;
     const double *q, *v, *tau;
     const kt_wrench *external;
+    bool driven;       /* loops change with time */
+    const double *way; /* v, or what of it moves */
 } crossing;
 
-/* The acceleration dt later, on the way that a gives, into `out`; false where it cannot be had there. */
-static bool accelerate_beside(const crossing *c, double dt, const double *a, double *out) {
-    const kt_model *model = c->model;
-    kt_data *data = c->data;
-    bool changed;
-    kt_violation violation;
-    for (size_t i = 0; i < model->n.v; i++)
-        data->beside_v[i] = dt * (c->v[i] + 0.5 * dt * a[i]);
-    kt_position_add(model, c->q, data->beside_v, data->beside_q);
-    for (size_t i = 0; i < model->n.v; i++)
-        data->beside_v[i] = c->v[i] + dt * a[i];
-    return kt_project_in_place(model, data, c->t + dt, data->beside_q, data->beside_v, 5, 1e-9, &changed, &violation) ==
-               0 &&
-           kt_reduction_kernels_of(model)->forward(model, data, c->t + dt, data->beside_q, data->beside_v, c->tau,
-                                                   c->external, false, out) == 0 &&
-           !is_near_singular(model, data);
-}
-
-/* a (in and out) from four states beside. */
-static bool interpolate(const crossing *c, double dt, double *a) {
-    static const double place[4] = {-2.0, -1.0, 1.0, 2.0};
-    const size_t nv = c->model->n.v;
-    double *sum = c->data->side, *one = c->data->side + kt_lanes8(nv);
-    memset(sum, 0, nv * sizeof *sum);
-    for (int k = 0; k < 4; k++) {
-        if (!accelerate_beside(c, place[k] * dt, a, one))
+/* Whether no group is so near that rounding rules the acceleration. */
+static bool is_clear(const kt_model *model, const kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (data->rank[g] < model->group[g].rank || data->last[g] < CLEAR * model->group[g].usual)
             return false;
-        const double weight = k == 0 || k == 3 ? -1.0 / 6.0 : 4.0 / 6.0;
-        for (size_t i = 0; i < nv; i++)
-            sum[i] += weight * one[i];
-    }
-    memcpy(a, sum, nv * sizeof *a);
     return true;
 }
 
-/* The largest magnitude among the coordinates of groups. */
-static double largest(const kt_model *model, const double *x) {
-    double most = 0.0;
-    for (size_t i = 0; i < model->n.group_v; i++)
-        most = fmax(most, fabs(x[model->group_v[i]]));
-    return most;
+/* The acceleration at a state beside, dt of the motion away, into `out`; false where it cannot be had there. */
+static bool accelerate_beside(const crossing *c, double dt, double *out) {
+    const kt_model *model = c->model;
+    kt_data *data = c->data;
+    const double t = c->t + (c->driven ? dt : 0.0);
+    bool changed;
+    kt_violation violation;
+    for (size_t i = 0; i < model->n.v; i++)
+        data->beside_v[i] = dt * c->way[i];
+    kt_position_add(model, c->q, data->beside_v, data->beside_q);
+    memcpy(data->beside_v, c->v, model->n.v * sizeof *c->v);
+    return kt_project_in_place(model, data, t, data->beside_q, data->beside_v, 6, 0.0, KT_CLOSED_FAR, &changed,
+                               &violation) == KT_CLOSURE_DONE &&
+           kt_reduction_kernels_of(model)->forward(model, data, t, data->beside_q, data->beside_v, c->tau, c->external,
+                                                   false, out) == 0 &&
+           is_clear(model, data);
+}
+
+/* The acceleration from six states beside; false where one of them cannot be had. */
+static bool interpolate(const crossing *c, double dt, double *a) {
+    static const double place[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
+    static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
+    const size_t nv = c->model->n.v;
+    double *one = c->data->side;
+    memset(a, 0, nv * sizeof *a);
+    for (int k = 0; k < 6; k++) {
+        if (!accelerate_beside(c, place[k] * dt, one))
+            return false;
+        for (size_t i = 0; i < nv; i++)
+            a[i] += weight[k] * one[i];
+    }
+    return true;
+}
+
+static bool is_driven(const kt_model *model) {
+    for (size_t i = 0; i < model->n.loop; i++)
+        if (model->loop[i].curve.type != KT_FUNCTION_NONE && model->loop[i].curve.type != KT_FUNCTION_CONSTANT)
+            return true;
+    return false;
+}
+
+/* The coordinates that move, into `way`; returns the largest speed among them, against its unit, and in *pull the
+ * largest acceleration. */
+static double choose_way(const crossing *c, const double *a, double *way, double *pull) {
+    const kt_model *model = c->model;
+    double speed = 0.0;
+    *pull = 0.0;
+    memset(way, 0, model->n.v * sizeof *way);
+    if (c->driven)
+        memcpy(way, c->v, model->n.v * sizeof *way);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        if (!c->driven && !c->data->near[g])
+            continue;
+        for (int32_t i = group->v; i < group->v + group->v_count; i++) {
+            const int32_t k = model->group_v[i];
+            way[k] = c->v[k];
+            speed = fmax(speed, fabs(c->v[k]) / model->unit[i]);
+            *pull = fmax(*pull, fabs(a[k]) / model->unit[i]);
+        }
+    }
+    return speed;
 }
 
 /* Replaces a, found without the lost direction, by what the states beside say; false where they say nothing. */
-static bool cross(const crossing *c, double *a) {
-    const double speed = largest(c->model, c->v), pull = largest(c->model, a);
-    double *try = c->data->side + 2 * kt_lanes8(c->model->n.v);
+static bool cross(crossing *c, double *a) {
+    static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
+    double *try = c->data->side + 2 * kt_lanes8(c->model->n.v), *way = c->data->moved_v, pull;
+    c->driven = is_driven(c->model);
+    c->way = way;
+    const double speed = choose_way(c, a, way, &pull);
     if (!(speed > 0.0))
         return false;
-    double dt = BESIDE / speed;
-    for (int wider = 0; wider < WIDER_MOST; wider++, dt *= 2.0) {
-        if (dt * pull > 0.2 * speed)
-            return false; /* so slow that the motion is not the one that the speed tells of */
-        memcpy(try, a, c->model->n.v * sizeof *try);
-        int pass = 0;
-        while (pass < PASSES && interpolate(c, dt, try))
-            pass++;
-        if (pass < PASSES)
+    /* where time goes along, not so far that the motion is another than v tells of */
+    const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;
+    for (size_t k = 0; k < sizeof wider / sizeof *wider; k++) {
+        const double dt = wider[k] * fmin(BESIDE / speed, most);
+        if (dt > most || !interpolate(c, dt, try))
             continue;
         memcpy(a, try, c->model->n.v * sizeof *a);
         return true;
@@ -107,17 +140,13 @@ static bool cross(const crossing *c, double *a) {
     return false;
 }
 
-static kt_status refuse_singular(const kt_model *model, size_t link, double t, const double *q, const double *v,
-                                 kt_error *error) {
+static kt_status refuse_singular(const kt_model *model, size_t link, double t, const kt_input *input, kt_error *error) {
+    const kt_status status = kt_input_check(model, input, error);
+    if (status != KT_OK)
+        return status;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.100s', t = %.9g s",
                    model->text + model->body[model->link[link].body].name, t);
-    for (size_t i = 0; i < model->n.q; i++)
-        if (!isfinite(q[i]))
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position is not finite");
-    for (size_t i = 0; i < model->n.v; i++)
-        if (!isfinite(v[i]))
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a velocity is not finite");
     return kt_error_set(
         error, KT_ERROR_SINGULAR, where,
         "the mechanism has no inertia along one of the freedoms that its loops leave: give the bodies that "
@@ -125,18 +154,27 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
 }
 
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+                            const double *tau, const kt_wrench *external, double *a, bool *crossed, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    bool beside = false;
     size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     if (is_near_singular(model, data) && (!failed || is_singular(model, data))) {
-        const crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
+        crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
         failed = kernels->forward(model, data, t, q, v, tau, external, true, data->scratch);
-        if (!failed && !cross(&c, data->scratch))
+        beside = !failed && cross(&c, data->scratch);
+        if (!failed && !beside)
             failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     }
+    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
     if (failed)
-        return refuse_singular(model, failed, t, q, v, error);
-    return kt_commit(model, data->scratch, a, "acceleration", error);
+        return refuse_singular(model, failed, t, &input, error);
+    if (crossed)
+        *crossed = beside;
+    const kt_status status = kt_commit(model, data->scratch, a, "acceleration", error);
+    if (status == KT_OK)
+        return KT_OK;
+    const kt_status given = kt_input_check(model, &input, error);
+    return given != KT_OK ? given : status;
 }
 
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
@@ -145,5 +183,5 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
         kt_effects_apply(model, data, t, q, v, &tau, &external);
     if (!model->n.group)
         return kt_dynamics_forward(model, data, q, v, tau, external, a, error);
-    return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, error);
+    return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, NULL, error);
 }

@@ -8,8 +8,9 @@
 void kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double **tau, const kt_wrench **external);
 
-/* kt_acceleration_evaluate for a model with loops, effects not included. */
+/* kt_acceleration_evaluate for a model with loops, effects not included. *crossed (may be NULL): whether a comes from
+ * beside a singular position; the groups' matrices are then not those of (t, q, v). */
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, kt_error *error);
+                            const double *tau, const kt_wrench *external, double *a, bool *crossed, kt_error *error);
 
 #endif

@@ -1,8 +1,12 @@
-/* Closing loops from far off: Levenberg-Marquardt (Marquardt 1963), group by group in one sweep,
- *   (A'A + mu 1) du = -A' phi,
- * mu lowered after a step that makes |phi| less and raised after one that does not. Unlike a step by QR it needs no
- * rank: off the manifold redundant equations look independent, and contradictory ones have no solution. Steps are held
- * to half a radian or half the mechanism's length.
+/* Closing loops from far off: Levenberg-Marquardt (Marquardt 1963),
+ *   (B'B + mu tr(B'B) 1) dy = -B' r,
+ * mu lowered after a step that makes |r| less and raised after one that does not. Unlike a step by QR it needs no rank:
+ * off the manifold redundant equations look independent, and contradictory ones have no solution. r are the residuals
+ * and y the coordinates, each against its scale (a radian, or the length of the loops), so that millimetres and
+ * kilometres are closed alike; steps reach half of that. Each group goes its own way, whatever the others need.
+ *
+ * Where |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
+ * around the given one.
  */
 #include "reduction/far.h"
 
@@ -11,83 +15,164 @@
 #include <float.h>
 #include <string.h>
 
-enum { FAR_MOST = 400 };
+enum { STEPS_MOST = 400, STARTS = 4 };
 
-static double squares(const kt_model *model, const kt_data *data) {
+static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
+
+double kt_generic(size_t k) {
+    const double x = (double)(k + 1) * 0.61803398874989485; /* the golden ratio */
+    return 2.0 * (x - floor(x)) - 1.0;
+}
+
+static double gap_of(const kt_group_work *w) {
+    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_group_look_at_positions(w, &violation);
+    return violation.gap;
+}
+
+static double squares(const kt_group_work *w) {
     double sum = 0.0;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
-        sum += kt_dense_dot(w.residual, w.residual, w.k);
-    }
+    for (int r = 0; r < w->k; r++)
+        sum += (w->residual[r] / w->scale[r]) * (w->residual[r] / w->scale[r]);
     return sum;
 }
 
-/* du of one group into step; false where the damped matrix is not positive definite. */
-static bool damped_step(const kt_model *model, const kt_data *data, size_t g, double mu, double *step) {
-    const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g);
-    const size_t m = (size_t)w.m;
-    double trace = 0.0;
-    memset(w.reduced, 0, m * m * sizeof(double));
-    memset(w.base, 0, m * sizeof(double));
-    for (int r = 0; r < w.k; r++) {
-        const double *row = w.a + (size_t)r * m;
+/* dy of one group into step, in the coordinates' own units; nothing where the damped matrix is not positive definite.
+ */
+static void damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, double mu, double *step) {
+    const size_t m = (size_t)w->m;
+    const double *unit = model->unit + group->v;
+    double *row = w->work, trace = 0.0, largest = 0.0;
+    memset(w->reduced, 0, m * m * sizeof(double));
+    memset(w->base, 0, m * sizeof(double));
+    for (int r = 0; r < w->k; r++) {
+        for (size_t i = 0; i < m; i++)
+            row[i] = w->a[(size_t)r * m + i] * unit[i] / w->scale[r];
         for (size_t c = 0; c < m; c++) {
-            w.base[c] -= row[c] * w.residual[r];
-            for (size_t i = c; i < m; i++)
-                w.reduced[c * m + i] += row[c] * row[i];
+            w->base[c] -= row[c] * (w->residual[r] / w->scale[r]);
+            for (size_t i = c; i < m && row[c] != 0.0; i++)
+                w->reduced[c * m + i] += row[c] * row[i];
         }
     }
     for (size_t i = 0; i < m; i++)
-        trace += w.reduced[i * (m + 1)];
+        trace += w->reduced[i * (m + 1)];
     for (size_t i = 0; i < m; i++)
-        w.reduced[i * (m + 1)] += mu * trace + DBL_MIN;
-    if (!kt_dense_cholesky(w.reduced, w.m))
+        w->reduced[i * (m + 1)] += mu * trace + DBL_MIN;
+    if (!kt_dense_cholesky(w->reduced, w->m, NULL))
+        return;
+    kt_dense_solve(w->reduced, w->m, w->base);
+    for (size_t i = 0; i < m; i++)
+        largest = fmax(largest, fabs(w->base[i]));
+    const double shorter = largest > 0.5 ? 0.5 / largest : 1.0;
+    for (size_t i = 0; i < m; i++)
+        step[model->group_v[group->v + (int32_t)i]] = shorter * w->base[i] * unit[i];
+}
+
+/* The positions of a group's links from one state into another. */
+static void take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
+    for (int l = 0; l < group->link_count; l++) {
+        const kt_link *link = &model->link[model->group_link[group->link + l]];
+        const int count = link->motion == KT_MOTION_BALL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
+        memcpy(to + link->q, from + link->q, (size_t)count * sizeof *to);
+    }
+}
+
+/* Judges the step of one group, whose equations there have been filled; returns whether it is taken. */
+static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
+    const double before = data->gap[g], after = squares(w);
+    const bool rounding = before <= 1e-26 * (double)w->k;
+    double *mu = &data->damping[g];
+    if (after < before) {
+        *mu = fmax(*mu * 0.1, 1e-13);
+        data->gap[g] = after;
+        data->settled[g] =
+            gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.25 * before);
+        return true;
+    }
+    *mu *= 10.0;
+    data->settled[g] = rounding || *mu > 1e12;
+    return false;
+}
+
+/* Fills the equations at q. */
+static bool begin(const kt_model *model, kt_data *data, double t, const bool *held, const double *q) {
+    kt_violation violation;
+    if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, held, &violation))
         return false;
-    kt_dense_solve(w.reduced, w.m, w.base);
-    for (size_t i = 0; i < m; i++)
-        step[model->group_v[group->v + (int)i]] = w.base[i];
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        data->gap[g] = squares(&w);
+        data->settled[g] = gap_of(&w) <= KT_CLOSED;
+        data->damping[g] = 1e-3;
+    }
     return true;
 }
 
-static void shorten(const kt_model *model, double *step) {
-    const double most = 0.5 * fmax(1.0, model->length);
-    double largest = 0.0;
-    for (size_t i = 0; i < model->n.v; i++)
-        largest = fmax(largest, fabs(step[i]));
-    for (size_t i = 0; i < model->n.v && largest > most; i++)
-        step[i] *= most / largest;
+/* Steps until all groups are settled; q is finite and stays so. The equations are those at q in the end. */
+static void descend(const kt_model *model, kt_data *data, double t, const bool *held, double *q) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    kt_violation violation;
+    for (int i = 0; i < STEPS_MOST; i++) {
+        bool all = true, refill = false;
+        memset(data->delta, 0, model->n.v * sizeof(double));
+        for (size_t g = 0; g < model->n.group; g++) {
+            const kt_group_work w = kt_group_place(model, data, g);
+            all &= data->settled[g];
+            if (!data->settled[g])
+                damped_step(model, &model->group[g], &w, data->damping[g], data->delta);
+        }
+        if (all)
+            return;
+        kt_position_add(model, q, data->delta, data->moved_q);
+        (void)kernels->look(model, data, t, data->moved_q, NULL, held, &violation);
+        for (size_t g = 0; g < model->n.group; g++) {
+            const kt_group_work w = kt_group_place(model, data, g);
+            if (data->settled[g])
+                continue;
+            if (judge(data, g, &w))
+                take_group(model, &model->group[g], data->moved_q, q);
+            else
+                refill = true;
+        }
+        if (refill)
+            (void)kernels->look(model, data, t, q, NULL, held, &violation);
+    }
 }
 
-double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, double *q) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    const double small = model->length * KT_CLOSED_TOLERANCE;
-    kt_violation here, there;
-    if (!kernels->factor(model, data, t, q, NULL, held, &here))
-        return (double)INFINITY;
-    double mu = 1e-3, sum = squares(model, data);
-    for (int i = 0; i < FAR_MOST && here.position > small && mu < 1e12; i++) {
-        memset(data->delta, 0, model->n.v * sizeof(double));
-        bool solved = true;
-        for (size_t g = 0; g < model->n.group; g++)
-            solved &= damped_step(model, data, g, mu, data->delta);
-        shorten(model, data->delta);
-        kt_position_add(model, q, data->delta, data->moved_q);
-        double beside = (double)INFINITY;
-        if (solved && kernels->factor(model, data, t, data->moved_q, NULL, held, &there))
-            beside = squares(model, data);
-        if (beside < sum) {
-            memcpy(q, data->moved_q, model->n.q * sizeof *q);
-            here = there;
-            mu = fmax(mu * 0.1, 1e-13);
-            if (beside > 0.99999 * sum && mu <= 1e-12)
-                break;
-            sum = beside;
-        } else {
-            mu *= 10.0;
-            if (!kernels->factor(model, data, t, q, NULL, held, &here)) /* the equations here again */
-                return (double)INFINITY;
-        }
+/* Groups that are not closed go back to where they came from and, by `size` of their units, aside. */
+static void start_elsewhere(const kt_model *model, kt_data *data, const bool *held, const double *from, int start,
+                            double *q) {
+    memset(data->delta, 0, model->n.v * sizeof(double));
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_place(model, data, g);
+        if (gap_of(&w) <= KT_CLOSED_FAR)
+            continue;
+        take_group(model, group, from, q);
+        for (int32_t i = group->v; i < group->v + group->v_count; i++)
+            if (!held || !held[model->group_v[i]])
+                data->delta[model->group_v[i]] =
+                    scatter[start] * model->unit[i] * kt_generic((size_t)i + 131 * (size_t)start);
     }
-    return here.position;
+    if (start)
+        kt_position_add(model, q, data->delta, q);
+}
+
+double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    double *from = data->beside_q;
+    kt_violation violation;
+    memcpy(from, q, model->n.q * sizeof *q);
+    for (int start = 0; start <= STARTS; start++) { /* after the last one the first again, for its gap to be told */
+        if (start)
+            start_elsewhere(model, data, held, from, start % STARTS, q);
+        if (!begin(model, data, t, held, q))
+            return (double)INFINITY;
+        descend(model, data, t, held, q);
+        if (!kernels->look(model, data, t, q, NULL, held, &violation))
+            return (double)INFINITY;
+        if (violation.gap <= KT_CLOSED_FAR || !stubborn)
+            break;
+    }
+    return violation.gap;
 }

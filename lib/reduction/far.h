@@ -4,9 +4,13 @@
 
 #include "reduction/project.h"
 
-/* Moves q until the loops close, held coordinates (NULL: none) not at all, or until nothing helps any more; returns the
- * largest residual. For set-up and assembly: not bounded in time as the projection of a step is, but to a fixed number
- * of evaluations. */
-double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, double *q);
+/* Moves q until the loops close, held coordinates (NULL: none) not at all, or until nothing helps any more; leaves the
+ * equations there and returns the largest gap against its scale. `stubborn`: where they do not close, other starts are
+ * tried. For set-up and assembly: not bounded in time as the projection of a step is, but to a fixed number of
+ * evaluations. Uses delta, moved_q and beside_q of the data. */
+double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q);
+
+/* The k-th of a fixed sequence of generic numbers in (-1, 1). */
+double kt_generic(size_t k);
 
 #endif

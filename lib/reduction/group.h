@@ -155,11 +155,12 @@ static inline double kt_dense_dot(const double *a, const double *b, int n) {
     return sum;
 }
 
-/* A = L L', L over the lower triangle of A (n x n); false where A is not positive definite beyond rounding. */
-static inline bool kt_dense_cholesky(double *a, int n) {
+/* A = L L', L over the lower triangle of A (n x n); false where A is not positive definite beyond rounding, which is
+ * proportional to size[j] in A_jj (NULL: to A_jj itself). */
+static inline bool kt_dense_cholesky(double *a, int n, const double *size) {
     for (int j = 0; j < n; j++) {
         double *column = a + (size_t)j * (size_t)n;
-        const double whole = column[j];
+        const double whole = size ? size[j] : column[j];
         for (int k = 0; k < j; k++) {
             const double f = a[(size_t)k * (size_t)n + (size_t)j];
             for (int i = j; i < n; i++)
@@ -205,14 +206,20 @@ static inline bool kt_group_solve(const kt_reduction_kind *kind, const kt_group_
     const int m = w->m, freedoms = m - rank;
     kind->particular(w, rank, w->right, w->base);
     kind->basis(w, rank);
+    double *size = w->work; /* n' M n may be what is left of terms n_i^2 M_ii */
     for (int c = 0; c < freedoms; c++) {
         double *half = w->half + (size_t)c * (size_t)m;
+        size[c] = 0.0;
+        for (int i = 0; i < m; i++) {
+            const double n = w->basis[(size_t)c * (size_t)m + (size_t)i];
+            size[c] += n * n * w->mass[(size_t)i * (size_t)(m + 1)];
+        }
         kt_dense_apply(w->mass, m, m, w->basis + (size_t)c * (size_t)m, half);
         for (int r = 0; r < freedoms; r++)
             w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
                 kt_dense_dot(w->basis + (size_t)r * (size_t)m, half, m);
     }
-    if (!kt_dense_cholesky(w->reduced, freedoms))
+    if (!kt_dense_cholesky(w->reduced, freedoms, size))
         return false;
     double *y = w->half; /* from here on free */
     kt_dense_apply(w->mass, m, m, w->base, y);

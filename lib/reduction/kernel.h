@@ -4,30 +4,26 @@
 
 #include "reduction/reduce.h"
 
-/* Largest violations of the equations. */
-typedef struct kt_violation {
-    double position; /* m or rad, over holonomic equations */
-    double velocity; /* m/s or rad/s; `right` holds the violations, negated */
-    double speed;    /* largest term of the velocity equations: what `velocity` is to be held against */
-} kt_violation;
-
 typedef struct kt_reduction_kernels {
     /* Accelerations of a mechanism with loops; data->rank and data->near tell of each group. `regular`: directions that
      * are about to be lost near a singular position do not count. Returns the link at which the reduced inertia is
-     * singular, or 0. */
+     * singular, or of which the equations are not finite; or 0. */
     size_t (*forward)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a);
-    /* Fills and factors the equations at (t, q); v may be NULL, and then velocities are not looked at. Coordinates that
-     * are held (NULL: none) count as constants. Returns false where a number is not finite. */
-    bool (*factor)(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
-                   kt_violation *violation);
-    /* Accelerations' right-hand sides b'' as well: fills, and does not factor. */
+    /* Fills the equations at (t, q), and `right` with -(A v + phi_t); v may be NULL, and then velocities are not looked
+     * at. Coordinates that are held (NULL: none) count as constants. Returns false where a number is not finite. */
+    bool (*look)(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
+                 kt_violation *violation);
+    /* Factors the equations that have been filled; false where a number is not finite. `regular`: as above. */
+    bool (*factor)(const kt_model *model, kt_data *data, bool regular);
+    /* Fills the equations with accelerations' right-hand sides b''. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
     /* The least step (nv) with A step = right, as last factored: in coordinates (then only those of groups move), or in
      * kinetic energy. false: the inertia is singular. */
     bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, double *step);
-    /* Multipliers of all equations, for the accelerations of the last `forward`, in the groups' work. */
-    void (*multipliers)(const kt_model *model, kt_data *data);
+    /* Multipliers of all equations for accelerations a, in the groups' work: those of the state of the last `forward`,
+     * whose velocities are v. Leaves the accelerations of the links, minus gravity. */
+    void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
     /* What the loops exert with these multipliers (react.c). */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 } kt_reduction_kernels;

@@ -1,10 +1,15 @@
 /* Coordinate partitioning [MSD 7.1.1]: full pivoting chooses dependent coordinates, and solves for them.
  *
- * Elimination on A' (m x k) with rows (coordinates) and columns (equations) exchanged, so that P A' S = [L11; L21] [U11
- * U12], L unit lower, U upper: particular: the independent coordinates stay; U11' L11' x_d = b_1 basis:      x_i = unit
- * vectors, x_d = -L11'^-1 L21' x_i multipliers: L11 U11 lambda = g_d The set is chosen anew at every evaluation: a
- * position at which a fixed set would fail (the pendulum in x and y, horizontal or vertical) is like any other, and the
- * result does not depend on what came before. The order of the coordinates is kept in `reflector` and `square`.
+ * Gaussian elimination on A' (m x k), rows (coordinates) and columns (equations) exchanged: P A' S = [L11; L21] [U11
+ * U12], L unit lower, U upper.
+ *
+ *   particular:  the independent coordinates stay; U11' L11' x_d = b_1
+ *   basis:       x_i = unit vectors, x_d = -L11'^-1 L21' x_i
+ *   multipliers: L11 U11 lambda = g_d
+ *
+ * The set is chosen anew at every evaluation: a position at which a fixed set would fail (the pendulum in x and y,
+ * horizontal or vertical) is like any other, and the result does not depend on what came before. The order of the
+ * coordinates is kept in `square`.
  */
 #include "reduction/reduce.h"
 

@@ -2,97 +2,221 @@
  * [MSD 7.55 to 7.58]. du is least in the model's metric. dv is always least in kinetic energy, which is the impulse
  * that the loops themselves would exert: what an evaluation near a singular position gets wrong is a force of the
  * loops, and only this metric takes it back whole (N-four-bar, RK4 at 1e-3 s over 10 s: 2e-10 m, and 5e-8 m with the
- * identity). */
+ * identity).
+ *
+ * Near a singular position the direction that is about to be lost can be closed only by steps of phi over its size, and
+ * what rounding leaves of phi would be made large. There is little to close in it, though: phi is the step that is
+ * missing times that size. So it is left out, until the motion has gone on, unless more is open than may be.
+ */
 #include "reduction/project.h"
 
+#include "dynamics/kernel.h"
+
+#include <float.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { PROJECT_MOST = 10 };
+enum { POSITION_MOST = 30, VELOCITY_MOST = 3 };
 
-void kt_aim_at_closure(const kt_model *model, const kt_data *data) {
+void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g);
-        for (int r = 0; r < w.k; r++)
-            w.right[r] = -w.residual[r];
+        kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+        kt_group_look_at_positions(&w, &violation);
+        for (int r = 0; r < w.k; r++) /* what is closed stays, whatever other groups need */
+            w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
     }
 }
 
-int kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
-                        double tolerance, bool *changed, kt_violation *violation) {
+static bool is_near_singular(const kt_model *model, const kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (data->near[g])
+            return true;
+    return false;
+}
+
+/* Leaves the equations as they are at q, with the velocities' violations in `right`. */
+static kt_closure close_positions(const kt_model *model, kt_data *data, double t, double *q, const double *v, int most,
+                                  double goal, bool *changed, kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    const double small = model->length * KT_CLOSED_TOLERANCE;
     double before = (double)INFINITY;
+    bool regular = true, near = false;
     for (int i = 0;; i++) {
-        if (!kernels->factor(model, data, t, q, v, NULL, violation))
-            return -1;
+        if (!kernels->look(model, data, t, q, v, NULL, violation))
+            return KT_CLOSURE_NOT_FINITE;
         /* stop where rounding rules, or where a further step has not halved what is left */
-        if (violation->position <= small || i == most || (violation->position > 0.5 * before && before <= 1e3 * small))
-            break;
-        before = violation->position;
-        kt_aim_at_closure(model, data);
+        const bool slow = violation->gap > 0.5 * before;
+        if (violation->gap <= goal || i == most || (slow && before <= 4e3 * KT_CLOSED))
+            return KT_CLOSURE_DONE;
+        if (slow && near)
+            regular = false;
+        before = violation->gap;
+        if (!kernels->factor(model, data, regular))
+            return KT_CLOSURE_NOT_FINITE;
+        near = is_near_singular(model, data);
+        kt_aim_at_closure(model, data, goal);
         if (!kernels->close(model, data, model->metric, data->delta))
-            return -1;
+            return KT_CLOSURE_SINGULAR;
         kt_position_add(model, q, data->delta, q);
         *changed = true;
     }
-    if (!(violation->position <= model->length * tolerance))
-        return 1;
-    if (v && violation->velocity > 0.0) {
-        if (!kernels->close(model, data, KT_METRIC_MASS, data->delta))
-            return -1;
-        for (size_t i = 0; i < model->n.v; i++) {
-            const double old = v[i];
-            v[i] += data->delta[i];
-            *changed |= v[i] != old;
-        }
-    }
-    return 0;
 }
 
-/* The gap of one loop as last factored: its largest residual. */
-static double gap(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
+static void look_at_velocities(const kt_model *model, const kt_data *data, const double *v, kt_violation *violation) {
+    violation->velocity = violation->slip = violation->speed = 0.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g);
+        kt_group_look_at_velocities(model, &model->group[g], &w, v, violation);
+    }
+}
+
+static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
+                                  kt_violation *violation) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    if (!kernels->factor(model, data, regular))
+        return KT_CLOSURE_NOT_FINITE;
+    double before = (double)INFINITY;
+    for (int i = 0;
+         i < VELOCITY_MOST && violation->slip > 10.0 * KT_CLOSED * violation->speed && violation->slip < 0.5 * before;
+         i++) {
+        before = violation->slip;
+        if (!kernels->close(model, data, KT_METRIC_MASS, data->delta))
+            return KT_CLOSURE_SINGULAR;
+        for (size_t k = 0; k < model->n.v; k++) {
+            const double old = v[k];
+            v[k] += data->delta[k];
+            *changed |= v[k] != old;
+        }
+        look_at_velocities(model, data, v, violation);
+    }
+    return KT_CLOSURE_DONE;
+}
+
+/* Needs the equations and their violations in `right`. */
+static kt_closure close_velocities(const kt_model *model, kt_data *data, double *v, bool *changed,
+                                   kt_violation *violation) {
+    if (violation->slip <= KT_CLOSED * violation->speed)
+        return KT_CLOSURE_DONE;
+    kt_closure closure = push_velocities(model, data, true, v, changed, violation);
+    if (closure == KT_CLOSURE_DONE && is_near_singular(model, data) &&
+        violation->slip > 0.1 * KT_CLOSED_NEAR * violation->speed)
+        closure = push_velocities(model, data, false, v, changed, violation);
+    return closure;
+}
+
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
+                               double goal, double tolerance, bool *changed, kt_violation *violation) {
+    kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
+    if (closure != KT_CLOSURE_DONE)
+        return closure;
+    if (!(violation->gap <= tolerance))
+        return KT_CLOSURE_OPEN;
+    if (!v)
+        return KT_CLOSURE_DONE;
+    closure = close_velocities(model, data, v, changed, violation);
+    if (closure != KT_CLOSURE_DONE)
+        return closure;
+    if (!isfinite(violation->velocity))
+        return KT_CLOSURE_NOT_FINITE;
+    return violation->slip <= tolerance * violation->speed ? KT_CLOSURE_DONE : KT_CLOSURE_OPEN;
+}
+
+/* ---- messages ------------------------------------------------------------------------------------------------------
+ */
+
+/* How far one loop is open as last filled: its largest residual, or where `moving` its largest `right`; against its
+ * scale in *relative. */
+static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
+                     double *relative) {
     const kt_group *group = &model->group[loop->group];
     const kt_group_work w = kt_group_place(model, data, (size_t)loop->group);
     double largest = 0.0;
+    *relative = 0.0;
     for (int k = 0; k < group->kept_count; k++) {
         const int32_t row = model->kept[group->kept + k] - loop->row;
-        if (row >= 0 && row < loop->row_count)
-            largest = fmax(largest, fabs(w.residual[k]));
+        const double x = fabs(moving ? w.right[k] : w.residual[k]);
+        if (row < 0 || row >= loop->row_count || !(x / w.scale[k] > *relative))
+            continue;
+        *relative = x / w.scale[k];
+        largest = x;
     }
     return largest;
 }
 
-kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, kt_error *error) {
-    enum { NAMED = 4 };
-    char text[KT_MESSAGE_SIZE] = "";
-    size_t used = 0, open = 0;
-    bool named[NAMED] = {false};
-    int worst[NAMED];
-    const double small = 1e-9 * model->length;
-    for (int n = 0; n < NAMED; n++) { /* the worst that has not been named */
-        worst[n] = -1;
-        for (int i = 0; i < (int)model->n.loop; i++) {
-            bool seen = false;
-            for (int j = 0; j < n; j++)
-                seen |= worst[j] == i;
-            const double x = gap(model, data, &model->loop[i]);
-            open += n == 0 && x > small;
-            if (!seen && (x > small || n == 0) && (worst[n] < 0 || x > gap(model, data, &model->loop[worst[n]])))
-                worst[n] = i;
+/* The loop open worst among those that are open less than `below`, or as much and come later. */
+static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
+    int worst = -1;
+    double most = 0.0, relative;
+    for (int i = 0; i < (int)model->n.loop; i++) {
+        (void)gap_of(model, data, &model->loop[i], moving, &relative);
+        if ((relative < below || (relative == below && i > after)) && relative > most) {
+            most = relative;
+            worst = i;
         }
-        named[n] = worst[n] >= 0;
-        if (!named[n] || used >= sizeof text)
+    }
+    return worst;
+}
+
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
+                              kt_error *error) {
+    enum { NAMED = 4, NAME_MOST = 40 };
+    char text[NAMED * (NAME_MOST + 40)] = "", where[KT_WHERE_SIZE];
+    size_t used = 0;
+    double relative = (double)INFINITY, most = 0.0;
+    int worst = -1;
+    bool others = false;
+    for (int n = 0; n <= NAMED; n++) { /* one after the other, the worst first */
+        worst = next_worst(model, data, moving, relative, worst);
+        if (worst < 0)
             break;
-        const kt_loop_record *loop = &model->loop[worst[n]];
-        const int length = snprintf(text + used, sizeof text - used, "%s'%.60s' by %.3g", n ? ", " : "",
-                                    model->text + loop->name, gap(model, data, loop));
+        const double gap = gap_of(model, data, &model->loop[worst], moving, &relative);
+        if (relative <= 1e-3 * most) /* closed, but for what the open ones pull at it */
+            break;
+        if (n == NAMED) {
+            others = true;
+            break;
+        }
+        most = fmax(most, relative);
+        const int length = snprintf(text + used, sizeof text - used, "%s'%.*s' by %.3g", n ? ", " : "", NAME_MOST,
+                                    model->text + model->loop[worst].name, gap);
         used += length > 0 ? (size_t)length : 0;
     }
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s (%s)%s", what, text,
+                        moving ? "m/s or rad/s" : "m or rad", others ? " and others" : "");
+}
+
+/* ---- calls ---------------------------------------------------------------------------------------------------------
+ */
+
+bool kt_unit_quaternions(const kt_model *model, double *q) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        if (link->motion < KT_MOTION_BALL)
+            continue;
+        const double *p = q + link->q + (link->motion == KT_MOTION_FREE ? 3 : 0);
+        if (!(fabs(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0) <= 4.0 * DBL_EPSILON))
+            return kt_position_normalize(model, q);
+    }
+    return true;
+}
+
+static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closure closure, const kt_input *input,
+                        bool moving, kt_error *error) {
+    if (closure == KT_CLOSURE_OPEN)
+        return kt_open_loops_error(model, data, t,
+                                   moving ? "the velocities cannot be brought to fit the loops; those contradict each "
+                                            "other at"
+                                          : "the loops can no longer be closed; open are",
+                                   moving, error);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s (m or rad)%s", what, text,
-                        open > NAMED ? " and others" : "");
+    if (closure == KT_CLOSURE_SINGULAR)
+        return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                            "the mechanism has no inertia along one of the freedoms that its loops leave: give the "
+                            "bodies that move there mass or inertia");
+    const kt_status status = kt_input_check(model, input, error);
+    return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
 }
 
 kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
@@ -100,17 +224,16 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     bool moved = false;
     double *new_q = data->moved_q, *new_v = data->moved_v;
     kt_violation violation;
+    const kt_input input = {.q = q, .v = v};
     memcpy(new_q, q, model->n.q * sizeof *q);
     memcpy(new_v, v, model->n.v * sizeof *v);
-    if (!kt_position_normalize(model, new_q))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion is zero or not finite at t = %.9g s", t);
+    if (!kt_unit_quaternions(model, new_q))
+        return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
     if (model->n.group) {
-        const int open = kt_project_in_place(model, data, t, new_q, new_v, PROJECT_MOST, 1e-9, &moved, &violation);
-        if (open < 0)
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a position or velocity is not finite at t = %.9g s",
-                                t);
-        if (open)
-            return kt_open_loops_error(model, data, t, "the loops can no longer be closed; open are", error);
+        const kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, POSITION_MOST, KT_CLOSED,
+                                                       KT_CLOSED_NEAR, &moved, &violation);
+        if (closure != KT_CLOSURE_DONE)
+            return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_NEAR, error);
     }
     moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
     memcpy(q, new_q, model->n.q * sizeof *q);
@@ -122,9 +245,10 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
 
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            kt_residual *residual, kt_error *error) {
-    kt_violation violation = {0.0, 0.0, 0.0};
-    if (model->n.group && !kt_reduction_kernels_of(model)->factor(model, data, t, q, v, NULL, &violation))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a position or velocity is not finite at t = %.9g s", t);
+    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    const kt_input input = {.q = q, .v = v};
+    if (model->n.group && !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
+        return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;
 }

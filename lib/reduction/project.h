@@ -5,18 +5,34 @@
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
 
-/* Residuals that rounding leaves: relative to the mechanism's size (at least a radian counts as one) and speed. */
-#define KT_CLOSED_TOLERANCE 1e-15
+#include <float.h>
 
-/* right <- -phi in all groups. */
-void kt_aim_at_closure(const kt_model *model, const kt_data *data);
+/* What rounding leaves of residuals, and of velocity equations against their largest term; nothing smaller is asked
+ * for. Residuals are held against their scales: a radian, or the way around the longest loop. */
+#define KT_CLOSED DBL_EPSILON
 
-/* Projects q, then v, in place, by up to `most` steps; what is left in *violation. Returns 0; 1 where q does not get
- * closed to model->length * tolerance; -1 where a number is not finite. v may be NULL. */
-int kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
-                        double tolerance, bool *changed, kt_violation *violation);
+/* What passes for closed: after a step (a position near to closed), and where it had to be searched for. */
+#define KT_CLOSED_NEAR 1e-12
+#define KT_CLOSED_FAR 1e-9
 
-/* KT_ERROR_CONSTRAINT with the loops that are open as last factored, worst first, and their gaps. */
-kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, kt_error *error);
+typedef enum kt_closure { KT_CLOSURE_DONE = 0, KT_CLOSURE_OPEN, KT_CLOSURE_NOT_FINITE, KT_CLOSURE_SINGULAR } kt_closure;
+
+/* Unit quaternions keep their bits (within rounding of one, another division would only make them wander); others are
+ * scaled to one. false where one is zero or not finite. */
+bool kt_unit_quaternions(const kt_model *model, double *q);
+
+/* right <- -phi in all groups whose gap is above `goal`. */
+void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal);
+
+/* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or what rounding leaves;
+ * OPEN where q does not get closed to `tolerance`, or v does not (then *violation.gap is closed). *changed becomes true
+ * where any number changed. v may be NULL. */
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
+                               double goal, double tolerance, bool *changed, kt_violation *violation);
+
+/* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
+ * gaps; or where `moving`, the loops whose velocity equations are violated as `right` has it. */
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
+                              kt_error *error);
 
 #endif

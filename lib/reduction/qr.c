@@ -5,8 +5,8 @@
  *   multipliers: R1 lambda = Q1' g
  *
  * Q is kept as reflectors I - t u u', u below R with its leading 1 left out, as LAPACK does. For the small matrices of
- * small loops, the loop below takes a fraction of the time of LAPACK's call; from LARGE coordinates on, LAPACK's blocks
- * win (bench/scaling).
+ * small loops, the loop below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK's
+ * blocks win (bench/scaling).
  */
 #include "reduction/lapack.h"
 #include "reduction/reduce.h"
@@ -14,19 +14,21 @@
 #include <math.h>
 #include <string.h>
 
-enum { LARGE = 40 };
-
-/* Squared norms of rows j.. of the columns from j on, in w->work; returns the column with the largest. */
-static int largest_column(const kt_group_work *w, int j) {
+/* The column with the largest squared norm *n2 of its rows from j on, among the columns from j on. Norms are taken
+ * anew: brought up to date instead, they would lose their digits where the rank ends. *all is their sum. */
+static int largest_column(const kt_group_work *w, int j, double *n2, double *all) {
     int best = j;
+    *n2 = *all = 0.0;
     for (int c = j; c < w->k; c++) {
         const double *column = w->factor + (size_t)c * (size_t)w->m;
         double sum = 0.0;
         for (int i = j; i < w->m; i++)
             sum += column[i] * column[i];
-        w->work[c] = sum;
-        if (sum > w->work[best])
+        *all += sum;
+        if (sum > *n2) {
+            *n2 = sum;
             best = c;
+        }
     }
     return best;
 }
@@ -69,18 +71,17 @@ static void eliminate(const kt_group_work *w, int j, double n2) {
 }
 
 static int factor_small(kt_group_work *w, int cap) {
-    double first = 0.0;
+    double first = 0.0, n2, all;
     for (int c = 0; c < w->k; c++)
         w->pivot[c] = c;
     for (int j = 0; j < cap; j++) {
-        const int best = largest_column(w, j);
-        const double n2 = w->work[best];
+        const int best = largest_column(w, j, &n2, &all);
+        if (!isfinite(all))
+            return -1;
         if (j == 0)
             first = n2;
         if (!(n2 > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
-            return isfinite(n2) ? j : -1;
-        if (!isfinite(n2))
-            return -1;
+            return j;
         if (best != j)
             swap_columns(w, j, best);
         eliminate(w, j, n2);
@@ -106,13 +107,13 @@ static int factor(kt_group_work *w, int cap) {
     memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
     if (w->m == 0 || w->k == 0)
         return 0;
-    return w->m >= LARGE ? factor_large(w, cap) : factor_small(w, cap);
+    return w->m >= KT_LARGE ? factor_large(w, cap) : factor_small(w, cap);
 }
 
 /* X (m x columns) = Q X with the first `count` reflectors, or Q' X. */
 static void apply(const kt_group_work *w, int count, bool transposed, double *x, int columns) {
     const size_t m = (size_t)w->m;
-    if (w->m >= LARGE && count > 0) {
+    if (w->m >= KT_LARGE && count > 0) {
         const int size = (int)kt_group_work_count(m, (size_t)w->k);
         (void)kt_lapack_ormqr(transposed ? 'T' : 'N', w->m, columns, count, w->factor, w->reflector, x, w->work, size);
         return;
@@ -158,5 +159,9 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
 
 static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
 
-const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {
-    .factor = factor, .size = size, .particular = particular, .basis = basis, .multipliers = multipliers};
+const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
+                                                      .factor = factor,
+                                                      .size = size,
+                                                      .particular = particular,
+                                                      .basis = basis,
+                                                      .multipliers = multipliers};

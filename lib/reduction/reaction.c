@@ -1,6 +1,7 @@
 /* Reactions, only when they are asked for: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
  * (react.c), and with them as external wrenches Newton-Euler on the bodies gives the joints' (dynamics/total.c).
- * Redundant loops share a reaction in infinitely many ways: dependent equations carry none.
+ * Redundant loops share a reaction in infinitely many ways: dependent equations carry none. At a singular position that
+ * is so for the direction that is lost there.
  */
 #include "reduction/evaluate.h"
 
@@ -12,18 +13,21 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
     const size_t bodies = model->n.body;
     double *a = data->side + 2 * kt_lanes8(model->n.v);
     kt_wrench *on_bodies = data->loaded;
+    bool crossed = false;
     if (model->n.effect)
         kt_effects_apply(model, data, t, q, v, &tau, &external);
     if (external)
         memcpy(on_bodies, external, bodies * sizeof *on_bodies);
     else
         memset(on_bodies, 0, bodies * sizeof *on_bodies);
-    kt_status status = model->n.group
-                           ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, error)
-                           : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
+    kt_status status =
+        model->n.group ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, &crossed, error)
+                       : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
     if (status == KT_OK && model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-        kernels->multipliers(model, data);
+        if (crossed) /* the equations are those of a position beside */
+            (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, true, data->scratch);
+        kernels->multipliers(model, data, v, a);
         kernels->react(model, data, t, on_bodies, data->loop_wrench);
     }
     if (status == KT_OK)

@@ -10,6 +10,8 @@
 #include "loop/kind.h"
 #include "model/internal.h"
 
+#include <math.h>
+
 /* Every matrix of a group: name, count, meaning. m: coordinates, k: equations, s: the lesser. */
 #define KT_GROUP_FIELDS(X)                                                                                             \
     X(a, m *k, "A', m x k")                                                                                            \
@@ -18,6 +20,7 @@
     X(square, m *m, "orthogonal factor (SVD)")                                                                         \
     X(right, k, "b'' or what is to be closed")                                                                         \
     X(residual, k, "phi")                                                                                              \
+    X(scale, k, "what residuals are held against: a radian, or the mechanism's length")                                \
     X(rate, k, "phi_t = -b'")                                                                                          \
     X(multiplier, k, "lambda")                                                                                         \
     X(mass, m *m, "M of the group, its parent held")                                                                   \
@@ -38,8 +41,14 @@ typedef struct kt_group_work {
 #undef KT_GROUP_DECLARE
 } kt_group_work;
 
-/* Numbers that LAPACK wants as workspace for an m x k matrix: enough for dgeqp3, dormqr, dgesvd in blocks of 32. */
-static inline size_t kt_group_work_count(size_t m, size_t k) { return 34 * (m + k) + 5 * (m < k ? m : k) + 1024; }
+/* From so many coordinates on LAPACK's blocks factor faster than a plain loop (bench/scaling). */
+enum { KT_LARGE = 40 };
+
+/* Numbers that LAPACK wants as workspace for an m x k matrix: enough for dgeqp3, dgesvd and dormqr (which asks for 65 x
+ * 64 more where it works in blocks) in blocks of 32. */
+static inline size_t kt_group_work_count(size_t m, size_t k) {
+    return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
+}
 
 /* Places a group's matrices at base (NULL: only measures); returns the numbers they take. */
 static inline size_t kt_group_layout(const kt_group *group, double *base, int32_t *pivot, kt_group_work *w) {
@@ -63,16 +72,54 @@ static inline kt_group_work kt_group_place(const kt_model *model, const kt_data 
     return w;
 }
 
+/* How much the equations are violated: the largest of all. */
+typedef struct kt_violation {
+    double position; /* m or rad, over holonomic equations */
+    double gap;      /* the same, each against its scale: what closure is judged by */
+    double velocity; /* m/s or rad/s */
+    double slip;     /* the same, each against its scale, */
+    double speed;    /* and the largest term in it: what `slip` is to be held against */
+} kt_violation;
+
+/* phi of a group into the violation. */
+static inline void kt_group_look_at_positions(const kt_group_work *w, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        const double x = fabs(w->residual[r]);
+        violation->gap = fmax(violation->gap, x / w->scale[r]);
+        if (x > violation->position || isnan(x)) /* and a NaN stays */
+            violation->position = x;
+    }
+}
+
+/* A v + phi_t of a group into `right`, negated, and into the violation. */
+static inline void kt_group_look_at_velocities(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                               const double *v, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        double sum = w->rate[r], largest = fabs(w->rate[r]);
+        for (int i = 0; i < w->m; i++) {
+            const double term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
+            sum += term;
+            largest = fmax(largest, fabs(term));
+        }
+        w->right[r] = -sum;
+        if (fabs(sum) > violation->velocity || isnan(sum))
+            violation->velocity = fabs(sum);
+        violation->slip = fmax(violation->slip, fabs(sum) / w->scale[r]);
+        violation->speed = fmax(violation->speed, largest / w->scale[r]);
+    }
+}
+
 /* Relative size below which the last independent direction of the equations counts as lost to rounding. */
 #define KT_RANK_TOLERANCE 1e-10
 
 /* Within this fraction of its usual size it is near a singular position: accelerations are taken from beside
  * (evaluate.c). */
-#define KT_NEAR_SINGULAR 1e-3
+#define KT_NEAR_SINGULAR 1e-2
 
 /* A way to solve A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural rank.
  */
 typedef struct kt_reduction_kind {
+    bool least; /* `particular` is the least solution */
     /* Factors w->a; returns the numerical rank, at most cap. -1: a number was not finite. */
     int (*factor)(kt_group_work *w, int cap);
     /* Size of the i-th direction as factored. */

@@ -120,6 +120,7 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
         if (slot[r] < 0)
             continue;
         w->residual[slot[r]] = rows[r].holonomic ? rows[r].residual : 0.0;
+        w->scale[slot[r]] = kt_v4_dot(rows[r].force, rows[r].force) > 0.0 ? model->length : 1.0;
         w->rate[slot[r]] = rows[r].rate;
         w->right[slot[r]] = -(rows[r].drift + kt_v4_dot(rows[r].moment, alpha) + kt_v4_dot(rows[r].force, linear));
     }
@@ -129,9 +130,9 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
     kt_rows_path(model, data, w, loop, 1, slot, rows, count, second);
 }
 
-KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group_work *w, const kt_loop_record *loop, int32_t slot,
-                                const double *q, double t) {
-    double sum = 0.0;
+KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                const kt_loop_record *loop, int32_t slot, const double *q, double t) {
+    double sum = 0.0, scale = 0.0;
     if (slot < 0)
         return;
     for (int k = 0; k < loop->term_count; k++) {
@@ -139,14 +140,17 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group_work *w, c
         const kt_link *link = &model->link[term->link];
         sum += term->coefficient * q[link->q];
         w->a[(size_t)slot * (size_t)w->m + (size_t)link->local] += term->coefficient;
+        scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
     }
+    w->scale[slot] = scale;
     const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->type]->relate(loop, model->number, sum, t);
     w->residual[slot] = row.residual;
     w->rate[slot] = row.rate;
     w->right[slot] = -row.drift;
 }
 
-/* A', phi and phi_t of a group, and where `moving` b''. Needs the links' poses, and where `moving` velocities and c. */
+/* A', phi and phi_t of a group, with what residuals are held against, and where `moving` b''. Needs the links' poses,
+ * and where `moving` velocities and c. */
 static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
                                 bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];
@@ -157,7 +161,7 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
         int32_t slot[KT_LOOP_ROW_MAX];
         kt_rows_slots(model, group, loop, &next, slot);
         if (loop->term_count)
-            kt_rows_relation(model, w, loop, slot[0], q, t);
+            kt_rows_relation(model, group, w, loop, slot[0], q, t);
         else
             kt_rows_frames(model, data, w, loop, slot, moving, v, t);
     }

@@ -65,5 +65,9 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
 
 static double size(const kt_group_work *w, int i) { return w->reflector[i]; }
 
-const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {
-    .factor = factor, .size = size, .particular = particular, .basis = basis, .multipliers = multipliers};
+const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
+                                                       .factor = factor,
+                                                       .size = size,
+                                                       .particular = particular,
+                                                       .basis = basis,
+                                                       .multipliers = multipliers};

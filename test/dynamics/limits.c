@@ -200,6 +200,31 @@ KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
     kt_tree_free(&tree);
 }
 
+/* Wherever the other rings stand and however the whole is mounted, what is left of the inertia is rounding of one sign
+ * or the other. */
+KT_TEST(gimbal_lock_is_refused_at_every_angle) {
+    kt_random random = kt_random_of_test();
+    kt_worst refusals = kt_worst_make("status");
+    for (int n = 0; n < 300; n++) {
+        kt_tree tree;
+        kt_error error;
+        double a[3];
+        if (!grow_gimbals(&tree))
+            return;
+        kt_tree_free(&tree);
+        if (n % 3 == 0)
+            tree.body[0].joint.rotation = kt_tree_rotation(&random);
+        tree.body[2].inertia = kt_tree_inertia(&random, kt_random_uniform(&random, 0.1, 100.0), 1.0);
+        if (!kt_tree_compile(&tree, NULL))
+            return;
+        const double q[3] = {kt_random_uniform(&random, -3.0, 3.0), acos(0.0), kt_random_uniform(&random, -3.0, 3.0)};
+        const kt_status status = kt_dynamics_forward(tree.model, tree.data, q, NULL, NULL, NULL, a, &error);
+        kt_worst_near(&refusals, status, KT_ERROR_SINGULAR, 0.0, "%d: at %g and %g", n, q[0], q[2]);
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&refusals);
+}
+
 /* ---- the smallest mechanisms
  * ----------------------------------------------------------------------------------------- */
 

@@ -99,9 +99,15 @@ KT_TEST(rates_are_derivatives_of_steps) { try_all("dq/dt", rates); }
 static void steps(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
     double dv[KT_TREE_NV], out[KT_TREE_NQ];
     const double scale = pow(10.0, kt_random_uniform(random, -9.0, 1.5));
+    kt_tree_state from = *s;
     for (int i = 0; i < tree->nv; i++)
         dv[i] = scale * s->v[i];
-    kt_position_add(tree->model, s->q, dv, out);
+    for (int b = 1; b < tree->count; b++) { /* a quaternion that has lost its norm gets it back */
+        const int k = quaternion_at(kt_body_coordinates(tree->model, b));
+        for (int i = 0; k >= 0 && i < 4; i++)
+            from.q[k + i] *= n % 3 ? 1.0 : 0.7;
+    }
+    kt_position_add(tree->model, from.q, dv, out);
     for (int b = 1; b < tree->count; b++) {
         const kt_coordinates c = kt_body_coordinates(tree->model, b);
         const int k = quaternion_at(c);

@@ -202,6 +202,7 @@ KT_TEST(counts_are_those_of_the_scene_format) {
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {
         kt_loop loop = kt_loop_default();
         loop.type = (kt_loop_type)type;
+        loop.holonomic = false;
         kt_check_equal_int(kt_loop_type_name(loop.type), kt_loop_row_count(&loop), freedoms[type].equations);
         loop.holonomic = true;
         const int most = freedoms[type].equations + (type == KT_LOOP_ROLLING);

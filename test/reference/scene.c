@@ -81,7 +81,7 @@ bool kt_case_run(const kt_case *c, const kt_setting *setting, double interval, k
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
     kt_error error = {KT_OK, "", ""};
-    options.record = KT_RECORD_ENERGY;
+    options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     options.kinematics = true;
     bool fine = kt_fine("simulation", kt_simulation_create(c->model, &run, &options, &simulation, &error), &error) &&
                 kt_fine("run", kt_simulation_run(simulation, record, user, &error), &error);

@@ -28,7 +28,7 @@ KT_TEST(loops_take_their_keys) {
         "  - {name: e, type: screw, between: [crank, slide], pitch: -0.5}\n"
         "  - {name: f, type: coupling, coefficients: {crank: 1, slide: -2.5}, offset: 90 deg}\n"
         "  - {name: g, type: rolling, wheel: crank.tip, axis: y, radius: 0.3, on: {body: slide}, normal: -x, "
-        "holonomic: true}\n"
+        "holonomic: false}\n"
         "  - {name: h, type: distance, between: [crank, slide]}\n"
         "  - {name: i, type: distance, between: [crank, slide], length: 2}\n"
         "initial: {hold: [slide, crank]}\n";
@@ -61,7 +61,7 @@ KT_TEST(loops_take_their_keys) {
     CHECK_NUMBERS("radius", &l[6].radius, 0.3);
     CHECK_VECTOR("axle", l[6].axis, 0, 1, 0);
     CHECK_VECTOR("normal", l[6].axis2, -1, 0, 0);
-    kt_check_true("holonomic", l[6].holonomic && !l[5].holonomic);
+    kt_check_true("holonomic", !l[6].holonomic && l[5].holonomic);
     kt_check_equal_int("length by default", l[7].function.type, KT_FUNCTION_NONE);
     kt_check_equal_int("length", l[8].function.type, KT_FUNCTION_CONSTANT);
     CHECK_NUMBERS("length", &l[8].function.value, 2);

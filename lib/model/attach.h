@@ -1,0 +1,41 @@
+/* Loops and effects on their way onto a tree: what attach.c and gather.c share. */
+#ifndef KT_MODEL_ATTACH_H
+#define KT_MODEL_ATTACH_H
+
+#include "model/internal.h"
+
+/* Working arrays, in one block. */
+#define ATTACH_FIELDS(X)                                                                                               \
+    X(int32_t, depth, n->link, "of the links under the ground")                                                        \
+    X(int32_t, above, n->link, "union-find: towards the root of a link's set")                                         \
+    X(int32_t, number, n->link, "group of a set's root, -1: none")                                                     \
+    X(kt_pose, pose, n->link, "at the initial positions")                                                              \
+    X(kt_loop_record, loop, n->loop, "as they will be in the model")
+
+typedef struct kt_attach {
+    const kt_description *description;
+    const kt_model *tree;
+    char *memory;
+#define ATTACH_DECLARE(type, name, count, meaning) type *name;
+    ATTACH_FIELDS(ATTACH_DECLARE)
+#undef ATTACH_DECLARE
+} kt_attach;
+
+static inline bool kt_attach_is_relation(int32_t type) { return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION; }
+
+/* The deepest link that carries both. */
+int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);
+
+/* Puts the links from i up to below the ancestor into one set with i; returns their number. */
+int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor);
+
+/* Makes the sets of i and j one. */
+void kt_attach_join(kt_attach *a, int32_t i, int32_t j);
+
+/* Numbers the sets of links that loops have joined, in the order of the loops, and counts them. */
+void kt_attach_number_groups(kt_attach *a, kt_counts *n);
+
+/* The groups of a model whose loops are there. */
+void kt_attach_fill_groups(kt_attach *a, kt_model *m);
+
+#endif

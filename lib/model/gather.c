@@ -1,0 +1,128 @@
+/* Loops whose paths share a link form a group: sets of links by union-find.
+ *
+ * The paths of a group hang together: two that share a link have their ancestors on one line to the ground, and the
+ * lower ancestor lies on the other's path. So a group has one parent link, which carries all of it, and different
+ * groups have no coordinate in common.
+ */
+#include "model/attach.h"
+
+int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j) {
+    const kt_link *link = a->tree->link;
+    while (i != j) {
+        if (a->depth[i] < a->depth[j]) {
+            const int32_t swap = i;
+            i = j;
+            j = swap;
+        }
+        i = link[i].parent;
+    }
+    return i;
+}
+
+static int32_t set_of(kt_attach *a, int32_t i) {
+    while (a->above[i] != i) {
+        a->above[i] = a->above[a->above[i]];
+        i = a->above[i];
+    }
+    return i;
+}
+
+int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor) {
+    const kt_link *link = a->tree->link;
+    int32_t length = 0;
+    for (int32_t j = i; j != ancestor; j = link[j].parent, length++)
+        kt_attach_join(a, j, i);
+    return length;
+}
+
+void kt_attach_join(kt_attach *a, int32_t i, int32_t j) { a->above[set_of(a, i)] = set_of(a, j); }
+
+void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
+    for (size_t i = 0; i < n->link; i++)
+        a->number[i] = -1;
+    for (size_t i = 0; i < n->loop; i++) {
+        kt_loop_record *r = &a->loop[i];
+        const int32_t some = kt_attach_is_relation(r->type) ? r->link[0] : r->link[r->length[0] ? 0 : 1];
+        int32_t *number = &a->number[set_of(a, some)];
+        if (*number < 0)
+            *number = (int32_t)n->group++;
+        r->group = *number;
+    }
+    for (size_t i = 1; i < n->link; i++)
+        if (a->number[set_of(a, (int32_t)i)] >= 0) {
+            n->group_link++;
+            n->group_v += (size_t)kt_link_freedoms(&a->tree->link[i]);
+        }
+}
+
+/* Sizes of the groups, and where in its group each loop and link stands. */
+static void measure_groups(kt_attach *a, kt_model *m) {
+    for (size_t g = 0; g < m->n.group; g++)
+        m->group[g] = (kt_group){.parent = -1};
+    for (size_t i = 0; i < m->n.loop; i++) {
+        kt_group *group = &m->group[m->loop[i].group];
+        m->loop[i].row = group->row_count;
+        group->row_count += m->loop[i].row_count;
+        group->loop_count++;
+    }
+    for (size_t i = 1; i < m->n.link; i++) {
+        kt_link *link = &m->link[i];
+        link->group = a->number[set_of(a, (int32_t)i)];
+        if (link->group < 0)
+            continue;
+        kt_group *group = &m->group[link->group];
+        if (group->parent < 0)
+            group->parent = link->parent; /* the first link is the highest */
+        link->local = group->v_count;
+        group->v_count += kt_link_freedoms(link);
+        group->link_count++;
+    }
+}
+
+/* The groups one after the other in the lists of loops, links, coordinates, equations and matrices. */
+static void place_groups(kt_model *m) {
+    int32_t loop = 0, link = 0, v = 0, row = 0;
+    for (size_t g = 0; g < m->n.group; g++) {
+        kt_group *group = &m->group[g];
+        group->loop = loop;
+        group->link = link;
+        group->v = v;
+        group->kept = row;
+        group->dense = m->n.dense;
+        loop += group->loop_count;
+        link += group->link_count;
+        v += group->v_count;
+        for (int32_t k = 0; k < group->row_count; k++)
+            m->kept[row++] = k;
+        group->kept_count = group->row_count;
+        group->rank = group->row_count < group->v_count ? group->row_count : group->v_count;
+        m->n.dense += kt_group_dense_count(group);
+        m->link[group->parent].branches = true;
+        group->loop_count = group->link_count = 0; /* counted again as they come */
+    }
+}
+
+/* The coordinates of a link whose change is a length come first among its own. */
+static int lengths_of(const kt_link *link) {
+    return link->motion == KT_MOTION_SLIDE ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
+}
+
+void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
+    measure_groups(a, m);
+    place_groups(m);
+    for (size_t i = 0; i < m->n.loop; i++) {
+        kt_group *group = &m->group[m->loop[i].group];
+        m->group_loop[group->loop + group->loop_count++] = (int32_t)i;
+    }
+    for (size_t i = 1; i < m->n.link; i++) {
+        const kt_link *link = &m->link[i];
+        if (link->group < 0)
+            continue;
+        kt_group *group = &m->group[link->group];
+        m->group_link[group->link + group->link_count++] = (int32_t)i;
+        for (int k = 0; k < kt_link_freedoms(link); k++) {
+            m->group_v[group->v + link->local + k] = link->v + k;
+            m->unit[group->v + link->local + k] = k < lengths_of(link) ? m->length : 1.0;
+        }
+    }
+}

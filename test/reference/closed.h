@@ -1,0 +1,20 @@
+/* Closed mechanisms: scenes compiled with each way of reducing their loops, and what is asked of all of them. */
+#ifndef KT_TEST_REFERENCE_CLOSED_H
+#define KT_TEST_REFERENCE_CLOSED_H
+
+#include "scene.h"
+
+/* Opens a scene, to be reduced in this way; notes which. To be closed with kt_case_close in either case. */
+bool kt_closed_open(kt_case *c, const char *name, kt_reduction reduction, kt_metric metric);
+
+/* Compiles the scene's description again, as it is now. */
+bool kt_closed_compile(kt_case *c, kt_reduction reduction, kt_metric metric);
+
+/* The place of a marker in a record; a failed check and NaN where there is none. */
+kt_vec3 kt_closed_place(const kt_case *c, const kt_record *record, const char *body, const char *marker);
+
+/* The first position (velocity) of a joint in a record. */
+double kt_closed_q(const kt_case *c, const kt_record *record, const char *joint);
+double kt_closed_v(const kt_case *c, const kt_record *record, const char *joint);
+
+#endif

@@ -1,0 +1,154 @@
+/* N four-bar windows in a row (IFToMM A02) against the exact motion, through positions where the freedom jumps from 1
+ * to N + 1. The cranks turn as one, counted from upright: theta'' = c sin(theta),  c = (3/2) g (3 N + 1) / (4 N + 1)
+ * (energy: N + 1 cranks of inertia 1/3, N couplers in translation). The reference is a Taylor series in long double, of
+ * order 30 and with steps of 0.02 s: at 7 rad/s its rest is (7 * 0.02)^30 = 2e-26.
+ */
+#include "closed.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])
+
+enum { ORDER = 30, BODIES_MAX = 5 };
+
+typedef struct motion {
+    long double c, t, theta, rate;
+} motion;
+
+/* With a, s, k the series of theta, sin, cos: n s_n = sum j a_j k_n-j, n k_n = -sum j a_j s_n-j,
+ * (n + 1) (n + 2) a_n+2 = c s_n. */
+static void series_step(motion *m, long double h) {
+    long double a[ORDER + 1] = {m->theta, m->rate}, s[ORDER] = {sinl(m->theta)}, k[ORDER] = {cosl(m->theta)};
+    for (int n = 0; n + 2 <= ORDER; n++) {
+        for (int j = 1; j <= n; j++) {
+            s[n] += (long double)j * a[j] * k[n - j] / (long double)n;
+            k[n] -= (long double)j * a[j] * s[n - j] / (long double)n;
+        }
+        a[n + 2] = m->c * s[n] / (long double)((n + 1) * (n + 2));
+    }
+    m->theta = m->rate = 0.0L;
+    for (int n = ORDER; n >= 0; n--) {
+        m->theta = m->theta * h + a[n];
+        if (n > 0)
+            m->rate = m->rate * h + (long double)n * a[n];
+    }
+    m->t += h;
+}
+
+static void move_to(motion *m, long double t) {
+    while (fabsl(t - m->t) > 0.0L)
+        series_step(m, fmaxl(fminl(t - m->t, 0.02L), -0.02L));
+}
+
+static double factor(int windows) { return 1.5 * 9.81 * (3.0 * windows + 1.0) / (4.0 * windows + 1.0); }
+
+typedef struct course {
+    int windows;
+    motion start, *now;
+} course;
+
+/* The largest distance of a tip to where it should be. */
+static double tips_error(const kt_case *c, const kt_record *record, const void *about) {
+    const course *k = about;
+    double worst = 0.0;
+    if (record->index == 0)
+        *k->now = k->start;
+    move_to(k->now, (long double)record->time);
+    for (int i = 0; i <= k->windows; i++) {
+        char crank[16];
+        snprintf(crank, sizeof crank, "crank%d", i);
+        const kt_vec3 tip = kt_closed_place(c, record, crank, "tip");
+        worst = fmax(worst, hypot(tip.x - i - (double)sinl(k->now->theta), tip.y - (double)cosl(k->now->theta)));
+    }
+    return worst;
+}
+
+static void follow(kt_case *c, int windows, double theta, double rate, const kt_setting *settings, size_t count) {
+    motion now;
+    const course k = {windows, {(long double)factor(windows), 0.0L, (long double)theta, (long double)rate}, &now};
+    kt_case_follow(c, settings, count, tips_error, &k);
+}
+
+/* ---- long runs --------------------------------------------------------------------------------------------------- */
+
+/* An error of energy e moves the phase by an angle that grows as t, and where e grows as t itself, as t^2: the bounds
+ * of 10 s grow a hundredfold. Bounds are three times what was measured. */
+KT_TEST(two_windows_pass_a_hundred_singular_positions_in_a_hundred_seconds) {
+    static const kt_setting settings[] = {
+        {"rk4", 1e-3, 0.0, 5e-8}, {"tsit5", 0.0, 1e-10, 3.3e-6}, {"dop853", 0.0, 1e-11, 6e-7}};
+    kt_case c;
+    if (kt_closed_open(&c, "n-four-bar-2", KT_REDUCTION_QR, KT_METRIC_IDENTITY)) {
+        c.scene.run.duration = 100.0;
+        c.scene.run.interval = 0.1;
+        follow(&c, 2, 0.0, 1.0, settings, COUNT_OF(settings));
+    }
+    kt_case_close(&c);
+}
+
+KT_TEST(forty_windows_pass_their_singular_positions_for_twenty_seconds) {
+    static const kt_setting settings[] = {{"tsit5", 0.0, 1e-10, 1e-7}};
+    kt_case c;
+    if (kt_closed_open(&c, "n-four-bar-40", KT_REDUCTION_QR, KT_METRIC_IDENTITY)) {
+        const kt_freedom freedom = kt_model_freedom(c.model);
+        kt_check_equal_int("tree", freedom.tree, 81);
+        kt_check_equal_int("rank", freedom.rank, 80);
+        kt_check_near("duration", c.scene.run.duration, 20.0, 0.0);
+        follow(&c, 40, 0.0, 1.0, settings, COUNT_OF(settings));
+    }
+    kt_case_close(&c);
+}
+
+/* ---- landing on the singular position ---------------------------------------------------------------------------- */
+
+/* Two windows that start at theta with this rate: all joints turn by theta, cranks one way, couplers the other. */
+static bool start_at(kt_case *c, kt_body *bodies, double theta, double rate) {
+    const kt_description *d = &c->scene.description;
+    if (d->body_count > BODIES_MAX)
+        return kt_check_true("two windows", false);
+    for (int i = 0; i < d->body_count; i++) {
+        const double way = d->bodies[i].parent == NULL ? -1.0 : 1.0;
+        bodies[i] = d->bodies[i];
+        bodies[i].joint.position[0] = way * theta;
+        bodies[i].joint.velocity[0] = way * rate;
+    }
+    c->scene.description.bodies = bodies;
+    return kt_closed_compile(c, KT_REDUCTION_QR, KT_METRIC_IDENTITY);
+}
+
+/* Where the windows are `lead` before they pass theta at this rate; rounded, so they pass within 1e-15.
+ * Bounds are three times the method's own error over 1 s; 1e-9 is promised. */
+static void land(double lead, long double theta, long double rate) {
+    static const kt_setting settings[] = {{"rk4", 1e-3, 0.0, 4e-11}, {"rk4", 5e-4, 0.0, 3e-12}};
+    kt_body bodies[BODIES_MAX];
+    kt_case c;
+    motion m = {(long double)factor(2), 0.0L, theta, rate};
+    move_to(&m, -(long double)lead);
+    kt_note("%g s before %.4Lf rad at %.3Lf rad/s", lead, theta, rate);
+    if (kt_case_open(&c, "n-four-bar-2")) {
+        const kt_body *own = c.scene.description.bodies;
+        c.scene.run.duration = 1.0;
+        if (start_at(&c, bodies, (double)m.theta, (double)m.rate))
+            follow(&c, 2, (double)m.theta, (double)m.rate, settings, COUNT_OF(settings));
+        c.scene.description.bodies = own;
+    }
+    kt_case_close(&c);
+}
+
+static const long double QUARTER = 1.570796326794896619231321691639751442L;
+
+KT_TEST(windows_start_on_a_singular_position) {
+    land(0.0, QUARTER, 4.887L);
+    land(0.0, QUARTER, 1.0L);
+    land(0.0, 3.0L * QUARTER, -4.887L);
+}
+
+/* A step of 1e-3 s ends, or its middle stages lie, where the freedom jumps. */
+KT_TEST(steps_and_stages_land_on_a_singular_position) {
+    static const double leads[] = {5e-4, 1e-3, 2.5e-4, 0.01, 0.1};
+    for (size_t i = 0; i < COUNT_OF(leads); i++) {
+        land(leads[i], QUARTER, 4.887L);
+        land(leads[i], 3.0L * QUARTER, 4.887L);
+        land(leads[i], QUARTER, -1.0L);
+    }
+}
