@@ -1,7 +1,7 @@
 /* Mechanisms as a whole: loops reduced, effects acting. What a simulation calls at every stage and after every step.
  *
- * A model without loops and effects pays for neither: its accelerations are those of kt_dynamics_forward, its projection
- * renormalises quaternions where there are some. No call allocates. t is in s.
+ * A model without loops and effects pays for neither: its accelerations are those of kt_dynamics_forward, its
+ * projection renormalises quaternions where there are some. No call allocates. t is in s.
  *
  * Method: phi(u, t) = 0, A v = b', A a = b'' [MSD 7.4, 7.28]; A' P = [Q1 Q2][R1; 0], a = Q1 R1^-T b'' + Q2 z with
  * (Q2' M Q2) z = Q2' (tau - h - M a0) [MSD 7.33, 7.34], for each group of loops that share links, inside the
@@ -16,8 +16,8 @@
 extern "C" {
 #endif
 
-/* Freedoms of a model: of the tree; equations of all loops; independent ones among them, at generic positions; and what is
- * left, tree - rank. */
+/* Freedoms of a model: of the tree; equations of all loops; independent ones among them, at generic positions; and what
+ * is left, tree - rank. */
 typedef struct kt_freedom {
     int tree, equations, rank, minimal;
 } kt_freedom;
@@ -39,10 +39,11 @@ typedef struct kt_loop_group {
 KT_API int kt_loop_group_count(const kt_model *model);
 KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 
-/* Accelerations a (nv) at (t, q, v): forward dynamics of the whole mechanism, with its loops and effects, joint forces tau
- * (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). At a singular position of the loops, where
- * equations depend on each other for an instant, the accelerations on both sides along the motion are averaged, so that the
- * motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(bodies) + O(coordinates^3) of each group. */
+/* Accelerations a (nv) at (t, q, v): forward dynamics of the whole mechanism, with its loops and effects, joint forces
+ * tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). At a singular position of the
+ * loops, where equations depend on each other for an instant, the accelerations on both sides along the motion are
+ * averaged, so that the motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(bodies) +
+ * O(coordinates^3) of each group. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
@@ -55,27 +56,27 @@ typedef struct kt_residual {
 KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, kt_residual *residual, kt_error *error);
 
-/* Moves q by the least step, and then v, until all loops are closed to rounding, and renormalises quaternions [MSD 7.55 to
- * 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. Errors:
+/* Moves q by the least step, and then v, until all loops are closed to rounding, and renormalises quaternions [MSD 7.55
+ * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. Errors:
  * KT_ERROR_CONSTRAINT where loops do not close, which names them and the gap left; KT_ERROR_NOT_FINITE. */
 KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                              bool *changed, kt_error *error);
 
-/* Closes the loops of a state that may be far from closed [MSD 8.5]: positions, then velocities, move least, those of held
- * joints (the description's `hold`) not at all. q and v are untouched on failure. Errors: KT_ERROR_CONSTRAINT names the
- * loops that stay open and by how much, or the equations that contradict each other. */
+/* Closes the loops of a state that may be far from closed [MSD 8.5]: positions, then velocities, move least, those of
+ * held joints (the description's `hold`) not at all. q and v are untouched on failure. Errors: KT_ERROR_CONSTRAINT
+ * names the loops that stay open and by how much, or the equations that contradict each other. */
 KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               kt_error *error);
 
-/* The equations at (t, q, v) as matrices: jacobian is equations x nv, column-major; rate = b' and drift = b'', one for each
- * equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. */
+/* The equations at (t, q, v) as matrices: jacobian is equations x nv, column-major; rate = b' and drift = b'', one for
+ * each equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. */
 KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q,
                                               const double *v, double *jacobian, double *residual, double *rate,
                                               double *drift, kt_error *error);
 
-/* Reactions at (t, q, v) under tau and external: in joints (one wrench a body, as kt_joint_reactions) and in loops (one a
- * loop: on the second end, at the first end's point, world axes). Either may be NULL. Leaves the kinematics of the motion in
- * data, as kt_kinematics_update does. */
+/* Reactions at (t, q, v) under tau and external: in joints (one wrench a body, as kt_joint_reactions) and in loops (one
+ * a loop: on the second end, at the first end's point, world axes). Either may be NULL. Leaves the kinematics of the
+ * motion in data, as kt_kinematics_update does. */
 KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);

@@ -1,5 +1,5 @@
-/* Planar: along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then about the axis. The slides come first, so
- * that x, y and their rates are components in the joint frame's triad. */
+/* Planar: along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then about the axis. The slides come first,
+ * so that x, y and their rates are components in the joint frame's triad. */
 #include "joint/kind.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {

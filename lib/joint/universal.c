@@ -7,8 +7,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-/* Left out, the second axis is the one after the first: x after z, y after x, z after y, and likewise in the triad of an
- * axis that is none of these. */
+/* Left out, the second axis is the one after the first: x after z, y after x, z after y, and likewise in the triad of
+ * an axis that is none of these. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint) {
     if (joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0)
         return joint->axis2;

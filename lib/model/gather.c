@@ -87,15 +87,17 @@ static void place_groups(kt_model *m) {
         group->loop = loop;
         group->link = link;
         group->v = v;
-        group->kept = row;
+        group->row = row;
         group->dense = m->n.dense;
         loop += group->loop_count;
         link += group->link_count;
         v += group->v_count;
         for (int32_t k = 0; k < group->row_count; k++)
-            m->kept[row++] = k;
-        group->kept_count = group->row_count;
-        group->rank = group->row_count < group->v_count ? group->row_count : group->v_count;
+            m->slot[row++] = k;
+        for (int k = 0; k < KT_ROWS_COUNT; k++) { /* until ranks are found */
+            group->count[k] = group->row_count;
+            group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
+        }
         m->n.dense += kt_group_dense_count(group);
         m->link[group->parent].branches = true;
         group->loop_count = group->link_count = 0; /* counted again as they come */

@@ -123,18 +123,21 @@ typedef struct kt_term_record {
     double coefficient;
 } kt_term_record;
 
+/* Which equations of a group: all, for velocities and accelerations; or those that have a residual, for positions. */
+typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
+
 /* Loops that share links are reduced together; groups do not share any. `parent` carries the whole group and is not
- * part of it. */
+ * part of it. Equations that are void at every position are left out; those with a residual come first. */
 typedef struct kt_group {
-    int32_t parent;           /* link */
-    int32_t loop, loop_count; /* in model->group_loop */
-    int32_t link, link_count; /* in model->group_link, ascending */
-    int32_t v, v_count;       /* in model->group_v: the coordinates of these links, in their order */
-    int32_t row_count;        /* equations */
-    int32_t kept, kept_count; /* in model->kept: those that are not void at every position */
-    int32_t rank;             /* of them that are independent, at generic positions */
-    double usual;             /* size of the last independent direction there, the largest seen */
-    size_t dense;             /* first number in data->dense */
+    int32_t parent;                /* link */
+    int32_t loop, loop_count;      /* in model->group_loop */
+    int32_t link, link_count;      /* in model->group_link, ascending */
+    int32_t v, v_count;            /* in model->group_v: the coordinates of these links, in their order */
+    int32_t row, row_count;        /* in model->slot: its loops' equations */
+    int32_t count[KT_ROWS_COUNT];  /* of them that are not void */
+    int32_t rank[KT_ROWS_COUNT];   /* of them that are independent, at generic positions */
+    double usual[KT_ROWS_COUNT];   /* size of the last independent direction there, the largest seen */
+    size_t dense;                  /* first number in data->dense */
 } kt_group;
 
 /* An effect: two frames on links, or a joint. */
@@ -172,7 +175,7 @@ typedef struct kt_counts {
     X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
-    X(int32_t, kept, n->row, "equations that count, group by group, numbered within their group")                      \
+    X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
     X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
     X(kt_effect_record, effect, n->effect, "effects, in the description's order")                                      \
     X(double, number, n->number, "of functions of time")                                                               \
@@ -270,6 +273,7 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(double, dense, n->dense, "matrices of the groups of loops")                                                      \
     X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
+    X(kt_rows, factored, n->group, "which equations of each group")                                                    \
     X(double, last, n->group, "size of the last independent direction of each group, as last factored")                \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \

@@ -27,7 +27,7 @@ static double square(const double *x, size_t n) {
 static void aim_nearest(const kt_model *model, const kt_data *data, const double *d) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
         for (int r = 0; r < w.k; r++) {
             w.right[r] = -w.residual[r];
             for (int i = 0; i < w.m; i++)
@@ -50,7 +50,7 @@ static bool look_ahead(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
     if (!kernels->look(a->model, a->data, a->t, a->q, NULL, a->model->held, &violation) ||
-        !kernels->factor(a->model, a->data, false))
+        !kernels->factor(a->model, a->data, KT_ROWS_CLOSED, false))
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
     aim_nearest(a->model, a->data, a->d);
@@ -136,7 +136,8 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
         if (i == 2 || violation.slip <= KT_CLOSED * violation.speed)
             break;
-        if (!kernels->factor(model, data, false) || !kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
+        if (!kernels->factor(model, data, KT_ROWS_ALL, false) ||
+            !kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
             break;
         for (size_t k = 0; k < model->n.v; k++)
             v[k] += data->delta[k];

@@ -33,7 +33,7 @@ static void clear(const kt_model *model, kt_data *data) {
 
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, (size_t)g);
+    const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
     if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent != 0))
@@ -82,7 +82,7 @@ static void way_out(const kt_model *model, kt_data *data, double *a) {
         }
         const kt_group *group = &model->group[link->group];
         if (model->group_link[group->link] == (int32_t)i) {
-            const kt_group_work w = kt_group_place(model, data, (size_t)link->group);
+            const kt_group_work w = kt_group_place(model, data, (size_t)link->group, KT_ROWS_ALL);
             kt_group_respond(model, data, group, &w, a);
         }
         kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
@@ -91,13 +91,15 @@ static void way_out(const kt_model *model, kt_data *data, double *a) {
 
 /* Factors; near a singular position the directions that are about to be lost are left out where `regular` is asked
  * for. -1: a number is not finite. */
-static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_group_work w, bool regular) {
+static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
-    const double small = KT_NEAR_SINGULAR * group->usual;
-    int rank = kind->factor(&w, group->rank);
+    const double small = KT_NEAR_SINGULAR * group->usual[rows];
+    kt_group_work w = kt_group_place(model, data, g, rows);
+    int rank = kind->factor(&w, group->rank[rows]);
+    data->factored[g] = rows;
     data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;
-    data->near[g] = rank >= 0 && (rank < group->rank || data->last[g] < small);
+    data->near[g] = rank >= 0 && (rank < group->rank[rows] || data->last[g] < small);
     while (regular && rank > 0 && kind->size(&w, rank - 1) < small)
         rank--;
     data->rank[g] = rank < 0 ? 0 : rank;
@@ -113,9 +115,9 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
         kt_external_subtract(model, data->motion, external);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
-        if (factor_group(model, data, g, w, regular) < 0)
+        if (factor_group(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
@@ -142,7 +144,7 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
     *violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
     set_positions(model, data, q);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, false, q, v, t);
         kt_group_look_at_positions(&w, violation);
         if (v)
@@ -153,10 +155,10 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
     return isfinite(violation->position + violation->velocity);
 }
 
-static bool factor(const kt_model *model, kt_data *data, bool regular) {
+static bool factor(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= factor_group(model, data, g, kt_group_place(model, data, g), regular) >= 0;
+        fine &= factor_group(model, data, g, rows, regular) >= 0;
     return fine;
 }
 
@@ -164,7 +166,7 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     set_positions(model, data, q);
     set_velocities(model, data, v);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
     }
 }
@@ -192,7 +194,7 @@ static bool close_least(const kt_model *model, kt_data *data, double *step) {
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
         kind->particular(&w, data->rank[g], w.right, w.base);
         if (!kind->least && !make_least(kind, &w, data->rank[g]))
@@ -227,7 +229,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
     for (size_t i = 1; i < model->n.link; i++)
         kt_link_acceleration(&model->link[i], &data->motion[model->link[i].parent], a, &data->motion[i]);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
         double *x = w.slope, *need = w.half; /* no longer needed */

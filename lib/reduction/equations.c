@@ -25,12 +25,12 @@ static void write_row(const kt_model *model, const kt_group *group, const kt_gro
 
 static void write_group(const kt_model *model, const kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g);
-    int r = 0;
+    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        for (; r < w.k && model->kept[group->kept + r] < loop->row + loop->row_count; r++)
-            write_row(model, group, &w, r, (size_t)(loop->equation + model->kept[group->kept + r] - loop->row), out);
+        for (int r = 0; r < loop->row_count; r++)
+            if (model->slot[group->row + loop->row + r] >= 0)
+                write_row(model, group, &w, model->slot[group->row + loop->row + r], (size_t)(loop->equation + r), out);
     }
 }
 

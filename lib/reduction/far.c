@@ -100,7 +100,7 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
     if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, held, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
         data->gap[g] = squares(&w);
         data->settled[g] = gap_of(&w) <= KT_CLOSED;
         data->damping[g] = 1e-3;
@@ -116,7 +116,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
-            const kt_group_work w = kt_group_place(model, data, g);
+            const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
             all &= data->settled[g];
             if (!data->settled[g])
                 damped_step(model, &model->group[g], &w, data->damping[g], data->delta);
@@ -126,7 +126,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         kt_position_add(model, q, data->delta, data->moved_q);
         (void)kernels->look(model, data, t, data->moved_q, NULL, held, &violation);
         for (size_t g = 0; g < model->n.group; g++) {
-            const kt_group_work w = kt_group_place(model, data, g);
+            const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
                 continue;
             if (judge(data, g, &w))
@@ -145,7 +145,7 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
     memset(data->delta, 0, model->n.v * sizeof(double));
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
         if (gap_of(&w) <= KT_CLOSED_FAR)
             continue;
         take_group(model, group, from, q);

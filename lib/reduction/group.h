@@ -92,7 +92,7 @@ static inline void kt_group_columns(const kt_model *model, const kt_data *data, 
     kt_subspace own;
     kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
     for (int k = 0; k < own.count; k++) {
-        const size_t column = (size_t)(link->local + k);
+        const size_t column = (size_t)link->local + (size_t)k;
         kt_v4 moment = kt_v4_apply(c->j, own.angular[k]) + kt_v4_apply(c->h, own.linear[k]);
         kt_v4 force = kt_v4_apply(c->g, own.angular[k]) + kt_v4_apply(c->m, own.linear[k]);
         for (int32_t j = i;;) {

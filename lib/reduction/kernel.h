@@ -15,7 +15,7 @@ typedef struct kt_reduction_kernels {
     bool (*look)(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
                  kt_violation *violation);
     /* Factors the equations that have been filled; false where a number is not finite. `regular`: as above. */
-    bool (*factor)(const kt_model *model, kt_data *data, bool regular);
+    bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with accelerations' right-hand sides b''. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
     /* The least step (nv) with A step = right, as last factored: in coordinates (then only those of groups move), or in

@@ -115,6 +115,7 @@ static void basis(const kt_group_work *w, int rank) {
     }
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
 static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     double *y = w->work;
     for (int i = 0; i < rank; i++) {

@@ -8,7 +8,7 @@
  * what rounding leaves of phi would be made large. There is little to close in it, though: phi is the step that is
  * missing times that size. So it is left out, until the motion has gone on, unless more is open than may be.
  */
-#include "reduction/project.h"
+#include "reduction/far.h"
 
 #include "dynamics/kernel.h"
 
@@ -20,7 +20,7 @@ enum { POSITION_MOST = 30, VELOCITY_MOST = 3 };
 
 void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal) {
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
         kt_group_look_at_positions(&w, &violation);
         for (int r = 0; r < w.k; r++) /* what is closed stays, whatever other groups need */
@@ -51,7 +51,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         if (slow && near)
             regular = false;
         before = violation->gap;
-        if (!kernels->factor(model, data, regular))
+        if (!kernels->factor(model, data, KT_ROWS_CLOSED, regular))
             return KT_CLOSURE_NOT_FINITE;
         near = is_near_singular(model, data);
         kt_aim_at_closure(model, data, goal);
@@ -65,7 +65,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
 static void look_at_velocities(const kt_model *model, const kt_data *data, const double *v, kt_violation *violation) {
     violation->velocity = violation->slip = violation->speed = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_group_look_at_velocities(model, &model->group[g], &w, v, violation);
     }
 }
@@ -73,7 +73,7 @@ static void look_at_velocities(const kt_model *model, const kt_data *data, const
 static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                   kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    if (!kernels->factor(model, data, regular))
+    if (!kernels->factor(model, data, KT_ROWS_ALL, regular))
         return KT_CLOSURE_NOT_FINITE;
     double before = (double)INFINITY;
     for (int i = 0;
@@ -129,13 +129,13 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
 static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
                      double *relative) {
     const kt_group *group = &model->group[loop->group];
-    const kt_group_work w = kt_group_place(model, data, (size_t)loop->group);
+    const kt_group_work w = kt_group_place(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double largest = 0.0;
     *relative = 0.0;
-    for (int k = 0; k < group->kept_count; k++) {
-        const int32_t row = model->kept[group->kept + k] - loop->row;
-        const double x = fabs(moving ? w.right[k] : w.residual[k]);
-        if (row < 0 || row >= loop->row_count || !(x / w.scale[k] > *relative))
+    for (int r = 0; r < loop->row_count; r++) {
+        const int32_t k = model->slot[group->row + loop->row + r];
+        const double x = k < 0 ? 0.0 : fabs(moving ? w.right[k] : w.residual[k]);
+        if (k < 0 || !(x / w.scale[k] > *relative))
             continue;
         *relative = x / w.scale[k];
         largest = x;
@@ -201,14 +201,29 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
     return true;
 }
 
+/* Tells what stays open where the loops are closed as far as they can be; or where that closes them, which is farther
+ * than a projection goes, what is open at q. */
+static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
+    kt_violation violation;
+    memcpy(data->assembled_q, q, model->n.q * sizeof *q);
+    if (kt_close_from_far(model, data, t, NULL, false, data->assembled_q) > KT_CLOSED_NEAR)
+        return kt_open_loops_error(model, data, t, "the loops can no longer be closed; what stays open is", false,
+                                   error);
+    (void)kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation);
+    return kt_open_loops_error(model, data, t,
+                               "the loops are too far open to be closed again in one go (smaller steps may help); open "
+                               "are",
+                               false, error);
+}
+
 static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closure closure, const kt_input *input,
                         bool moving, kt_error *error) {
+    if (closure == KT_CLOSURE_OPEN && !moving)
+        return refuse_open(model, data, t, input->q, error);
     if (closure == KT_CLOSURE_OPEN)
         return kt_open_loops_error(model, data, t,
-                                   moving ? "the velocities cannot be brought to fit the loops; those contradict each "
-                                            "other at"
-                                          : "the loops can no longer be closed; open are",
-                                   moving, error);
+                                   "the velocities cannot be brought to fit the loops, which contradict each other at",
+                                   true, error);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     if (closure == KT_CLOSURE_SINGULAR)
@@ -222,7 +237,7 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
 kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
                            kt_error *error) {
     bool moved = false;
-    double *new_q = data->moved_q, *new_v = data->moved_v;
+    double *new_q = data->assembled_q, *new_v = data->assembled_v;
     kt_violation violation;
     const kt_input input = {.q = q, .v = v};
     memcpy(new_q, q, model->n.q * sizeof *q);

@@ -13,14 +13,14 @@ kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
                            .loops = model->group_loop + g->loop,
                            .coordinates = g->v_count,
                            .equations = g->row_count,
-                           .rank = g->rank};
+                           .rank = g->rank[KT_ROWS_ALL]};
 }
 
 kt_freedom kt_model_freedom(const kt_model *model) {
     kt_freedom f = {.tree = (int)model->n.v};
     for (size_t g = 0; g < model->n.group; g++) {
         f.equations += model->group[g].row_count;
-        f.rank += model->group[g].rank;
+        f.rank += model->group[g].rank[KT_ROWS_ALL];
     }
     f.minimal = f.tree - f.rank;
     return f;

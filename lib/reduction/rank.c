@@ -13,11 +13,11 @@
 enum { SAMPLES = 7 };
 
 /* What the samples have shown: of equations, whether they are alive; of groups, whether any position was closed, and
- * the rank. */
+ * their ranks. */
 typedef struct samples {
     double *q; /* two positions */
     bool *alive, *seen;
-    int32_t *rank;
+    int32_t *rank; /* KT_ROWS_COUNT a group */
 } samples;
 
 /* Coordinates of groups moved by up to `size` of their units. */
@@ -29,54 +29,75 @@ static void scatter(const kt_model *model, double size, size_t sample, double *s
 
 /* Marks the equations of a group that are alive as last filled: not void, or with a residual, or moved by time. */
 static void note_alive(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *alive) {
-    for (int r = 0; r < w->k; r++) {
+    for (int32_t row = 0; row < group->row_count; row++) {
+        const int32_t r = model->slot[group->row + row];
         double largest = 0.0;
         for (int i = 0; i < w->m; i++)
             largest = fmax(largest, fabs(w->a[(size_t)r * (size_t)w->m + (size_t)i]) * model->unit[group->v + i]);
         if (largest > 1e-12 * w->scale[r] || fabs(w->residual[r]) > 1e-12 * w->scale[r] || w->rate[r] != 0.0)
-            alive[group->kept + model->kept[group->kept + r]] = true;
+            alive[group->row + row] = true;
     }
 }
 
-static void drop_void(kt_model *model, const bool *alive) {
-    for (size_t g = 0; g < model->n.group; g++) {
-        kt_group *group = &model->group[g];
-        int32_t kept = 0;
-        for (int32_t r = 0; r < group->row_count; r++)
-            if (alive[group->kept + r])
-                model->kept[group->kept + kept++] = r;
-        group->kept_count = kept;
+/* The equations of a group that are alive in their order, those with a residual first. */
+static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *alive) {
+    kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    int32_t *slot = model->slot + group->row, count = 0;
+    double *closes = w.work; /* by row, for slots change */
+    for (int32_t row = 0; row < group->row_count; row++)
+        closes[row] = slot[row] < 0 ? 0.0 : w.closes[slot[row]];
+    for (int pass = 0; pass < 2; pass++) {
+        for (int32_t row = 0; row < group->row_count; row++)
+            if (alive[group->row + row] && (closes[row] == 0.0) == (pass == 1))
+                slot[row] = count++;
+        if (!pass)
+            group->count[KT_ROWS_CLOSED] = count;
     }
+    group->count[KT_ROWS_ALL] = count;
+    for (int32_t row = 0; row < group->row_count; row++)
+        if (!alive[group->row + row])
+            slot[row] = -1;
 }
 
 /* The largest rank so far, and the largest size of its last direction. */
-static void note_rank(kt_group *group, int32_t rank, double last, int32_t *most) {
-    if (rank > *most || (rank == *most && last > group->usual))
-        group->usual = last;
+static void note_rank(int32_t rank, double last, int32_t *most, double *usual) {
+    if (rank > *most || (rank == *most && last > *usual))
+        *usual = last;
     if (rank > *most)
         *most = rank;
 }
 
-/* Looks at the groups that are closed at q, or at those that have never been seen closed. */
+static bool is_closed(const kt_group_work *w) {
+    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_group_look_at_positions(w, &violation);
+    return violation.gap <= KT_CLOSED_NEAR;
+}
+
+/* Looks at the groups that are closed at q; or at those that have never been seen closed: they do not close, as the
+ * assembly will say, and until then the given position is all there is. */
 static void look_at(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
-    if (!kernels->look(model, data, 0.0, q, NULL, NULL, &violation) || !kernels->factor(model, data, false))
+    if (!kernels->look(model, data, 0.0, q, NULL, NULL, &violation))
         return;
-    for (size_t g = 0; g < model->n.group; g++) {
-        kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g);
-        violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
-        kt_group_look_at_positions(&w, &violation);
-        if (closed ? violation.gap > KT_CLOSED_NEAR : found->seen[g])
-            continue;
-        found->seen[g] = true;
-        note_rank(group, data->rank[g], data->last[g], &found->rank[g]);
-        if (closed)
+    for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
+        if (!kernels->factor(model, data, (kt_rows)rows, false))
+            return;
+        for (size_t g = 0; g < model->n.group; g++) {
+            kt_group *group = &model->group[g];
+            const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+            if (closed ? !is_closed(&w) : found->seen[g])
+                continue;
+            note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
+                      &group->usual[rows]);
+            if (rows > 0)
+                continue;
+            found->seen[g] = true;
             note_alive(model, group, &w, found->alive);
-        else /* it does not close: the assembly will say so, and until then the given position is all there is */
-            for (int32_t r = 0; r < group->row_count; r++)
-                found->alive[group->kept + r] = true;
+            for (int32_t row = 0; row < group->row_count && !closed; row++)
+                found->alive[group->row + row] = true;
+        }
     }
 }
 
@@ -92,9 +113,28 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
             look_at(model, data, q, true, found);
         }
     look_at(model, data, model->q0, false, found);
-    for (size_t g = 0; g < model->n.group; g++)
-        model->group[g].rank = found->rank[g];
-    drop_void(model, found->alive);
+}
+
+/* Before anything is known: all equations count, and all ranks are possible. */
+static void begin(kt_model *model, kt_data *data, bool *alive) {
+    kt_violation violation;
+    memset(alive, 1, model->n.row * sizeof *alive);
+    (void)kt_reduction_kernels_of(model)->look(model, data, 0.0, model->q0, NULL, NULL, &violation);
+    for (size_t g = 0; g < model->n.group; g++) {
+        kt_group *group = &model->group[g];
+        place_rows(model, data, g, alive);
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
+            group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
+    }
+    memset(alive, 0, model->n.row * sizeof *alive);
+}
+
+static void finish(kt_model *model, const kt_data *data, const samples *found) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
+            model->group[g].rank[rows] = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
+        place_rows(model, data, g, found->alive);
+    }
 }
 
 kt_status kt_groups_rank(kt_model *model, kt_error *error) {
@@ -104,14 +144,17 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     samples found = {.q = malloc(2 * model->n.q * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),
                      .seen = calloc(model->n.group, sizeof(bool)),
-                     .rank = calloc(model->n.group, sizeof(int32_t))};
+                     .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t))};
     kt_status status = KT_OK;
     if (!found.q || !found.alive || !found.seen || !found.rank)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
-    if (status == KT_OK)
+    if (status == KT_OK) {
+        begin(model, data, found.alive);
         find_ranks(model, data, &found);
+        finish(model, data, &found);
+    }
     kt_data_free(data);
     free(found.rank);
     free(found.seen);

@@ -57,13 +57,11 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g);
-        int32_t next = 0;
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         for (int i = 0; i < group->loop_count; i++) {
             const int32_t index = model->group_loop[group->loop + i];
             const kt_loop_record *loop = &model->loop[index];
-            int32_t slot[KT_LOOP_ROW_MAX];
-            kt_rows_slots(model, group, loop, &next, slot);
+            const int32_t *slot = kt_rows_slots(model, group, loop);
             if (loop->term_count)
                 loops[index] = relation_wrench(model, data, loop, slot[0] < 0 ? 0.0 : w.multiplier[slot[0]]);
             else

@@ -1,7 +1,8 @@
 /* Reactions, only when they are asked for: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
  * (react.c), and with them as external wrenches Newton-Euler on the bodies gives the joints' (dynamics/total.c).
- * Redundant loops share a reaction in infinitely many ways: dependent equations carry none. At a singular position that
- * is so for the direction that is lost there.
+ * Redundant loops share a reaction in infinitely many ways: dependent equations carry none. Towards a singular position
+ * reactions may grow without bound, as the direction that is lost there can hold less and less; at the position itself
+ * the equation that is lost carries none.
  */
 #include "reduction/evaluate.h"
 
@@ -26,7 +27,7 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
     if (status == KT_OK && model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
         if (crossed) /* the equations are those of a position beside */
-            (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, true, data->scratch);
+            (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
         kernels->multipliers(model, data, v, a);
         kernels->react(model, data, t, on_bodies, data->loop_wrench);
     }

@@ -21,6 +21,7 @@
     X(right, k, "b'' or what is to be closed")                                                                         \
     X(residual, k, "phi")                                                                                              \
     X(scale, k, "what residuals are held against: a radian, or the mechanism's length")                                \
+    X(closes, k, "1 where an equation has a residual to be closed, else 0")                                            \
     X(rate, k, "phi_t = -b'")                                                                                          \
     X(multiplier, k, "lambda")                                                                                         \
     X(mass, m *m, "M of the group, its parent held")                                                                   \
@@ -55,7 +56,7 @@ static inline size_t kt_group_layout(const kt_group *group, double *base, int32_
     const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
     size_t used = 0;
     w->m = group->v_count;
-    w->k = group->kept_count;
+    w->k = group->count[KT_ROWS_ALL];
     w->pivot = pivot;
 #define KT_GROUP_PLACE(name, count, meaning)                                                                           \
     w->name = base ? base + used : NULL;                                                                               \
@@ -65,10 +66,11 @@ static inline size_t kt_group_layout(const kt_group *group, double *base, int32_
     return used;
 }
 
-static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g) {
+static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
     kt_group_work w;
     const kt_group *group = &model->group[g];
-    (void)kt_group_layout(group, data->dense + group->dense, data->pivot + group->kept, &w);
+    (void)kt_group_layout(group, data->dense + group->dense, data->pivot + group->row, &w);
+    w.k = group->count[rows];
     return w;
 }
 

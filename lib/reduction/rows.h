@@ -97,13 +97,9 @@ KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt
     }
 }
 
-/* What becomes of the rows of a loop: slot[r] is the kept row's number, or -1. */
-KT_INLINE void kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop, int32_t *next,
-                             int32_t slot[KT_LOOP_ROW_MAX]) {
-    for (int r = 0; r < loop->row_count; r++) {
-        const bool kept = *next < group->kept_count && model->kept[group->kept + *next] == loop->row + r;
-        slot[r] = kept ? (*next)++ : -1;
-    }
+/* What becomes of the rows of a loop: their places among those that count, -1 for void ones. */
+KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
+    return model->slot + group->row + loop->row;
 }
 
 KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
@@ -120,6 +116,7 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
         if (slot[r] < 0)
             continue;
         w->residual[slot[r]] = rows[r].holonomic ? rows[r].residual : 0.0;
+        w->closes[slot[r]] = rows[r].holonomic ? 1.0 : 0.0;
         w->scale[slot[r]] = kt_v4_dot(rows[r].force, rows[r].force) > 0.0 ? model->length : 1.0;
         w->rate[slot[r]] = rows[r].rate;
         w->right[slot[r]] = -(rows[r].drift + kt_v4_dot(rows[r].moment, alpha) + kt_v4_dot(rows[r].force, linear));
@@ -143,6 +140,7 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
         scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
     }
     w->scale[slot] = scale;
+    w->closes[slot] = 1.0;
     const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->type]->relate(loop, model->number, sum, t);
     w->residual[slot] = row.residual;
     w->rate[slot] = row.rate;
@@ -155,11 +153,9 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
                                 bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];
     memset(w->a, 0, (size_t)w->m * (size_t)w->k * sizeof(double));
-    int32_t next = 0;
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        int32_t slot[KT_LOOP_ROW_MAX];
-        kt_rows_slots(model, group, loop, &next, slot);
+        const int32_t *slot = kt_rows_slots(model, group, loop);
         if (loop->term_count)
             kt_rows_relation(model, group, w, loop, slot[0], q, t);
         else

@@ -50,6 +50,7 @@ static void basis(const kt_group_work *w, int rank) {
     memcpy(w->basis, w->square + r * m, m * (m - r) * sizeof(double));
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
 static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     memset(lambda, 0, (size_t)w->k * sizeof(double));

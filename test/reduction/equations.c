@@ -1,0 +1,219 @@
+/* The equations of loops as matrices, against differences: A is the derivative of phi along the joints' own steps, -b'
+ * that by time, and along q (+) s v, t + s the rate of A v - b' is -b''. Sixth-order differences of step h: the bounds
+ * are what rounding leaves, some eps / h, times a measured number.
+ */
+#include "linkage.h"
+#include "tangle.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PLACES = 6 };
+static const double h = 2e-3;
+static const double place[PLACES] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
+static const double weight[PLACES] = {-1.0 / 60.0, 9.0 / 60.0, -45.0 / 60.0, 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0};
+
+typedef struct matrices {
+    double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
+} matrices;
+
+static bool evaluate(const tangle *g, double t, const double *q, const double *v, matrices *m) {
+    kt_error e = {0};
+    return kt_tree_fine(
+        "equations",
+        kt_loop_equations(g->tree.model, g->tree.data, t, q, v, m->jacobian, m->residual, m->rate, m->drift, &e), &e);
+}
+
+/* Rolling has no phi but for the contact. */
+static bool is_holonomic(const tangle *g, int row) {
+    for (int i = 0; i < g->loops; i++) {
+        const int count = kt_loop_type_of(g->tree.model, i) == KT_LOOP_ROLLING ? (g->loop[i].holonomic ? 3 : 2) : -1;
+        static const int rows[KT_LOOP_TYPE_COUNT] = {3, 2, 1, 1, 3, 2, 1, 5, 5, 5, 4, 3, 6, 4, 1, 1, 2};
+        const int all = count < 0 ? rows[g->loop[i].type] : count;
+        if (row < all)
+            return count < 0 || row == 2;
+        row -= all;
+    }
+    return true;
+}
+
+static void take_step(const tangle *g, const double *dv, double s, double *out) {
+    double step[KT_TREE_NV];
+    for (int i = 0; i < g->tree.nv; i++)
+        step[i] = s * dv[i];
+    kt_position_add(g->tree.model, g->q, step, out);
+}
+
+/* Differences of step h and h / 2: the second is off by 1 / 64 of the first's truncation. */
+typedef struct slopes {
+    double whole[TANGLE_ROWS], half[TANGLE_ROWS];
+} slopes;
+
+static void add(slopes *s, int half, int p, int row, double value) {
+    (half ? s->half : s->whole)[row] += weight[p] * value / (half ? 0.5 * h : h);
+}
+
+static double bound(const slopes *s, int row) { return fabs(s->whole[row] - s->half[row]) / 32.0 + 1e-11; }
+
+/* d phi / d u_k, and d phi / d t as column nv. */
+static void check_column(const tangle *g, const matrices *at, int k, kt_worst *worst) {
+    static matrices m;
+    double q[KT_TREE_NQ], unit[KT_TREE_NV] = {0.0};
+    slopes s = {{0.0}, {0.0}};
+    if (k < g->tree.nv)
+        unit[k] = 1.0;
+    for (int p = 0; p < 2 * PLACES; p++) {
+        const double step = place[p / 2] * (p % 2 ? 0.5 * h : h);
+        take_step(g, unit, step, q);
+        if (!evaluate(g, k < g->tree.nv ? g->t : g->t + step, q, g->v, &m))
+            return;
+        for (int r = 0; r < g->rows; r++)
+            add(&s, p % 2, p / 2, r, m.residual[r]);
+    }
+    for (int r = 0; r < g->rows; r++)
+        if (is_holonomic(g, r))
+            kt_worst_near(worst, k < g->tree.nv ? at->jacobian[k * g->rows + r] : -at->rate[r], s.half[r], bound(&s, r),
+                          "nv %d, row %d, column %d", g->tree.nv, r, k);
+}
+
+static void check_drift(const tangle *g, const matrices *at, kt_worst *worst) {
+    static matrices m;
+    double q[KT_TREE_NQ];
+    slopes s = {{0.0}, {0.0}};
+    for (int p = 0; p < 2 * PLACES; p++) {
+        const double step = place[p / 2] * (p % 2 ? 0.5 * h : h);
+        take_step(g, g->v, step, q);
+        if (!evaluate(g, g->t + step, q, g->v, &m))
+            return;
+        for (int r = 0; r < g->rows; r++) {
+            double flow = -m.rate[r];
+            for (int i = 0; i < g->tree.nv; i++)
+                flow += m.jacobian[i * g->rows + r] * g->v[i];
+            add(&s, p % 2, p / 2, r, flow);
+        }
+    }
+    for (int r = 0; r < g->rows; r++)
+        kt_worst_near(worst, at->drift[r], -s.half[r], bound(&s, r), "nv %d, row %d", g->tree.nv, r);
+}
+
+/* On the manifold, and off it. */
+KT_TEST(equations_are_the_derivatives_of_their_residuals) {
+    static tangle g;
+    static matrices at;
+    kt_random random = kt_random_of_test();
+    const tangle_plan plan = tangle_plan_default();
+    kt_worst columns = kt_worst_make("A and b'"), drift = kt_worst_make("b''");
+    for (int i = 0; i < 60; i++) {
+        if (tangle_grow(&g, &plan, &random)) {
+            for (int k = 0; k < g.tree.nv && i % 2; k++)
+                g.v[k] = kt_random_uniform(&random, -1.0, 1.0); /* also velocities that do not fit */
+            if (i % 2)
+                take_step(&g, g.v, 0.05, g.q);
+            if (evaluate(&g, g.t, g.q, g.v, &at)) {
+                for (int k = 0; k <= g.tree.nv; k++)
+                    check_column(&g, &at, k, &columns);
+                check_drift(&g, &at, &drift);
+            }
+        }
+        tangle_free(&g);
+    }
+    kt_check_worst(&columns);
+    kt_check_worst(&drift);
+}
+
+/* A loop's rows are the same, to the bit, whatever loops are beside it, and stand in the order of the description. */
+KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
+    static tangle g;
+    static matrices all, one;
+    kt_random random = kt_random_of_test();
+    const tangle_plan plan = tangle_plan_default();
+    long differ = 0, rows = 0;
+    for (int i = 0; i < 40; i++) {
+        if (!tangle_grow(&g, &plan, &random) || !evaluate(&g, g.t, g.q, g.v, &all))
+            continue;
+        int row = 0;
+        for (int l = 0; l < g.loops; l++) {
+            kt_description d = g.tree.description;
+            kt_model *model = NULL;
+            kt_data *data = NULL;
+            kt_error e = {0};
+            d.loops = &g.loop[l];
+            d.loop_count = 1;
+            if (kt_tree_fine("compiles", kt_model_compile(&d, &plan.options, &model, &e), &e) &&
+                kt_tree_fine("data", kt_data_create(model, &data, &e), &e) &&
+                kt_tree_fine(
+                    "equations",
+                    kt_loop_equations(model, data, g.t, g.q, g.v, one.jacobian, one.residual, one.rate, one.drift, &e),
+                    &e)) {
+                const int count = kt_model_freedom(model).equations;
+                for (int r = 0; r < count; r++, row++, rows++) {
+                    bool same = one.residual[r] == all.residual[row] && one.rate[r] == all.rate[row] &&
+                                one.drift[r] == all.drift[row];
+                    for (int k = 0; k < g.tree.nv; k++)
+                        same &= one.jacobian[k * count + r] == all.jacobian[k * g.rows + row];
+                    differ += !same;
+                }
+            }
+            kt_data_free(data);
+            kt_model_free(model);
+        }
+        tangle_free(&g);
+    }
+    kt_check_above("rows", (double)rows, 300.0);
+    kt_check_equal_int("rows that differ", differ, 0);
+}
+
+/* A four-bar in the plane, closed by a revolute joint: three of the five equations are void and read as zeros. */
+KT_TEST(void_rows_are_zero) {
+    static linkage l;
+    double jacobian[15], residual[5], rate[5], drift[5], size[5] = {0.0};
+    kt_error e = {0};
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    if (linkage_build(&l, 0.0) &&
+        linkage_fine("equations",
+                     kt_loop_equations(l.model, l.data, 0.0, l.q, l.v, jacobian, residual, rate, drift, &e), &e)) {
+        for (int r = 0; r < 5; r++)
+            for (int k = 0; k < 3; k++)
+                size[r] += fabs(jacobian[k * 5 + r]);
+        for (int r = 0; r < 5; r++) {
+            if (r < 2) {
+                kt_check_above("row in the plane", size[r], 1.0);
+                kt_check_above("its drift", fabs(drift[r]), 0.1);
+            } else {
+                kt_check_equal_bits("row across the plane", &size[r], &(double){0.0}, 1);
+                kt_check_equal_bits("its drift", &drift[r], &(double){0.0}, 1);
+            }
+        }
+    }
+    linkage_free(&l);
+}
+
+KT_TEST(equations_refuse_what_is_not_finite_and_touch_nothing) {
+    static linkage l;
+    double jacobian[15], residual[5], before[15], nan = (double)NAN;
+    kt_error e = {0};
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    if (linkage_build(&l, 0.0)) {
+        for (int i = 0; i < 15; i++)
+            jacobian[i] = before[i] = i;
+        memcpy(residual, before, sizeof residual);
+        for (int k = 0; k < 3; k++) {
+            const double kept = k == 1 ? l.v[2] : l.q[1];
+            if (k < 2)
+                *(k ? &l.v[2] : &l.q[1]) = nan;
+            kt_check_equal_int(
+                "status",
+                kt_loop_equations(l.model, l.data, k < 2 ? 0.0 : nan, l.q, l.v, jacobian, residual, NULL, NULL, &e),
+                KT_ERROR_NOT_FINITE);
+            *(k == 1 ? &l.v[2] : &l.q[1]) = kept;
+            kt_check_text("where", e.where, k == 0 ? "joint 'coupler'" : k == 1 ? "joint 'rocker'" : "");
+        }
+        kt_check_equal_bits("jacobian", jacobian, before, 15);
+        kt_check_equal_bits("residual", residual, before, 5);
+    }
+    linkage_free(&l);
+}

@@ -1,0 +1,154 @@
+/* The ways to factor a group's equations: what they have in common, their limits, and what they refuse. */
+#include "matrix.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const kt_reduction_kind *const kinds[] = {&kt_reduction_qr_baseline, &kt_reduction_svd_baseline,
+                                                 &kt_reduction_partition_baseline};
+
+/* What does not depend on the null space's basis: x0 + N z with z such that it is nearest to y. */
+static void nearest(const kt_reduction_kind *kind, const kt_group_work *w, int rank, const double *b, const double *y,
+                    double *x) {
+    double n[MATRIX_SQUARE];
+    const int m = w->m, free = m - rank;
+    kind->particular(w, rank, b, x);
+    kind->basis(w, rank);
+    memcpy(n, w->basis, (size_t)(m * free) * sizeof *n);
+    for (int c = 0; c < free; c++) { /* Gram-Schmidt, twice */
+        for (int again = 0; again < 2; again++)
+            for (int r = 0; r <= c; r++) {
+                double dot = 0.0;
+                for (int i = 0; i < m; i++)
+                    dot += n[r * m + i] * n[c * m + i];
+                for (int i = 0; i < m; i++)
+                    n[c * m + i] = r == c ? n[c * m + i] / sqrt(dot) : n[c * m + i] - dot * n[r * m + i];
+            }
+        double along = 0.0;
+        for (int i = 0; i < m; i++)
+            along += n[c * m + i] * (y[i] - x[i]);
+        for (int i = 0; i < m; i++)
+            x[i] += along * n[c * m + i];
+    }
+}
+
+/* From 40 coordinates on LAPACK does what the plain loop does below: the two sizes on either side, and what all three
+ * ways have in common. */
+KT_TEST(ways_and_sizes_agree_on_solutions) {
+    kt_random random = kt_random_of_test();
+    kt_worst ways = kt_worst_make("the same solution by each way");
+    for (int m = 2; m <= MATRIX_MOST; m += m < 36 ? 7 : 1)
+        for (int k = 1; k <= MATRIX_MOST; k += 11)
+            for (int rank = 1; rank <= (m < k ? m : k); rank += 5) {
+                matrix_bench b;
+                double origin[MATRIX_MOST], right[MATRIX_MOST] = {0.0}, y[MATRIX_MOST], x[3][MATRIX_MOST];
+                matrix_set_up(&b, m, k);
+                matrix_draw(&random, m, k, rank, b.w.a);
+                for (int i = 0; i < m; i++) {
+                    origin[i] = kt_random_normal(&random);
+                    y[i] = kt_random_normal(&random);
+                }
+                for (int r = 0; r < k; r++)
+                    for (int i = 0; i < m; i++)
+                        right[r] += b.w.a[r * m + i] * origin[i];
+                double kappa = 1.0;
+                for (int way = 0; way < 3; way++) {
+                    if (kinds[way]->factor(&b.w, m < k ? m : k) == rank)
+                        nearest(kinds[way], &b.w, rank, right, y, x[way]);
+                    if (way == 1)
+                        kappa = kinds[1]->size(&b.w, 0) / kinds[1]->size(&b.w, rank - 1);
+                }
+                for (int i = 0; i < m; i++) {
+                    const double bound = 16.0 * DBL_EPSILON * kappa * fmax(matrix_largest(x[0], m), 1.0);
+                    kt_worst_near(&ways, x[1][i], x[0][i], bound, "svd, %d x %d, rank %d", m, k, rank);
+                    kt_worst_near(&ways, x[2][i], x[0][i], bound, "partition, %d x %d, rank %d", m, k, rank);
+                }
+                (void)matrix_tear_down(&b);
+            }
+    kt_check_worst(&ways);
+}
+
+/* A coordinate that enters no equation makes 40 of 39: the other path, the same answers. */
+KT_TEST(large_matrices_are_solved_as_small_ones) {
+    kt_random random = kt_random_of_test();
+    kt_worst solution = kt_worst_make("x of 39 and of 40 coordinates");
+    for (int k = 1; k < KT_LARGE; k += 4) {
+        matrix_bench small, large;
+        double right[MATRIX_MOST], x[MATRIX_MOST], y[MATRIX_MOST];
+        matrix_set_up(&small, KT_LARGE - 1, k);
+        matrix_set_up(&large, KT_LARGE, k);
+        matrix_draw(&random, KT_LARGE - 1, k, k, small.w.a);
+        for (int r = 0; r < k; r++) {
+            right[r] = kt_random_normal(&random);
+            memcpy(large.w.a + r * KT_LARGE, small.w.a + r * (KT_LARGE - 1), (KT_LARGE - 1) * sizeof(double));
+            large.w.a[r * KT_LARGE + KT_LARGE - 1] = 0.0;
+        }
+        kt_check_equal_int("rank of 39", kinds[0]->factor(&small.w, k), k);
+        kt_check_equal_int("rank of 40", kinds[0]->factor(&large.w, k), k);
+        kinds[0]->particular(&small.w, k, right, x);
+        kinds[0]->particular(&large.w, k, right, y);
+        const double kappa = kinds[0]->size(&small.w, 0) / kinds[0]->size(&small.w, k - 1);
+        for (int i = 0; i < KT_LARGE; i++)
+            kt_worst_near(&solution, y[i], i < KT_LARGE - 1 ? x[i] : 0.0,
+                          8.0 * DBL_EPSILON * kappa * matrix_largest(x, 39), "%d equations", k);
+        (void)matrix_tear_down(&small);
+        (void)matrix_tear_down(&large);
+    }
+    kt_check_worst(&solution);
+}
+
+/* More rows look independent than are: those of the matrix_largest pivots count, and are solved. */
+KT_TEST(rank_is_capped) {
+    kt_random random = kt_random_of_test();
+    kt_worst solved = kt_worst_make("the equations that count");
+    for (int way = 0; way < 3; way += 2)
+        for (int m = 3; m <= MATRIX_MOST; m += 6)
+            for (int k = 3; k <= MATRIX_MOST; k += 6)
+                for (int cap = 0; cap < (m < k ? m : k); cap += 1 + cap / 2) {
+                    matrix_bench b;
+                    double right[MATRIX_MOST], x[MATRIX_MOST];
+                    matrix_set_up(&b, m, k);
+                    matrix_draw(&random, m, k, m < k ? m : k, b.w.a);
+                    for (int r = 0; r < k; r++)
+                        right[r] = kt_random_normal(&random);
+                    if (kinds[way]->factor(&b.w, cap) != cap) {
+                        kt_check_true("the rank is the cap", false);
+                        break;
+                    }
+                    kinds[way]->particular(&b.w, cap, right, x);
+                    const double kappa =
+                        cap ? matrix_largest(b.w.a, m * k) * (m > k ? m : k) / kinds[way]->size(&b.w, cap - 1) : 1.0;
+                    for (int r = 0; r < cap; r++) {
+                        const int row = b.w.pivot[r];
+                        double sum = 0.0;
+                        for (int i = 0; i < m; i++)
+                            sum += b.w.a[row * m + i] * x[i];
+                        kt_worst_near(&solved, sum, right[row], 2.0 * DBL_EPSILON * kappa * matrix_largest(right, k),
+                                      "way %d, %d x %d, cap %d", way, m, k, cap);
+                    }
+                    (void)matrix_tear_down(&b);
+                }
+    kt_check_worst(&solved);
+}
+
+/* Wherever it stands, whatever is found before it. */
+KT_TEST(numbers_that_are_not_finite_are_refused) {
+    static const int sizes[][2] = {{1, 1}, {3, 2}, {2, 3}, {7, 6}, {12, 10}, {10, 14}, {39, 5}, {42, 6}, {6, 42}};
+    kt_random random = kt_random_of_test();
+    long taken = 0, tried = 0;
+    for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++)
+        for (int way = 0; way < 3; way++)
+            for (int place = 0; place < sizes[s][0] * sizes[s][1]; place += 1 + place / 16) {
+                matrix_bench b;
+                const int m = sizes[s][0], k = sizes[s][1];
+                matrix_set_up(&b, m, k);
+                matrix_draw(&random, m, k, m < k ? m : k, b.w.a);
+                b.w.a[place] = place % 2 ? (double)NAN : (double)INFINITY;
+                taken += kinds[way]->factor(&b.w, 1 + place % (m < k ? m : k)) != -1;
+                tried++;
+                (void)matrix_tear_down(&b);
+            }
+    kt_check_above("matrices", (double)tried, 500.0);
+    kt_check_equal_int("taken", taken, 0);
+}

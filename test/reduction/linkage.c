@@ -1,0 +1,165 @@
+#include "linkage.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+void linkage_begin(linkage *l) {
+    memset(l, 0, sizeof *l);
+    l->description = kt_description_default();
+    l->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    l->description.bodies = l->body;
+    l->description.loops = l->loop;
+    l->options = kt_model_options_default();
+}
+
+kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 at, kt_vec3 to, double angle,
+                     double rate) {
+    const int i = l->description.body_count++;
+    kt_body *body = &l->body[i];
+    snprintf(l->body_name[i], sizeof l->body_name[i], "%s", name);
+    *body = kt_body_default();
+    body->name = l->body_name[i];
+    body->parent = parent;
+    body->joint.type = KT_JOINT_REVOLUTE;
+    body->joint.at = at;
+    body->joint.position[0] = angle;
+    body->joint.velocity[0] = rate;
+    body->mass = kt_vec3_norm(to);
+    body->com = kt_vec3_scale(0.5, to);
+    const double m = body->mass / 12.0;
+    body->inertia = kt_sym3_make(m * (to.y * to.y + to.z * to.z), m * (to.x * to.x + to.z * to.z),
+                                 m * (to.x * to.x + to.y * to.y), -m * to.x * to.y, -m * to.x * to.z, -m * to.y * to.z);
+    return body;
+}
+
+static kt_end end_at(const char *body, kt_vec3 at) {
+    kt_end end = kt_end_default();
+    end.body = body;
+    end.at = at;
+    return end;
+}
+
+kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const char *first, kt_vec3 at,
+                       const char *second, kt_vec3 there) {
+    const int i = l->description.loop_count++;
+    kt_loop *loop = &l->loop[i];
+    snprintf(l->loop_name[i], sizeof l->loop_name[i], "%s", name);
+    *loop = kt_loop_default();
+    loop->name = l->loop_name[i];
+    loop->type = type;
+    loop->between[0] = end_at(first, at);
+    loop->between[1] = end_at(second, there);
+    return loop;
+}
+
+bool linkage_compile(linkage *l) {
+    kt_error error = {0};
+    if (!linkage_fine("compiles", kt_model_compile(&l->description, &l->options, &l->model, &error), &error) ||
+        !linkage_fine("has data", kt_data_create(l->model, &l->data, &error), &error))
+        return false;
+    l->nq = kt_model_nq(l->model);
+    l->nv = kt_model_nv(l->model);
+    l->rows = kt_model_freedom(l->model).equations;
+    kt_model_initial(l->model, l->q, l->v);
+    return true;
+}
+
+bool linkage_build(linkage *l, double t) {
+    kt_error error = {0};
+    return linkage_compile(l) &&
+           linkage_fine("assembles", kt_state_assemble(l->model, l->data, t, l->q, l->v, &error), &error);
+}
+
+void linkage_free(linkage *l) {
+    kt_data_free(l->data);
+    kt_model_free(l->model);
+    l->data = NULL;
+    l->model = NULL;
+}
+
+/* ---- mechanisms -------------------------------------------------------------------------------------------------- */
+
+four_bar four_bar_default(void) {
+    return (four_bar){.crank = 1.0,
+                      .coupler = 2.0,
+                      .rocker = 1.8,
+                      .ground = 2.2,
+                      .angle = {1.0, -0.6, 1.6},
+                      .rate = 2.0,
+                      .size = 1.0,
+                      .type = KT_LOOP_REVOLUTE};
+}
+
+void linkage_four_bar(linkage *l, const four_bar *f) {
+    const double s = f->size;
+    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), tip = kt_vec3_make(f->coupler * s, 0.0, 0.0);
+    linkage_begin(l);
+    linkage_bar(l, "crank", NULL, none, kt_vec3_make(f->crank * s, 0.0, 0.0), f->angle[0], f->rate);
+    linkage_bar(l, "coupler", "crank", kt_vec3_make(f->crank * s, 0.0, 0.0), tip, f->angle[1], 0.0);
+    linkage_bar(l, "rocker", NULL, kt_vec3_make(f->ground * s, 0.0, 0.0), kt_vec3_make(f->rocker * s, 0.0, 0.0),
+                f->angle[2], 0.0);
+    linkage_close(l, "close", f->type, "coupler", tip, "rocker", kt_vec3_make(f->rocker * s, 0.0, 0.0));
+}
+
+void linkage_windows(linkage *l, int n, double theta, double rate, kt_loop_type type) {
+    const kt_vec3 up = kt_vec3_make(0.0, 1.0, 0.0), along = kt_vec3_make(1.0, 0.0, 0.0);
+    char name[16];
+    linkage_begin(l);
+    for (int i = 0; i <= n; i++) {
+        snprintf(name, sizeof name, "crank%d", i);
+        linkage_bar(l, name, NULL, kt_vec3_make(i, 0.0, 0.0), up, -theta, -rate);
+    }
+    for (int i = 0; i < n; i++) {
+        snprintf(name, sizeof name, "bar%d", i);
+        linkage_bar(l, name, l->body[i].name, up, along, theta, rate);
+        snprintf(name, sizeof name, "loop%d", i);
+        linkage_close(l, name, type, l->body[n + 1 + i].name, along, l->body[i + 1].name, up);
+    }
+}
+
+double windows_acceleration(int n, double theta) { return 1.5 * 9.81 * (3 * n + 1) / (4 * n + 1) * sin(theta); }
+
+void linkage_bricard(linkage *l) {
+    static const double point[6][3] = {{0, 0, 0}, {1, 0, 0}, {1, -1, 0}, {1, -1, 1}, {0, -1, 1}, {0, 0, 1}};
+    static const double axis[6][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+    kt_vec3 at = kt_vec3_make(0.0, 0.0, 0.0), side = at;
+    linkage_begin(l);
+    for (int i = 0; i < 5; i++) {
+        char name[16];
+        side =
+            kt_vec3_make(point[i + 1][0] - point[i][0], point[i + 1][1] - point[i][1], point[i + 1][2] - point[i][2]);
+        snprintf(name, sizeof name, "bar%d", i);
+        kt_body *body = linkage_bar(l, name, i ? l->body[i - 1].name : NULL, at, side, 0.0, 0.0);
+        body->joint.axis = kt_vec3_make(axis[i][0], axis[i][1], axis[i][2]);
+        const double thin = 0.001666666666666667, wide = 0.08416666666666667;
+        body->inertia = kt_sym3_make(fabs(side.x) > 0.5 ? thin : wide, fabs(side.y) > 0.5 ? thin : wide,
+                                     fabs(side.z) > 0.5 ? thin : wide, 0.0, 0.0, 0.0);
+        at = side;
+    }
+    kt_loop *loop =
+        linkage_close(l, "close", KT_LOOP_REVOLUTE, NULL, kt_vec3_make(0.0, 0.0, 1.0), l->body[4].name, side);
+    loop->axis = kt_vec3_make(1.0, 0.0, 0.0);
+}
+
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
+
+bool linkage_fine(const char *what, kt_status status, const kt_error *error) {
+    if (status == KT_OK)
+        return true;
+    kt_note("%s: %s: %s", kt_status_text(status), error->where, error->message);
+    return kt_check_true(what, false);
+}
+
+bool linkage_accelerate(const linkage *l, double t, double *a) {
+    kt_error error = {0};
+    return linkage_fine("accelerates",
+                        kt_acceleration_evaluate(l->model, l->data, t, l->q, l->v, NULL, NULL, a, &error), &error);
+}
+
+kt_residual linkage_residual(const linkage *l, double t) {
+    kt_residual residual = {(double)NAN, (double)NAN};
+    kt_error error = {0};
+    (void)linkage_fine("has residuals", kt_loop_residual(l->model, l->data, t, l->q, l->v, &residual, &error), &error);
+    return residual;
+}

@@ -1,0 +1,54 @@
+/* Random closed mechanisms: a random tree (dynamics/tree.h) with loops of every type put into it where it stands, so
+ * that they are closed at first; and their equations of motion solved apart from the library. */
+#ifndef KT_TEST_REDUCTION_TANGLE_H
+#define KT_TEST_REDUCTION_TANGLE_H
+
+#include "../dynamics/tree.h"
+#include "check.h"
+
+#include "kinetree/reduction.h"
+
+enum { TANGLE_LOOPS = 8, TANGLE_ROWS = 6 * TANGLE_LOOPS, TANGLE_ALL_TYPES = (1 << KT_LOOP_TYPE_COUNT) - 1 };
+
+typedef struct tangle_plan {
+    kt_tree_plan tree;
+    int loops;
+    unsigned types; /* loop types: bits 1 << KT_LOOP_... */
+    double nearby;  /* chance that a loop joins bodies that are few joints apart, so that groups stay small */
+    bool still;     /* no loop is driven in time */
+    kt_model_options options;
+} tangle_plan;
+
+/* 14 bodies, 4 loops of all types. */
+tangle_plan tangle_plan_default(void);
+
+/* Points into itself: not to be copied. */
+typedef struct tangle {
+    kt_tree tree; /* with the model and data of the closed mechanism */
+    kt_loop loop[TANGLE_LOOPS];
+    kt_term term[TANGLE_LOOPS][3];
+    char name[TANGLE_LOOPS][16];
+    int loops, rows;
+    double t;
+    double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV]; /* a state on the manifold at t, and what acts */
+    kt_wrench external[KT_TREE_SLOTS];
+} tangle;
+
+/* Grows, compiles and assembles one, away from the initial state. Draws until one can be had that has a freedom left; a
+ * failure fails the test. tangle_free may follow either way. */
+bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
+void tangle_free(tangle *g);
+
+/* The matrices of M a + h = tau + A' lambda, A a = b'' at the state: mass (nv x nv), force = tau + J' external - h
+ * (nv), jacobian (rows x nv), drift = b'' (rows). */
+typedef struct tangle_system {
+    double mass[KT_TREE_NV * KT_TREE_NV], force[KT_TREE_NV];
+    double jacobian[TANGLE_ROWS * KT_TREE_NV], drift[TANGLE_ROWS];
+} tangle_system;
+bool tangle_system_of(const tangle *g, tangle_system *s);
+
+/* a by elimination in long double, and how much rounding of the matrices may move each (1 unit of eps). Returns the
+ * number of independent equations. */
+int tangle_solve(const tangle *g, const tangle_system *s, double *a, double *moved);
+
+#endif
