@@ -75,6 +75,7 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     kt_model_options options = kt_model_options_default();
     options.reduction = scene->run.reduction;
     options.metric = scene->run.metric;
+    options.formulation = scene->run.formulation;
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
     if (status != KT_OK)
         kt_say_error(&error);

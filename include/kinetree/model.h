@@ -300,10 +300,25 @@ typedef enum kt_level { KT_LEVEL_AUTO = 0, KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_
 typedef enum kt_reduction { KT_REDUCTION_QR = 0, KT_REDUCTION_PARTITION, KT_REDUCTION_SVD } kt_reduction;
 typedef enum kt_metric { KT_METRIC_IDENTITY = 0, KT_METRIC_MASS } kt_metric;
 
+/* id, name in scene files */
+#define KT_FORMULATION_LIST(X)                                                                                         \
+    X(KT_FORMULATION_TREE, tree)                                                                                       \
+    X(KT_FORMULATION_ABSOLUTE, absolute)
+
+/* What is integrated: the coordinates of the tree's joints; or, as a reference for these, the positions of all bodies
+ * in the world, every joint being a constraint between two of them [MSD 7.1]. */
+typedef enum kt_formulation {
+#define KT_FORMULATION_ENUM(id, name) id,
+    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
+#undef KT_FORMULATION_ENUM
+        KT_FORMULATION_COUNT
+} kt_formulation;
+
 typedef struct kt_model_options {
     kt_level level; /* auto: the best that this processor has */
     kt_reduction reduction;
     kt_metric metric;
+    kt_formulation formulation; /* absolute: the model can be simulated in this formulation too */
 } kt_model_options;
 
 KT_API kt_model_options kt_model_options_default(void);
@@ -317,6 +332,12 @@ KT_API void kt_model_free(kt_model *model);
 
 /* Bytes that the model takes. */
 KT_API size_t kt_model_size(const kt_model *model);
+
+/* The absolute formulation of a model that was compiled for it, or NULL: a model in its own right, with every body free
+ * and every joint a loop of the body's name behind the loops of the description. Bodies are in the description's order;
+ * behind them there may be massless ones, NAME.position and NAME.cross, on which relations, effects and oblique
+ * universal joints rest. Lives as long as `model`. */
+KT_API const kt_model *kt_model_absolute(const kt_model *model);
 
 /* Number of bodies, the world included; of positions; of velocities. */
 KT_API int kt_model_body_count(const kt_model *model);

@@ -28,10 +28,6 @@ extern "C" {
 
 /* ---- how a scene is run ------------------------------------------------------------------------------------------ */
 
-/* id, name in scene files */
-#define KT_FORMULATION_LIST(X)                                                                                         \
-    X(KT_FORMULATION_TREE, tree)                                                                                       \
-    X(KT_FORMULATION_ABSOLUTE, absolute)
 /* The names of kt_reduction and kt_metric (model.h). */
 #define KT_REDUCTION_LIST(X)                                                                                           \
     X(KT_REDUCTION_QR, qr)                                                                                             \
@@ -40,13 +36,6 @@ extern "C" {
 #define KT_METRIC_LIST(X)                                                                                              \
     X(KT_METRIC_IDENTITY, identity)                                                                                    \
     X(KT_METRIC_MASS, mass)
-
-typedef enum kt_formulation {
-#define KT_FORMULATION_ENUM(id, name) id,
-    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
-#undef KT_FORMULATION_ENUM
-        KT_FORMULATION_COUNT
-} kt_formulation;
 
 /* What is recorded, as bits. id, bit, name in scene files, in the order in which records are written. */
 #define KT_RECORD_LIST(X)                                                                                              \

@@ -7,4 +7,16 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-const kt_joint_kind kt_joint_cylindrical = {.nq = 2, .nv = 2, .elements = elements};
+static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
+                    double *a) {
+    kt_measure_turn(axes, motion, near[0], q, v, a);
+    kt_measure_slide(axes->triad.z, motion, q + 1, v + 1, a + 1);
+}
+
+static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+    (void)pose;
+    return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z), .force = kt_vec3_scale(tau[1], axes->triad.z)};
+}
+
+const kt_joint_kind kt_joint_cylindrical = {
+    .nq = 2, .nv = 2, .elements = elements, .loop = KT_LOOP_CYLINDRICAL, .measure = measure, .push = push};

@@ -7,4 +7,4 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 0;
 }
 
-const kt_joint_kind kt_joint_fixed = {.nq = 0, .nv = 0, .elements = elements};
+const kt_joint_kind kt_joint_fixed = {.nq = 0, .nv = 0, .elements = elements, .loop = KT_LOOP_WELD};

@@ -20,3 +20,28 @@ kt_element kt_element_about(kt_motion motion, kt_vec3 axis) {
             return (kt_element){.motion = motion, .axis = k, .frame = kt_mat3_identity()};
     return (kt_element){.motion = motion, .axis = 2, .frame = kt_triad_from_axis(n, 2)};
 }
+
+kt_joint_axes kt_joint_axes_of(const kt_joint *joint) {
+    kt_joint_axes axes;
+    axes.triad = kt_triad_from_axis(kt_joint_unit(joint->axis), 2);
+    axes.second = kt_joint_unit(kt_joint_second_axis(joint));
+    return axes;
+}
+
+/* As in loop/screw.c: the quaternion's part about z. */
+double kt_measured_angle(const kt_mat3 *triad, const kt_mat3 *rotation, double near) {
+    const double turn = 6.283185307179586;
+    const kt_vec3 x = kt_mat3_apply(*rotation, triad->x), y = kt_mat3_apply(*rotation, triad->y);
+    const double angle =
+        atan2(kt_vec3_dot(triad->y, x) - kt_vec3_dot(triad->x, y), kt_vec3_dot(triad->x, x) + kt_vec3_dot(triad->y, y));
+    return angle + turn * rint((near - angle) / turn);
+}
+
+void kt_measured_quaternion(const kt_mat3 *rotation, const double *near, double *q) {
+    const kt_quat p = kt_quat_from_matrix(*rotation);
+    const double sign = p.w * near[0] + p.x * near[1] + p.y * near[2] + p.z * near[3] < 0.0 ? -1.0 : 1.0;
+    q[0] = sign * p.w;
+    q[1] = sign * p.x;
+    q[2] = sign * p.y;
+    q[3] = sign * p.z;
+}

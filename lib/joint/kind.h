@@ -18,4 +18,34 @@ kt_element kt_element_about(kt_motion motion, kt_vec3 axis);
 /* The second axis of a universal joint, given or not. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint);
 
+/* The angle of a rotation about z of the triad, of all that differ by whole turns the one nearest to `near`. Where the
+ * rotation is about another axis too, that of the turn left when z is brought back by the least rotation. */
+double kt_measured_angle(const kt_mat3 *triad, const kt_mat3 *rotation, double near);
+
+/* The quaternion of a rotation, of both the one nearer to `near` (4); into q (4). */
+void kt_measured_quaternion(const kt_mat3 *rotation, const double *near, double *q);
+
+/* The three numbers of a vector. */
+static inline void kt_joint_store(double *x, kt_vec3 u) {
+    x[0] = u.x;
+    x[1] = u.y;
+    x[2] = u.z;
+}
+
+static inline kt_vec3 kt_joint_load(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
+
+/* One turn about the axis, and one slide along it: both are parts of several joints. */
+static inline void kt_measure_turn(const kt_joint_axes *axes, const kt_joint_motion *motion, double near, double *q,
+                                   double *v, double *a) {
+    *q = kt_measured_angle(&axes->triad, &motion->pose.rotation, near);
+    *v = kt_vec3_dot(axes->triad.z, motion->velocity.angular);
+    *a = kt_vec3_dot(axes->triad.z, motion->acceleration.angular);
+}
+
+static inline void kt_measure_slide(kt_vec3 along, const kt_joint_motion *motion, double *q, double *v, double *a) {
+    *q = kt_vec3_dot(along, motion->pose.position);
+    *v = kt_vec3_dot(along, motion->velocity.linear);
+    *a = kt_vec3_dot(along, motion->acceleration.linear);
+}
+
 #endif

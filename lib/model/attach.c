@@ -204,8 +204,7 @@ static double length_of(const kt_attach *a, const kt_model *m) {
     return longest > 0.0 ? longest : 1.0;
 }
 
-/* Frames that an effect acts on; 0: a joint. */
-static int end_count(const kt_effect *effect) {
+int kt_effect_end_count(const kt_effect *effect) {
     return effect->type == KT_EFFECT_SPRING ? 2 : effect->type == KT_EFFECT_FORCE ? 1 : 0;
 }
 
@@ -225,7 +224,7 @@ static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, k
         r->stiffness = effect->stiffness;
         r->damping = effect->damping;
         r->in_body = effect->frame == KT_FRAME_BODY;
-        const int ends = end_count(effect);
+        const int ends = kt_effect_end_count(effect);
         if (ends) {
             kt_pose at[2];
             for (int k = 0; k < ends; k++) {

@@ -5,7 +5,7 @@
  * whose inertia is that of all of them.
  */
 #include "base/arena.h"
-#include "model/internal.h"
+#include "model/absolute.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -338,12 +338,8 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     return status;
 }
 
-kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
-                           kt_error *error) {
-    kt_status status = kt_description_check(description, NULL, NULL, error);
-    if (status != KT_OK)
-        return status;
-    const kt_model_options defaults = kt_model_options_default();
+kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
+                         kt_error *error) {
     const size_t n = (size_t)description->body_count, table = kt_names_size(n);
     build b = {.description = description};
     const size_t bytes = build_layout(n, table, NULL, &b);
@@ -355,7 +351,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     kt_names_place(&b.names, n, b.table);
     for (size_t i = 0; i < n; i++)
         (void)kt_names_add(&b.names, 0, description->bodies[i].name, (int)i);
-    status = compile(&b, options ? options : &defaults, error);
+    const kt_status status = compile(&b, options, error);
     free(memory);
     if (status == KT_OK)
         *model = b.model;
@@ -364,7 +360,28 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     return status;
 }
 
-void kt_model_free(kt_model *model) { free(model); }
+kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
+                           kt_error *error) {
+    const kt_model_options defaults = kt_model_options_default();
+    const kt_model_options *wish = options ? options : &defaults;
+    kt_model *tree = NULL;
+    kt_status status = kt_description_check(description, NULL, NULL, error);
+    if (status == KT_OK)
+        status = kt_model_build(description, wish, &tree, error);
+    if (status == KT_OK && wish->formulation == KT_FORMULATION_ABSOLUTE)
+        status = kt_absolute_compile(description, wish, tree, &tree->absolute, error);
+    if (status == KT_OK)
+        *model = tree;
+    else
+        kt_model_free(tree);
+    return status;
+}
+
+void kt_model_free(kt_model *model) {
+    if (model)
+        kt_absolute_free(model->absolute);
+    free(model);
+}
 
 kt_model_options kt_model_options_default(void) { return (kt_model_options){.level = KT_LEVEL_AUTO}; }
 

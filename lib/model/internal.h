@@ -35,11 +35,32 @@ typedef struct kt_element {
 
 enum { KT_ELEMENT_MAX = 3 };
 
-/* A joint type: one file of lib/joint each. `elements` writes up to KT_ELEMENT_MAX elements and returns their number;
- * the joint has been checked before. Coordinates follow the elements. */
+/* What of a joint does not move, in the joint frame. */
+typedef struct kt_joint_axes {
+    kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */
+    kt_vec3 second; /* unit; the second axis of a universal joint */
+} kt_joint_axes;
+
+/* A body against the joint frame on its parent, and its rates as seen from there: angular, and of the body's origin. */
+typedef struct kt_joint_motion {
+    kt_pose pose;
+    kt_twist velocity, acceleration;
+} kt_joint_motion;
+
+/* A joint type: one file of lib/joint each; the joint has been checked before. */
 typedef struct kt_joint_kind {
     int nq, nv;
+    /* Writes up to KT_ELEMENT_MAX elements and returns their number. Coordinates follow the elements. */
     int (*elements)(const kt_joint *joint, kt_element *elements);
+    /* The same pair as a closure, for the absolute formulation; KT_LOOP_TYPE_COUNT: nothing is held. */
+    kt_loop_type loop;
+    /* Coordinates of a body that moves as the joint lets it, and their first and second rates. Of the numbers that
+     * stand for the same rotation those next to `near` (nq) are taken. NULL where there are none. */
+    void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
+                    double *a);
+    /* A wrench on the body (about its origin) and against its parent with the power tau . v in all motions that the
+     * joint allows; joint frame's axes. */
+    kt_wrench (*push)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
 } kt_joint_kind;
 
 extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
@@ -189,8 +210,9 @@ struct kt_model {
     kt_level level;
     kt_reduction reduction;
     kt_metric metric;
-    double length;  /* of the longest loop, all around: what lengths are held against */
-    uint32_t name;  /* offset in text */
+    double length;                /* of the longest loop, all around: what lengths are held against */
+    struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
+    uint32_t name;                /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
 #define KT_MODEL_DECLARE(type, name, count, meaning) type *name;
     KT_MODEL_FIELDS(KT_MODEL_DECLARE)
@@ -212,14 +234,26 @@ int kt_loop_row_count(const kt_loop *loop);
 size_t kt_group_dense_count(const kt_group *group);
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
+/* Supplied by lib/joint; of a type without axes they mean nothing. */
+kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
+
+/* kt_model_compile without the check. */
+kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
+                         kt_error *error);
+
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);
+
+/* Frames that an effect acts on; 0: a joint. */
+int kt_effect_end_count(const kt_effect *effect);
 
 /* Loops and effects onto a model that has bodies and links; *model may move. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error);
 
-/* Poses of all links in the world at q, with plain arithmetic; for set-up only. */
+/* Poses of all links in the world at q, and for these poses their twists (world axes, of their origins), with plain
+ * arithmetic; for set-up only. */
 void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
+void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
 /* ---- the workspace ------------------------------------------------------------------------------------------------
  */

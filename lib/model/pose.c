@@ -1,4 +1,4 @@
-/* Where the links are, with plain arithmetic: what set-up needs before there are data. */
+/* Where the links are and how fast they move, with plain arithmetic: what set-up needs before there are data. */
 #include "model/internal.h"
 
 static kt_pose joint_pose(const kt_link *link, const double *q) {
@@ -40,5 +40,51 @@ void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses) {
         rest.rotation = kt_v4_mat3(link->turn);
         rest.position = kt_v4_vec3(link->at);
         poses[i] = kt_pose_compose(kt_pose_compose(poses[link->parent], rest), joint_pose(link, q));
+    }
+}
+
+/* Angular and linear velocity of a link against its parent, in the world; `rest` are its axes at rest, `axes` its own.
+ */
+static kt_twist joint_twist(const kt_link *link, kt_mat3 rest, kt_mat3 axes, const double *v) {
+    const kt_vec3 none = {0.0, 0.0, 0.0};
+    const kt_vec3 along = link->axis == 0 ? rest.x : link->axis == 1 ? rest.y : rest.z;
+    const double *x = v + link->v;
+    kt_twist t = {none, none};
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_TURN:
+        t.angular = kt_vec3_scale(x[0], along);
+        break;
+    case KT_MOTION_SLIDE:
+        t.linear = kt_vec3_scale(x[0], along);
+        break;
+    case KT_MOTION_HELIX:
+        t.angular = kt_vec3_scale(x[0], along);
+        t.linear = kt_vec3_scale(link->pitch * x[0], along);
+        break;
+    case KT_MOTION_BALL:
+        t.angular = kt_mat3_apply(axes, kt_vec3_make(x[0], x[1], x[2]));
+        break;
+    case KT_MOTION_FREE:
+        t.linear = kt_mat3_apply(rest, kt_vec3_make(x[0], x[1], x[2]));
+        t.angular = kt_mat3_apply(axes, kt_vec3_make(x[3], x[4], x[5]));
+        break;
+    case KT_MOTION_NONE:
+        break;
+    }
+    return t;
+}
+
+void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists) {
+    const kt_vec3 none = {0.0, 0.0, 0.0};
+    twists[0] = (kt_twist){none, none};
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_pose *up = &poses[link->parent];
+        const kt_twist *carried = &twists[link->parent];
+        const kt_vec3 arm = kt_vec3_sub(poses[i].position, up->position);
+        const kt_mat3 rest = kt_mat3_multiply(up->rotation, kt_v4_mat3(link->turn));
+        const kt_twist own = joint_twist(link, rest, poses[i].rotation, v);
+        twists[i].angular = kt_vec3_add(carried->angular, own.angular);
+        twists[i].linear = kt_vec3_add(kt_vec3_add(carried->linear, kt_vec3_cross(carried->angular, arm)), own.linear);
     }
 }

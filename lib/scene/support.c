@@ -18,7 +18,6 @@ const char *const kt_support_refused[] = {
     "effects.type.attraction",
     "effects.type.contact",
     "simulate.plan",
-    "simulate.formulation.absolute",
     NULL,
 };
 

@@ -1,7 +1,7 @@
 /* Checkpoints: the memory of the clock and of its integrator in one flat block.
  *
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
- * began, torques and wrenches of the last and of the next step.
+ * began, torques and wrenches of the last and of the next step, and in the absolute formulation the tree's state.
  */
 #include "simulation/internal.h"
 
@@ -25,10 +25,11 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(integrator, sizeof(kt_integrator_memory))                                                                        \
     X(y, size->n * sizeof(double))                                                                                     \
     X(previous_y, size->n * sizeof(double))                                                                            \
-    X(torque, size->nv * sizeof(double))                                                                               \
-    X(torque_next, size->nv * sizeof(double))                                                                          \
+    X(torque, size->face_nv * sizeof(double))                                                                          \
+    X(torque_next, size->face_nv * sizeof(double))                                                                     \
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
-    X(wrench_next, size->body * sizeof(kt_wrench))
+    X(wrench_next, size->body * sizeof(kt_wrench))                                                                     \
+    X(seen, size->seen * sizeof(double))
 
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
@@ -75,10 +76,11 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memset(&memory, 0, sizeof memory);
     memcpy(to + at.head, &head, sizeof head);
     memcpy(to + at.memory, &simulation->memory, sizeof simulation->memory);
-    memcpy(to + at.torque, simulation->torque, size->nv * sizeof(double));
-    memcpy(to + at.torque_next, simulation->torque_next, size->nv * sizeof(double));
+    memcpy(to + at.torque, simulation->torque, size->face_nv * sizeof(double));
+    memcpy(to + at.torque_next, simulation->torque_next, size->face_nv * sizeof(double));
     memcpy(to + at.wrench, simulation->wrench, size->body * sizeof(kt_wrench));
     memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
+    memcpy(to + at.seen, simulation->seen, size->seen * sizeof(double));
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y));
     memcpy(to + at.integrator, &memory, sizeof memory);
@@ -121,10 +123,11 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     simulation->memory = memory;
-    memcpy(simulation->torque, from + at.torque, size->nv * sizeof(double));
-    memcpy(simulation->torque_next, from + at.torque_next, size->nv * sizeof(double));
+    memcpy(simulation->torque, from + at.torque, size->face_nv * sizeof(double));
+    memcpy(simulation->torque_next, from + at.torque_next, size->face_nv * sizeof(double));
     memcpy(simulation->wrench, from + at.wrench, size->body * sizeof(kt_wrench));
     memcpy(simulation->wrench_next, from + at.wrench_next, size->body * sizeof(kt_wrench));
+    memcpy(simulation->seen, from + at.seen, size->seen * sizeof(double));
     kt_simulation_use_pushes(simulation);
     return KT_OK;
 }

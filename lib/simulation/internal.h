@@ -22,12 +22,17 @@ typedef struct kt_simulation_memory {
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
-    X(double, torque, size->nv, "held during the last step")                                                           \
-    X(double, torque_next, size->nv, "to be held from the next step on")                                               \
+    X(double, torque, size->face_nv, "held during the last step")                                                      \
+    X(double, torque_next, size->face_nv, "to be held from the next step on")                                          \
     X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
     X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
+    X(double, seen, size->seen, "absolute: q and v of the face at the current time")                                   \
+    X(double, shown, size->shown, "absolute: q, v and a of the face, of a record")                                     \
+    X(kt_wrench, pushed, size->pushed, "absolute: on free bodies")                                                     \
+    X(kt_wrench, free_reaction, size->free_reaction, "absolute: of a record, in all loops")                            \
+    X(char, face_memory, size->face_data, "absolute: the face's data")                                                 \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
@@ -35,15 +40,18 @@ typedef struct kt_simulation_memory {
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
     size_t n; /* of the integrator: nq + nv, or one idle number where nothing moves */
+    size_t face_nq, face_nv;
     size_t body, reaction, loop_reaction, quaternion, data, integrator;
+    size_t seen, shown, pushed, free_reaction, face_data; /* 0 but in the absolute formulation */
 } kt_simulation_sizes;
 
 struct kt_simulation {
     size_t bytes;
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
-    const kt_model *model;
-    kt_data *data; /* scratch */
+    const kt_model *model;     /* what is stepped: the face, or its absolute formulation */
+    const kt_model *face;      /* the caller's, in whose coordinates all goes in and comes out */
+    kt_data *data, *face_data; /* scratch; one where the models are one */
     kt_integrator *integrator;
     const double *tau;         /* pushes of the last step: nv, or NULL */
     const kt_wrench *external; /* one a body, or NULL */
@@ -61,6 +69,10 @@ struct kt_simulation {
 #undef KT_SIMULATION_DECLARE
 };
 
+static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
+    return simulation->model != simulation->face;
+}
+
 /* What the integrator calls. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
@@ -70,6 +82,20 @@ void kt_simulation_use_pushes(kt_simulation *simulation);
 /* Scales quaternions in y = (q, v) to unit norm and closes the loops. *changed: whether a bit of y was. */
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
+
+/* The next five know about the absolute formulation, and do next to nothing in the other (face.c).
+ * Forces in the face's terms become wrenches on free bodies at their positions q. */
+void kt_simulation_push(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
+/* Follows a step of length `ago`. */
+void kt_simulation_see(kt_simulation *simulation, double ago);
+/* A state near the current time, and accelerations (or NULL), in the face's coordinates. */
+void kt_simulation_show(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
+                        const double **v, const double **shown_a);
+/* The free state y of a closed state of the face (absolute formulation only). */
+KT_CHECKED kt_status kt_simulation_take_face(kt_simulation *simulation, double t, const double *q, const double *v,
+                                             double *y, kt_error *error);
+/* The reactions of a record; leaves the kinematics of its motion in data. */
+KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Makes the pushes that wait those of the next step. */
 KT_CHECKED kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error);

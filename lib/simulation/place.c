@@ -18,6 +18,7 @@ typedef struct kt_wish {
     kt_run run;
     kt_simulation_options options;
     const kt_method *method;
+    const kt_model *model; /* that is to be stepped */
     unsigned record;
 } kt_wish;
 
@@ -52,22 +53,34 @@ static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_si
     if (!(wish->run.step > 0.0) && wish->method->embedded_order == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "%s has no error estimate and cannot choose its steps: give it a step", wish->method->name);
-    if (wish->run.formulation != KT_FORMULATION_TREE)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation", "only the tree formulation is there so far");
+    wish->model = wish->run.formulation == KT_FORMULATION_ABSOLUTE ? kt_model_absolute(model) : model;
+    if (wish->model == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "formulation",
+                            "the model is not there in the absolute formulation; set `formulation` in the options of "
+                            "kt_model_compile");
     wish->record = kt_run_record(&wish->run, model) | wish->options.record;
     return KT_OK;
 }
 
-static void measure(const kt_model *model, const kt_wish *wish, kt_simulation_sizes *size) {
+static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_sizes *size) {
+    const kt_model *model = wish->model;
+    const bool reacts = (wish->record & KT_RECORD_REACTION) != 0, absolute = model != face;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
     size->n = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
-    size->body = (size_t)kt_model_body_count(model);
-    size->reaction = (wish->record & KT_RECORD_REACTION) != 0 ? size->body : 0;
-    size->loop_reaction = (wish->record & KT_RECORD_REACTION) != 0 ? (size_t)kt_loop_count(model) : 0;
+    size->face_nq = (size_t)kt_model_nq(face);
+    size->face_nv = (size_t)kt_model_nv(face);
+    size->body = (size_t)kt_model_body_count(face);
+    size->reaction = reacts ? size->body : 0;
+    size->loop_reaction = reacts ? (size_t)kt_loop_count(face) : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     size->integrator = kt_integrator_size(wish->method, size->n);
+    size->seen = absolute ? size->face_nq + size->face_nv : 0;
+    size->shown = absolute ? size->face_nq + 2 * size->face_nv : 0;
+    size->pushed = absolute ? (size_t)kt_model_body_count(model) : 0;
+    size->free_reaction = absolute && reacts ? (size_t)kt_loop_count(model) : 0;
+    size->face_data = absolute ? kt_data_size(face) : 0;
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -101,7 +114,7 @@ size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_sim
 
 static void find_quaternions(kt_simulation *simulation) {
     size_t count = 0;
-    for (int body = 1; body < (int)simulation->size.body; body++) {
+    for (int body = 1; body < kt_model_body_count(simulation->model); body++) {
         kt_coordinates at = kt_body_coordinates(simulation->model, body);
         if (at.nq > at.nv) /* the quaternion comes last */
             simulation->quaternion[count++] = at.q + at.nq - 4;
@@ -130,10 +143,30 @@ static void set_records(kt_simulation *simulation, const kt_wish *wish) {
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 
+static kt_status place_data(kt_simulation *simulation, kt_error *error) {
+    const kt_simulation_sizes *size = &simulation->size;
+    kt_status status = kt_data_place(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
+    simulation->face_data = simulation->data;
+    if (status == KT_OK && kt_simulation_is_absolute(simulation))
+        status =
+            kt_data_place(simulation->face, simulation->face_memory, size->face_data, &simulation->face_data, error);
+    return status;
+}
+
+/* The initial state in y. It is the tree that is assembled, so that both formulations start alike. */
+static kt_status assemble(kt_simulation *simulation, kt_error *error) {
+    const bool absolute = kt_simulation_is_absolute(simulation);
+    double *q = absolute ? simulation->seen : simulation->y, *v = q + simulation->size.face_nq;
+    kt_model_initial(simulation->face, q, v);
+    kt_status status = kt_state_assemble(simulation->face, simulation->face_data, 0.0, q, v, error);
+    if (status == KT_OK && absolute)
+        status = kt_simulation_take_face(simulation, 0.0, q, v, simulation->y, error);
+    return status;
+}
+
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *error) {
-    kt_status status =
-        kt_data_place(simulation->model, simulation->data_memory, simulation->size.data, &simulation->data, error);
+    kt_status status = place_data(simulation, error);
     if (status != KT_OK)
         return status;
     simulation->groups = kt_loop_group_count(simulation->model);
@@ -143,9 +176,7 @@ static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *
     status = place_integrator(simulation, wish, error);
     if (status != KT_OK)
         return status;
-    double *q = simulation->y, *v = simulation->y + simulation->size.nq;
-    kt_model_initial(simulation->model, q, v);
-    status = kt_state_assemble(simulation->model, simulation->data, 0.0, q, v, error);
+    status = assemble(simulation, error);
     if (status != KT_OK)
         return status;
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
@@ -169,7 +200,8 @@ kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt
     memset(memory, 0, needed); /* a checkpoint has no byte that was never set */
     (void)lay_out(memory, &sizes);
     kt_simulation *placed = memory;
-    placed->model = model;
+    placed->model = wish.model;
+    placed->face = model;
     status = fill(placed, &wish, error);
     if (status == KT_OK)
         *simulation = placed;

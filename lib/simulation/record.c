@@ -61,43 +61,47 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
     return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
 }
 
-/* Kinematics, and what is read from them. */
+/* Kinematics, and what is read from them. Energies are those of what is stepped. */
 static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
+    const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status;
     if ((simulation->record & KT_RECORD_REACTION) != 0) {
-        status = kt_reaction_evaluate(model, data, record->time, record->q, record->v, simulation->tau,
-                                      simulation->external, simulation->reaction, simulation->loop_reaction, error);
+        status = kt_simulation_react(simulation, t, simulation->y, error);
         record->reactions = simulation->reaction;
         record->loop_reactions = simulation->loop_reaction;
     } else {
-        status = kt_kinematics_update(model, data, record->q, record->v, record->a, error);
+        status = kt_kinematics_update(model, data, q, v, record->a != NULL ? simulation->a : NULL, error);
     }
     if (status != KT_OK)
         return status;
-    record->data = data;
     if ((simulation->record & KT_RECORD_ENERGY) != 0) {
         record->kinetic = kt_kinetic_energy(model, data);
-        record->potential =
-            kt_potential_energy(model, data) + kt_effect_energy(model, data, record->time, record->q, record->v);
+        record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
-    return KT_OK;
+    record->data = simulation->face_data;
+    if (!kt_simulation_is_absolute(simulation))
+        return KT_OK;
+    return kt_kinematics_update(simulation->face, simulation->face_data, record->q, record->v, record->a, error);
 }
 
-/* Everything that is asked for beyond q and v. The kinematics come last: they stay in the data. */
+/* Everything that is asked for, of the state in y. The kinematics come last: they stay in the data. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
+    const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     kt_status status = KT_OK;
-    if ((simulation->record & KT_RECORD_ACCELERATION) != 0) {
-        status = kt_acceleration_evaluate(model, simulation->data, record->time, record->q, record->v, simulation->tau,
-                                          simulation->external, simulation->a, error);
-        record->a = simulation->a;
+    if (accelerates) {
+        const double *tau = simulation->tau;
+        const kt_wrench *external = simulation->external;
+        kt_simulation_push(simulation, q, &tau, &external);
+        status = kt_acceleration_evaluate(model, simulation->data, t, q, v, tau, external, simulation->a, error);
     }
-    if (status == KT_OK && (simulation->record & KT_RECORD_CONSTRAINT) != 0) {
-        status =
-            kt_loop_residual(model, simulation->data, record->time, record->q, record->v, &record->constraint, error);
-    }
+    if (status == KT_OK)
+        kt_simulation_show(simulation, t, q, accelerates ? simulation->a : NULL, &record->q, &record->v, &record->a);
+    if (status == KT_OK && (simulation->record & KT_RECORD_CONSTRAINT) != 0)
+        status = kt_loop_residual(model, simulation->data, t, q, v, &record->constraint, error);
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
 
@@ -105,8 +109,6 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     kt_record record = {0};
     record.index = simulation->memory.next_record;
     record.time = record_time(simulation, record.index);
-    record.q = simulation->y;
-    record.v = simulation->y + simulation->size.nq;
     record.kinetic = record.potential = (double)NAN;
     record.constraint.position = record.constraint.velocity = (double)NAN;
 

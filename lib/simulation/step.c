@@ -25,9 +25,11 @@ static bool is_recoverable(kt_status status) {
 
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
-    const double *q = y, *v = y + simulation->size.nq;
-    kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, simulation->tau,
-                                                simulation->external, dydt + simulation->size.nq, &simulation->cause);
+    const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
+    const kt_wrench *external = simulation->external;
+    kt_simulation_push(simulation, q, &tau, &external);
+    kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
+                                                dydt + simulation->size.nq, &simulation->cause);
     simulation->memory.factorizations += (uint64_t)simulation->groups;
     if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
         return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
@@ -59,13 +61,12 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
-/* The body in whose coordinates the first number of y that is not finite lies; -1: none. */
-static int find_not_finite(const kt_simulation *simulation, const double *y) {
-    const double *v = y + simulation->size.nq;
+/* The body in whose coordinates the first number of q and v that is not finite lies; -1: none. */
+static int find_not_finite(const kt_simulation *simulation, const double *q, const double *v) {
     for (int body = 1; body < (int)simulation->size.body; body++) {
-        kt_coordinates at = kt_body_coordinates(simulation->model, body);
+        kt_coordinates at = kt_body_coordinates(simulation->face, body);
         for (int i = 0; i < at.nq; i++)
-            if (!isfinite(y[at.q + i]))
+            if (!isfinite(q[at.q + i]))
                 return body;
         for (int i = 0; i < at.nv; i++)
             if (!isfinite(v[at.v + i]))
@@ -76,7 +77,7 @@ static int find_not_finite(const kt_simulation *simulation, const double *y) {
 
 static kt_status say_not_finite(const kt_simulation *simulation, int body, const char *what, kt_error *error) {
     char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->model, body));
+    snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->face, body));
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "%s is not finite", what);
 }
 
@@ -128,7 +129,7 @@ static bool pushes_differ(const kt_simulation *simulation) {
     const kt_simulation_sizes *size = &simulation->size;
     if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
         return true;
-    return memcmp(simulation->torque, simulation->torque_next, size->nv * sizeof(double)) != 0 ||
+    return memcmp(simulation->torque, simulation->torque_next, size->face_nv * sizeof(double)) != 0 ||
            memcmp(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench)) != 0;
 }
 
@@ -142,7 +143,7 @@ kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error) 
         kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
         if (status != KT_OK)
             return status;
-        memcpy(simulation->torque, simulation->torque_next, size->nv * sizeof(double));
+        memcpy(simulation->torque, simulation->torque_next, size->face_nv * sizeof(double));
         memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
         simulation->memory.now = simulation->memory.next;
         kt_simulation_use_pushes(simulation);
@@ -152,13 +153,13 @@ kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error) 
 }
 
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
-    size_t nv = simulation->size.nv;
+    size_t nv = simulation->size.face_nv;
     for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
-        kt_coordinates at = kt_body_coordinates(simulation->model, body);
+        kt_coordinates at = kt_body_coordinates(simulation->face, body);
         for (int i = 0; i < at.nv; i++)
             if (!isfinite(torque[at.v + i])) {
                 char where[KT_WHERE_SIZE];
-                snprintf(where, sizeof where, "joint '%s'", kt_body_name(simulation->model, body));
+                snprintf(where, sizeof where, "joint '%s'", kt_body_name(simulation->face, body));
                 return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
             }
     }
@@ -194,11 +195,15 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
 
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
+    double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
     kt_status status = kt_simulation_take_pushes(simulation, &from);
     if (status == KT_OK)
         status = kt_integrator_step(simulation->integrator, t_limit, &from);
-    return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &from, error);
+    if (status != KT_OK)
+        return kt_simulation_fail(simulation, &from, error);
+    kt_simulation_see(simulation, kt_integrator_time(simulation->integrator) - t);
+    return KT_OK;
 }
 
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
@@ -228,31 +233,45 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
 double kt_simulation_time(const kt_simulation *simulation) { return kt_integrator_time(simulation->integrator); }
 
 const double *kt_simulation_positions(const kt_simulation *simulation) {
-    return kt_integrator_state(simulation->integrator);
+    return kt_simulation_is_absolute(simulation) ? simulation->seen : kt_integrator_state(simulation->integrator);
 }
 
 const double *kt_simulation_velocities(const kt_simulation *simulation) {
-    return kt_integrator_state(simulation->integrator) + simulation->size.nq;
+    return kt_simulation_positions(simulation) + simulation->size.face_nq;
+}
+
+/* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */
+static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
+    bool changed;
+    kt_status status;
+    if (kt_simulation_is_absolute(simulation)) {
+        status = kt_state_project(simulation->face, simulation->face_data, t, q, v, &changed, error);
+        if (status == KT_OK)
+            status = kt_simulation_take_face(simulation, t, q, v, simulation->y, error);
+    } else {
+        status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    }
+    if (status != KT_OK)
+        return status;
+    kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
+    return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
 }
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
-    size_t nq = simulation->size.nq, nv = simulation->size.nv;
-    bool changed;
+    size_t nq = simulation->size.face_nq, nv = simulation->size.face_nv;
+    double *new_q = kt_simulation_is_absolute(simulation) ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
-    memmove(simulation->y, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
-    memmove(simulation->y + nq, v, nv * sizeof(double));
-    int body = find_not_finite(simulation, simulation->y);
+    memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
+    memmove(new_v, v, nv * sizeof(double));
+    int body = find_not_finite(simulation, new_q, new_v);
     if (body >= 0)
         return say_not_finite(simulation, body, "a position or velocity", error);
-    kt_status status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    kt_status status = start_at(simulation, t, new_q, new_v, error);
     if (status != KT_OK)
         return status;
-    kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
-    status = kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
-    if (status != KT_OK)
-        return status;
+    memcpy(simulation->seen, new_q, simulation->size.seen * sizeof(double));
     simulation->memory.next_record = 0;
     simulation->memory.factorizations = 0;
     kt_simulation_skip_records(simulation);
@@ -261,13 +280,19 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
     const kt_simulation_memory *memory = &simulation->memory;
+    const double *y = kt_integrator_state(simulation->integrator), *q = y, *v = y + simulation->size.nq, *shown;
+    const double *tau = memory->next.torque ? simulation->torque_next : NULL;
+    const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
+    double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
-    kt_status status =
-        kt_acceleration_evaluate(simulation->model, simulation->data, kt_integrator_time(simulation->integrator),
-                                 kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
-                                 memory->next.torque ? simulation->torque_next : NULL,
-                                 memory->next.wrenches ? simulation->wrench_next : NULL, a, &simulation->cause);
-    return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &simulation->cause, error);
+    kt_simulation_push(simulation, q, &tau, &external);
+    kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
+                                                simulation->a, &simulation->cause);
+    if (status != KT_OK)
+        return kt_simulation_fail(simulation, &simulation->cause, error);
+    kt_simulation_show(simulation, t, y, simulation->a, &q, &v, &shown);
+    memcpy(a, shown, simulation->size.face_nv * sizeof(double));
+    return KT_OK;
 }
 
 kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {

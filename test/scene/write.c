@@ -290,17 +290,6 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     check_refused("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "stands for nothing");
 }
 
-KT_TEST(what_reading_refuses_writing_refuses) {
-    kt_scene scene = kt_scene_default();
-    kt_body body = kt_body_default();
-    body.name = "a";
-    body.joint.type = KT_JOINT_REVOLUTE;
-    scene.description.bodies = &body;
-    scene.description.body_count = 1;
-    scene.run.formulation = KT_FORMULATION_ABSOLUTE;
-    check_refused("formulation", &scene, KT_ERROR_UNSUPPORTED, "'absolute' is not supported yet");
-}
-
 KT_TEST(full_disk_is_an_error) {
     const kt_scene scene = kt_scene_default();
     kt_error error;

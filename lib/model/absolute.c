@@ -1,0 +1,315 @@
+/* The absolute formulation, by a transformation of the description (absolute.h).
+ *
+ * Each body becomes free on the world, at the pose and with the twist that the tree's initial state gives it, and its
+ * joint a loop of the same kind: from the joint frame on the parent to the body frame. A screw's loop counts its angle
+ * from the initial one, where the body has already advanced by pitch times angle: the end on the body is set back by
+ * that. The names of counters and crosses hold a full stop, which no name of a caller's does.
+ */
+#include "model/absolute.h"
+
+#include "base/arena.h"
+
+#include <float.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Working arrays, in one block. */
+#define LOOSEN_FIELDS(X)                                                                                               \
+    X(kt_pose, pose, n->link, "of the tree's links")                                                                   \
+    X(kt_twist, twist, n->link, "of the tree's links")                                                                 \
+    X(bool, counted, n->tree, "bodies whose joint's position is referred to")                                          \
+    X(kt_body, body, n->body, "first the caller's")                                                                    \
+    X(kt_loop, loop, n->loop, "first the caller's")                                                                    \
+    X(kt_effect, effect, n->effect, "the caller's")                                                                    \
+    X(kt_term, term, n->term, "of couplings")                                                                          \
+    X(char, text, n->text, "names that are new")
+
+typedef struct loosen_counts {
+    size_t link, tree, body, loop, effect, term, text;
+} loosen_counts;
+
+typedef struct loosen {
+    const kt_description *from;
+    const kt_model *tree;
+    kt_absolute_joint *joint;
+    loosen_counts used;
+#define LOOSEN_DECLARE(type, name, count, meaning) type *name;
+    LOOSEN_FIELDS(LOOSEN_DECLARE)
+#undef LOOSEN_DECLARE
+} loosen;
+
+static size_t loosen_layout(const loosen_counts *n, char *base, loosen *w) {
+    size_t used = 0;
+#define LOOSEN_PLACE(type, name, count, meaning) w->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
+    LOOSEN_FIELDS(LOOSEN_PLACE)
+#undef LOOSEN_PLACE
+    return used;
+}
+
+/* ---- free bodies ------------------------------------------------------------------------------------------------- */
+
+void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v) {
+    const kt_quat p = kt_quat_from_matrix(pose.rotation);
+    const kt_vec3 w = kt_mat3_apply_transposed(pose.rotation, twist.angular);
+    const double position[7] = {pose.position.x, pose.position.y, pose.position.z, p.w, p.x, p.y, p.z};
+    const double velocity[6] = {twist.linear.x, twist.linear.y, twist.linear.z, w.x, w.y, w.z};
+    memcpy(q, position, sizeof position);
+    memcpy(v, velocity, sizeof velocity);
+}
+
+void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
+                     const double *v, kt_pose *pose, kt_twist *twist) {
+    const kt_mat3 triad = joint->axes.triad;
+    const kt_mat3 turned =
+        kt_mat3_multiply(kt_mat3_multiply(triad, kt_matrix_about(2, q[0])), kt_mat3_transpose(triad));
+    const kt_pose frame = kt_pose_compose(parent, joint->frame);
+    const kt_vec3 arm = kt_vec3_sub(frame.position, parent.position);
+    const kt_vec3 spin = kt_vec3_scale(v[0], kt_mat3_apply(frame.rotation, triad.z));
+    *pose = frame;
+    pose->rotation = kt_mat3_multiply(frame.rotation, turned);
+    twist->angular = kt_vec3_add(parent_twist.angular, spin);
+    twist->linear = kt_vec3_add(parent_twist.linear, kt_vec3_cross(parent_twist.angular, arm));
+}
+
+/* A body of the tree at its initial state. */
+static kt_pose pose_of(const loosen *w, int32_t body) {
+    const kt_body_record *b = &w->tree->body[body];
+    return kt_pose_compose(w->pose[b->link], b->in_link);
+}
+
+static kt_twist twist_of(const loosen *w, int32_t body) {
+    const kt_body_record *b = &w->tree->body[body];
+    const kt_vec3 arm = kt_mat3_apply(w->pose[b->link].rotation, b->in_link.position);
+    kt_twist t = w->twist[b->link];
+    t.linear = kt_vec3_add(t.linear, kt_vec3_cross(t.angular, arm));
+    return t;
+}
+
+static void set_free(kt_body *body, kt_pose pose, kt_twist twist) {
+    body->parent = NULL;
+    body->joint = kt_joint_default();
+    body->joint.type = KT_JOINT_FREE;
+    kt_free_coordinates(pose, twist, body->joint.position, body->joint.velocity);
+}
+
+/* ---- what is referred to ----------------------------------------------------------------------------------------- */
+
+/* Calls note for each place where the name of a joint stands whose position is referred to. */
+static void each_reference(loosen *w, void (*note)(loosen *w, const char **joint)) {
+    for (int i = 0; i < w->from->loop_count; i++)
+        if (w->loop[i].type == KT_LOOP_MOTION)
+            note(w, &w->loop[i].joint);
+    for (size_t i = 0; i < w->used.term; i++)
+        note(w, &w->term[i].joint);
+    for (int i = 0; i < w->from->effect_count; i++)
+        if (kt_effect_end_count(&w->effect[i]) == 0)
+            note(w, &w->effect[i].joint);
+}
+
+static void count_joint(loosen *w, const char **joint) { w->counted[kt_body_find(w->tree, *joint)] = true; }
+
+static void name_counter(loosen *w, const char **joint) {
+    *joint = w->body[w->joint[kt_body_find(w->tree, *joint)].counter - 1].name;
+}
+
+/* ---- joints become loops ----------------------------------------------------------------------------------------- */
+
+static const char *name_part(loosen *w, const char *name, const char *part) {
+    char *text = w->text + w->used.text;
+    const size_t size = strlen(name) + strlen(part) + 1;
+    (void)snprintf(text, size, "%s%s", name, part);
+    w->used.text += size;
+    return text;
+}
+
+static const char position_part[] = ".position", cross_part[] = ".cross";
+
+/* A new body, massless; its index in the absolute model. */
+static int32_t add_body(loosen *w, const char *name, kt_body **body) {
+    *body = &w->body[w->used.body];
+    **body = kt_body_default();
+    (*body)->name = name;
+    return (int32_t)++w->used.body;
+}
+
+/* A new loop between the origins and axes of two bodies. */
+static int32_t add_loop(loosen *w, const char *name, kt_loop_type type, const char *first, const char *second,
+                        kt_loop **loop) {
+    *loop = &w->loop[w->used.loop];
+    **loop = kt_loop_default();
+    (*loop)->name = name;
+    (*loop)->type = type;
+    (*loop)->between[0] = (*loop)->between[1] = kt_end_default();
+    (*loop)->between[0].body = first;
+    (*loop)->between[1].body = second;
+    return (int32_t)w->used.loop++;
+}
+
+/* On the parent's side, the end is at the joint frame. */
+static void start_at_joint(kt_loop *loop, const kt_joint *joint) {
+    loop->between[0].at = joint->at;
+    loop->between[0].rotation = joint->rotation;
+}
+
+/* A massless body with the joint's one coordinate, tied to the body: where they turn, its x axis is kept normal to the
+ * body's y axis; where they slide, the body's origin in the plane through its own. */
+static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
+    kt_element elements[KT_ELEMENT_MAX];
+    kt_body *counter;
+    kt_loop *tie;
+    (void)kt_joint_kinds[body->joint.type]->elements(&body->joint, elements);
+    const bool slides = elements[0].motion == KT_MOTION_SLIDE;
+    const char *name = name_part(w, body->name, position_part);
+    j->counter = add_body(w, name, &counter);
+    counter->parent = body->parent;
+    counter->joint = body->joint;
+    counter->joint.type = slides ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
+    j->tie = add_loop(w, name, slides ? KT_LOOP_INPLANE : KT_LOOP_ORTHOGONAL, name, body->name, &tie);
+    tie->axis = slides ? j->axes.triad.z : j->axes.triad.x;
+    tie->axis2 = j->axes.triad.y;
+}
+
+/* A universal joint whose axes are not normal: about the first from the parent to the cross, about the second on. */
+static void add_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
+    kt_body *cross;
+    kt_loop *first, *second;
+    kt_pose pose;
+    kt_twist twist;
+    const int32_t up = w->tree->body[self].parent;
+    const char *name = name_part(w, body->name, cross_part);
+    kt_cross_motion(j, pose_of(w, up), twist_of(w, up), body->joint.position, body->joint.velocity, &pose, &twist);
+    j->cross = add_body(w, name, &cross);
+    set_free(cross, pose, twist);
+    (void)add_loop(w, name, KT_LOOP_REVOLUTE, body->parent, name, &first);
+    start_at_joint(first, &body->joint);
+    first->axis = j->axes.triad.z;
+    j->loop = add_loop(w, body->name, KT_LOOP_REVOLUTE, name, body->name, &second);
+    second->axis = j->axes.second;
+}
+
+static bool is_oblique(const kt_absolute_joint *j) {
+    return fabs(kt_vec3_dot(j->axes.triad.z, j->axes.second)) > 4.0 * DBL_EPSILON;
+}
+
+static void close_joint(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
+    const kt_joint *joint = &body->joint;
+    const kt_loop_type type = kt_joint_kinds[joint->type]->loop;
+    kt_loop *loop;
+    j->loop = j->tie = -1;
+    if (type == KT_LOOP_UNIVERSAL && is_oblique(j)) {
+        add_cross(w, body, j, self);
+        return;
+    }
+    if (type != KT_LOOP_TYPE_COUNT) {
+        j->loop = add_loop(w, body->name, type, body->parent, body->name, &loop);
+        start_at_joint(loop, joint);
+        loop->axis = j->axes.triad.z;
+        loop->axis2 = j->axes.second;
+        loop->pitch = joint->pitch;
+        if (type == KT_LOOP_SCREW)
+            loop->between[1].at = kt_vec3_scale(-joint->pitch * joint->position[0], j->axes.triad.z);
+    }
+    if (w->counted[self])
+        add_counter(w, body, j);
+}
+
+static void copy_list(void *to, const void *from, int count, size_t size) {
+    if (count > 0)
+        memcpy(to, from, (size_t)count * size);
+}
+
+/* What stays: bodies but for their joints, loops and effects but for names of joints. */
+static void copy_all(loosen *w) {
+    const kt_description *d = w->from;
+    copy_list(w->body, d->bodies, d->body_count, sizeof *w->body);
+    copy_list(w->loop, d->loops, d->loop_count, sizeof *w->loop);
+    copy_list(w->effect, d->effects, d->effect_count, sizeof *w->effect);
+    for (int i = 0; i < d->loop_count; i++) {
+        kt_loop *loop = &w->loop[i];
+        if (loop->type != KT_LOOP_COUPLING)
+            continue;
+        loop->terms = w->term + w->used.term;
+        copy_list(w->term + w->used.term, d->loops[i].terms, loop->term_count, sizeof *w->term);
+        w->used.term += (size_t)loop->term_count;
+    }
+    w->used.body = (size_t)d->body_count;
+    w->used.loop = (size_t)d->loop_count;
+}
+
+static void transform(loosen *w) {
+    const kt_description *d = w->from;
+    copy_all(w);
+    each_reference(w, count_joint);
+    for (int32_t b = 1; b < (int32_t)w->tree->n.body; b++) {
+        const kt_body_record *r = &w->tree->body[b];
+        const kt_body *body = &d->bodies[r->source];
+        kt_absolute_joint *j = &w->joint[b];
+        *j = (kt_absolute_joint){.type = r->type, .body = r->source + 1, .frame = r->joint};
+        j->parent = w->tree->body[r->parent].source + 1;
+        j->axes = kt_joint_axes_of(&body->joint);
+        close_joint(w, body, j, b);
+        set_free(&w->body[r->source], pose_of(w, b), twist_of(w, b));
+    }
+    each_reference(w, name_counter);
+}
+
+/* ---- the model --------------------------------------------------------------------------------------------------- */
+
+/* More than is needed is harmless: each joint may add a body, and three loops. */
+static loosen_counts count_most(const kt_description *d, const kt_model *tree) {
+    const size_t bodies = (size_t)d->body_count;
+    loosen_counts n = {
+        .link = tree->n.link, .tree = tree->n.body, .body = 2 * bodies, .effect = (size_t)d->effect_count};
+    n.loop = (size_t)d->loop_count + 3 * bodies;
+    for (int i = 0; i < d->loop_count; i++)
+        n.term += d->loops[i].type == KT_LOOP_COUPLING ? (size_t)d->loops[i].term_count : 0;
+    for (int i = 0; i < d->body_count; i++)
+        n.text += strlen(d->bodies[i].name) + sizeof position_part;
+    return n;
+}
+
+static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
+    kt_description to = *w->from;
+    kt_link_poses(w->tree, w->tree->q0, w->pose);
+    kt_link_twists(w->tree, w->tree->v0, w->pose, w->twist);
+    transform(w);
+    to.bodies = w->body;
+    to.body_count = (int)w->used.body;
+    to.loops = w->loop;
+    to.loop_count = (int)w->used.loop;
+    to.effects = w->effect;
+    to.hold = NULL; /* it is the tree that is assembled */
+    to.hold_count = 0;
+    return kt_model_build(&to, options, model, error);
+}
+
+kt_status kt_absolute_compile(const kt_description *description, const kt_model_options *options, const kt_model *tree,
+                              struct kt_absolute **absolute, kt_error *error) {
+    const loosen_counts n = count_most(description, tree);
+    loosen w = {.from = description, .tree = tree};
+    struct kt_absolute *made = calloc(1, sizeof *made + tree->n.body * sizeof made->joint[0]);
+    const size_t bytes = loosen_layout(&n, NULL, &w);
+    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    kt_status status = KT_OK;
+    if (!memory || !made)
+        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
+    if (status == KT_OK) {
+        memset(memory, 0, bytes);
+        loosen_layout(&n, memory, &w);
+        w.joint = made->joint;
+        status = compile(&w, options, &made->model, error);
+    }
+    free(memory);
+    if (status == KT_OK)
+        *absolute = made;
+    else
+        free(made);
+    return status;
+}
+
+void kt_absolute_free(struct kt_absolute *absolute) {
+    if (absolute)
+        kt_model_free(absolute->model);
+    free(absolute);
+}

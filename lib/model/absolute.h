@@ -1,0 +1,44 @@
+/* The absolute formulation of a model: the same mechanism with every body free and every joint a loop [MSD 7.1].
+ *
+ * It is a model like any other, made from a transformed description. Bodies keep their order in the description and
+ * loops theirs; behind them come the loops that were joints, and two kinds of massless bodies:
+ *   counters, where a relation, an effect or a function refers to a joint's position, which has no coordinate any more:
+ *     on the parent, with that one coordinate, tied to the body by one equation, so that whole turns count;
+ *   crosses, in universal joints whose axes are not normal to each other, which are two revolute closures.
+ */
+#ifndef KT_MODEL_ABSOLUTE_H
+#define KT_MODEL_ABSOLUTE_H
+
+#include "model/internal.h"
+
+/* What became of a body and its joint; all indices are those of the absolute model. */
+typedef struct kt_absolute_joint {
+    int32_t type;         /* kt_joint_type */
+    int32_t body, parent; /* the body, and the one that carried it */
+    int32_t loop;         /* the joint; -1: it was free */
+    int32_t counter, tie; /* the body that counts its position, the loop that ties it; 0 and -1: none */
+    int32_t cross;        /* the body between the axes of a universal joint; 0: none */
+    kt_pose frame;        /* the joint frame in the parent's body frame */
+    kt_joint_axes axes;
+} kt_absolute_joint;
+
+struct kt_absolute {
+    kt_model *model;
+    kt_absolute_joint joint[]; /* one a body of the tree; that of the world is not used */
+};
+
+/* The absolute formulation of `tree`, which was compiled from this description. Errors: KT_ERROR_MEMORY, and those of
+ * kt_model_compile. */
+kt_status kt_absolute_compile(const kt_description *description, const kt_model_options *options, const kt_model *tree,
+                              struct kt_absolute **absolute, kt_error *error);
+void kt_absolute_free(struct kt_absolute *absolute);
+
+/* Coordinates of a free body on the world: q (7), v (6). */
+void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v);
+
+/* Where a universal joint's cross is, at position q[0] and rate v[0] of the first axis; the parent's pose and twist in
+ * the world (twists: world axes, of the frame's origin). */
+void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
+                     const double *v, kt_pose *pose, kt_twist *twist);
+
+#endif

@@ -1,0 +1,36 @@
+/* Between a tree and its absolute formulation (model/absolute.h): states, forces, reactions.
+ *
+ * `tree` is a model that was compiled for the absolute formulation; q, v, a, tau and wrenches are the tree's unless
+ * they are called free. A free state is one of kt_model_absolute(tree).
+ */
+#ifndef KT_SIMULATION_ABSOLUTE_H
+#define KT_SIMULATION_ABSOLUTE_H
+
+#include "kinetree/dynamics.h"
+
+/* The free state of a tree's state, whose kinematics kt_kinematics_update has left in the tree's data. */
+void kt_absolute_spread(const kt_model *tree, const kt_data *data, const double *q, const double *v, double *free_q,
+                        double *free_v);
+
+/* The tree's state some time ago: which of the numbers that stand for the same rotation is meant follows from it, if no
+ * joint has turned by half a turn more or less than its mean rate makes it. */
+typedef struct kt_absolute_past {
+    const double *q, *v;
+    double ago; /* s; negative: it is yet to come */
+} kt_absolute_past;
+
+/* The tree's state in a free state, whose loops are closed. free_a and a may both be NULL. q and v may be those of the
+ * past. */
+void kt_absolute_gather(const kt_model *tree, const double *free_q, const double *free_v, const double *free_a,
+                        const kt_absolute_past *past, double *q, double *v, double *a);
+
+/* Wrenches on the free bodies: those on the tree's (NULL: none) and what tau (NULL: zero) does in its joints. */
+void kt_absolute_push(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
+                      kt_wrench *wrenches);
+
+/* Reactions in joints (as kt_joint_reactions; one a body) and in loops from those of all loops of the absolute
+ * formulation, under tau (NULL: zero). */
+void kt_absolute_reactions(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *from,
+                           kt_wrench *joints, kt_wrench *loops);
+
+#endif

@@ -1,0 +1,69 @@
+/* What the caller sees of a simulation in the absolute formulation: the tree's coordinates, forces and reactions.
+ *
+ * `seen` is the tree's state at the current time. It is written after each step from that of the step before, so that
+ * angles count whole turns; it is the one thing that a checkpoint holds besides the free state.
+ */
+#include "simulation/absolute.h"
+#include "simulation/internal.h"
+
+#include <string.h>
+
+void kt_simulation_push(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
+    if (!kt_simulation_is_absolute(simulation) || (*tau == NULL && *external == NULL))
+        return;
+    kt_absolute_push(simulation->face, q, *tau, *external, simulation->pushed);
+    *tau = NULL;
+    *external = simulation->pushed;
+}
+
+void kt_simulation_see(kt_simulation *simulation, double ago) {
+    if (!kt_simulation_is_absolute(simulation))
+        return;
+    double *q = simulation->seen, *v = q + simulation->size.face_nq;
+    const double *y = kt_integrator_state(simulation->integrator);
+    kt_absolute_past past = {q, v, ago};
+    kt_absolute_gather(simulation->face, y, y + simulation->size.nq, NULL, &past, q, v, NULL);
+}
+
+void kt_simulation_show(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
+                        const double **v, const double **shown_a) {
+    const kt_simulation_sizes *size = &simulation->size;
+    *q = y;
+    *v = y + size->nq;
+    *shown_a = a;
+    if (!kt_simulation_is_absolute(simulation))
+        return;
+    double *to = simulation->shown;
+    kt_absolute_past past = {simulation->seen, simulation->seen + size->face_nq,
+                             t - kt_integrator_time(simulation->integrator)};
+    kt_absolute_gather(simulation->face, y, y + size->nq, a, &past, to, to + size->face_nq,
+                       to + size->face_nq + size->face_nv);
+    *q = to;
+    *v = to + size->face_nq;
+    *shown_a = a != NULL ? to + size->face_nq + size->face_nv : NULL;
+}
+
+kt_status kt_simulation_take_face(kt_simulation *simulation, double t, const double *q, const double *v, double *y,
+                                  kt_error *error) {
+    const kt_simulation_sizes *size = &simulation->size;
+    kt_status status = kt_kinematics_update(simulation->face, simulation->face_data, q, v, NULL, error);
+    if (status != KT_OK)
+        return status;
+    kt_absolute_spread(simulation->face, simulation->face_data, q, v, y, y + size->nq);
+    return kt_state_project(simulation->model, simulation->data, t, y, y + size->nq, NULL, error);
+}
+
+kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+    const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
+    const kt_wrench *external = simulation->external;
+    kt_simulation_push(simulation, q, &tau, &external);
+    if (!kt_simulation_is_absolute(simulation))
+        return kt_reaction_evaluate(simulation->model, simulation->data, t, q, v, tau, external, simulation->reaction,
+                                    simulation->loop_reaction, error);
+    kt_status status = kt_reaction_evaluate(simulation->model, simulation->data, t, q, v, tau, external, NULL,
+                                            simulation->free_reaction, error);
+    if (status == KT_OK)
+        kt_absolute_reactions(simulation->face, q, simulation->tau, simulation->free_reaction, simulation->reaction,
+                              simulation->loop_reaction);
+    return status;
+}

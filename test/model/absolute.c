@@ -1,0 +1,215 @@
+/* The absolute formulation as a model: what becomes of bodies, joints, loops and effects. */
+#include "mechanism.h"
+
+#include "../dynamics/tree.h"
+#include "interpose.h"
+
+#include "kinetree/reduction.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static kt_model *compile_both(const kt_description *description) {
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_error error = {0};
+    options.formulation = KT_FORMULATION_ABSOLUTE;
+    (void)kt_tree_fine("model", kt_model_compile(description, &options, &model, &error), &error);
+    return model;
+}
+
+static bool is_oblique(const kt_joint *joint) {
+    const kt_vec3 none = {0.0, 0.0, 0.0};
+    const kt_vec3 a = kt_vec3_normalize(joint->axis), b = joint->axis2;
+    if (joint->type != KT_JOINT_UNIVERSAL || memcmp(&b, &none, sizeof b) == 0)
+        return false;
+    return fabs(kt_vec3_dot(a, kt_vec3_normalize(b))) > 1e-9;
+}
+
+/* What closes each joint. */
+static kt_loop_type loop_of(const kt_joint *joint) {
+    static const kt_loop_type types[KT_JOINT_TYPE_COUNT] = {[KT_JOINT_FIXED] = KT_LOOP_WELD,
+                                                            [KT_JOINT_REVOLUTE] = KT_LOOP_REVOLUTE,
+                                                            [KT_JOINT_PRISMATIC] = KT_LOOP_PRISMATIC,
+                                                            [KT_JOINT_SCREW] = KT_LOOP_SCREW,
+                                                            [KT_JOINT_CYLINDRICAL] = KT_LOOP_CYLINDRICAL,
+                                                            [KT_JOINT_PLANAR] = KT_LOOP_PLANAR,
+                                                            [KT_JOINT_UNIVERSAL] = KT_LOOP_UNIVERSAL,
+                                                            [KT_JOINT_SPHERICAL] = KT_LOOP_SPHERICAL,
+                                                            [KT_JOINT_FREE] = KT_LOOP_TYPE_COUNT};
+    return is_oblique(joint) ? KT_LOOP_REVOLUTE : types[joint->type];
+}
+
+/* The loop of this name, from a place on; -1: none. */
+static int find_loop(const kt_model *model, const char *name, int from) {
+    for (int i = from; i < kt_loop_count(model); i++)
+        if (strcmp(kt_loop_name(model, i), name) == 0)
+            return i;
+    return -1;
+}
+
+/* Each body free on the world, with its mass and markers; each joint a loop of the body's name and of its own kind. */
+KT_TEST(every_body_is_free_and_every_joint_a_loop) {
+    static kt_tree tree;
+    kt_random random = kt_random_of_test();
+    for (int n = 0; n < 10; n++) {
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.bodies = 12;
+        plan.is_shuffled = n % 2 == 1;
+        kt_tree_describe(&tree, &plan, &random);
+        kt_model *model = compile_both(&tree.description);
+        const kt_model *absolute = model ? kt_model_absolute(model) : NULL;
+        int crosses = 0, wrong = 0;
+        for (int i = 0; i < plan.bodies && absolute; i++) {
+            const kt_body *body = &tree.description.bodies[i];
+            const int b = i + 1, loop = find_loop(absolute, body->name, 0);
+            const kt_loop_type type = loop_of(&body->joint);
+            wrong += strcmp(kt_body_name(absolute, b), body->name) != 0 || kt_body_parent(absolute, b) != 0;
+            wrong += kt_body_coordinates(absolute, b).type != KT_JOINT_FREE;
+            wrong += kt_body_mass(absolute, b) != body->mass || kt_marker_count(absolute, b) != body->marker_count;
+            wrong += type == KT_LOOP_TYPE_COUNT ? loop >= 0 : loop < 0 || kt_loop_type_of(absolute, loop) != type;
+            crosses += is_oblique(&body->joint);
+        }
+        kt_check_equal_int("wrong", wrong, 0);
+        kt_check_equal_int("bodies", absolute ? kt_model_body_count(absolute) : -1, 1 + plan.bodies + crosses);
+        kt_model_free(model);
+    }
+}
+
+/* The initial state is the tree's: each body where its kinematics put it, as fast. */
+KT_TEST(initial_state_is_that_of_the_tree) {
+    static kt_tree tree;
+    static double q[KT_TREE_NQ], v[KT_TREE_NV], free_q[2 * KT_TREE_NQ], free_v[2 * KT_TREE_NV];
+    kt_random random = kt_random_of_test();
+    kt_worst position = kt_worst_make("position"), turn = kt_worst_make("orientation");
+    kt_worst velocity = kt_worst_make("velocity");
+    for (int n = 0; n < 10; n++) {
+        kt_tree_plan plan = kt_tree_plan_default();
+        kt_data *data = NULL;
+        kt_error error = {0};
+        kt_tree_describe(&tree, &plan, &random);
+        kt_model *model = compile_both(&tree.description);
+        if (!model || kt_data_create(model, &data, &error) != KT_OK)
+            continue;
+        const kt_model *absolute = kt_model_absolute(model);
+        kt_model_initial(model, q, v);
+        kt_model_initial(absolute, free_q, free_v);
+        (void)kt_tree_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
+        for (int b = 1; b < kt_model_body_count(model); b++) {
+            const int f = kt_body_find(absolute, kt_body_name(model, b));
+            const double *x = free_q + kt_body_coordinates(absolute, f).q;
+            const double *u = free_v + kt_body_coordinates(absolute, f).v;
+            const kt_pose pose = kt_body_pose(model, data, b);
+            const kt_twist twist = kt_body_twist(model, data, b);
+            const kt_mat3 r = kt_matrix_from_quat(kt_quat_make(x[3], x[4], x[5], x[6]));
+            const kt_vec3 w = kt_mat3_apply(r, kt_vec3_make(u[3], u[4], u[5]));
+            kt_worst_below(&position, kt_vec3_norm(kt_vec3_sub(kt_vec3_make(x[0], x[1], x[2]), pose.position)), 6e-15,
+                           "tree %d, body %d", n, b);
+            kt_worst_below(
+                &turn,
+                fmax(kt_vec3_norm(kt_vec3_sub(r.x, pose.rotation.x)), kt_vec3_norm(kt_vec3_sub(r.y, pose.rotation.y))),
+                1e-14, "tree %d, body %d", n, b);
+            kt_worst_below(&velocity,
+                           fmax(kt_vec3_norm(kt_vec3_sub(kt_vec3_make(u[0], u[1], u[2]), twist.linear)),
+                                kt_vec3_norm(kt_vec3_sub(w, twist.angular))),
+                           2.5e-14, "tree %d, body %d", n, b);
+        }
+        kt_data_free(data);
+        kt_model_free(model);
+    }
+    kt_check_worst(&position);
+    kt_check_worst(&turn);
+    kt_check_worst(&velocity);
+}
+
+/* The caller's loops come first, as they are; a joint whose position is referred to, however often, has one counter,
+ * which starts from the position given, turns included; the description is not touched. */
+KT_TEST(positions_that_are_referred_to_are_counted) {
+    static mechanism m, before;
+    mechanism_fill(&m);
+    m.bodies[CRANK].joint.position[0] = 20.0;
+    m.bodies[SLIDER].joint.position[0] = 0.3;
+    m.bodies[SCREW].joint.velocity[0] = -2.0;
+    before = m;
+    kt_model *model = compile_both(&m.description);
+    if (!model)
+        return;
+    kt_check_true("description", memcmp(&m, &before, sizeof m) == 0);
+    const kt_model *absolute = kt_model_absolute(model);
+    static const struct {
+        const char *name, *parent;
+        kt_joint_type type;
+        double position, velocity;
+    } counters[] = {{"crank.position", "world", KT_JOINT_REVOLUTE, 20.0, 0.0},
+                    {"rocker.position", "world", KT_JOINT_REVOLUTE, 0.0, 0.0},
+                    {"slider.position", "gimbal", KT_JOINT_PRISMATIC, 0.3, 0.0},
+                    {"screw.position", "world", KT_JOINT_REVOLUTE, 0.0, -2.0}};
+    double q[200], v[200];
+    kt_model_initial(absolute, q, v);
+    for (size_t i = 0; i < sizeof counters / sizeof counters[0]; i++) {
+        const int b = kt_body_find(absolute, counters[i].name);
+        if (!kt_check_above(counters[i].name, b, BODIES + 1))
+            continue;
+        const kt_coordinates at = kt_body_coordinates(absolute, b);
+        kt_check_equal_int("type", at.type, counters[i].type);
+        kt_check_text("parent", kt_body_name(absolute, kt_body_parent(absolute, b)), counters[i].parent);
+        kt_check_near("position", q[at.q], counters[i].position, 0.0);
+        kt_check_near("velocity", v[at.v], counters[i].velocity, 0.0);
+        kt_check_near("mass", kt_body_mass(absolute, b), 0.0, 0.0);
+        const kt_loop_type tie = at.type == KT_JOINT_PRISMATIC ? KT_LOOP_INPLANE : KT_LOOP_ORTHOGONAL;
+        kt_check_equal_int("tie", kt_loop_type_of(absolute, find_loop(absolute, counters[i].name, LOOPS)), tie);
+    }
+    kt_check_equal_int("bodies", kt_model_body_count(absolute), 1 + BODIES + 4);
+    for (int i = 0; i < LOOPS; i++) {
+        kt_check_text("loop", kt_loop_name(absolute, i), m.loops[i].name);
+        kt_check_equal_int("its type", kt_loop_type_of(absolute, i), m.loops[i].type);
+    }
+    kt_check_equal_int("loops", kt_loop_count(absolute), LOOPS + (BODIES - 1) + 4); /* one body is free */
+    kt_model_free(model);
+}
+
+KT_TEST(model_has_an_absolute_formulation_only_where_it_is_asked_for) {
+    static mechanism m;
+    kt_model *tree = NULL;
+    kt_error error = {0};
+    mechanism_fill(&m);
+    (void)kt_tree_fine("tree", kt_model_compile(&m.description, NULL, &tree, &error), &error);
+    kt_model *both = compile_both(&m.description);
+    if (tree && both) {
+        const kt_model *absolute = kt_model_absolute(both);
+        kt_check_true("none", kt_model_absolute(tree) == NULL);
+        kt_check_true("and not of its own", kt_model_absolute(absolute) == NULL);
+        kt_check_equal_int("coordinates", kt_model_nq(both), kt_model_nq(tree));
+        kt_check_above("bytes", (double)kt_model_size(both), (double)(kt_model_size(tree) + kt_model_size(absolute)));
+    }
+    kt_model_free(tree);
+    kt_model_free(both);
+}
+
+/* Every allocation of a compilation fails once: an error, nothing left behind, no model. */
+KT_TEST(compilation_without_memory_leaks_nothing) {
+    static mechanism m;
+    kt_model_options options = kt_model_options_default();
+    options.formulation = KT_FORMULATION_ABSOLUTE;
+    mechanism_fill(&m);
+    int tried = 0, leaks = 0, wrong = 0;
+    for (long n = 1;; n++) {
+        kt_model *model = NULL;
+        kt_error error = {0};
+        kt_interpose_start_failing(n);
+        const kt_status status = kt_model_compile(&m.description, &options, &model, &error);
+        const long allocations = kt_interpose_stop();
+        if (!kt_interpose_has_failed()) {
+            kt_model_free(model);
+            break;
+        }
+        tried++;
+        leaks += kt_interpose_frees() != allocations - 1;
+        wrong += status != KT_ERROR_MEMORY || model != NULL;
+    }
+    kt_check_above("allocations", tried, 10);
+    kt_check_equal_int("leaks", leaks, 0);
+    kt_check_equal_int("wrong answers", wrong, 0);
+}

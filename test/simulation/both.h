@@ -1,0 +1,45 @@
+/* One description under the clock in both formulations, record for record. */
+#ifndef KT_TEST_SIMULATION_BOTH_H
+#define KT_TEST_SIMULATION_BOTH_H
+
+#include "scenes.h"
+
+enum { KT_BOTH_RECORDS = 101, KT_BOTH_BODIES = 12, KT_BOTH_COORDINATES = 60 };
+
+/* All that a record says. */
+typedef struct kt_both_trace {
+    const kt_model *model;
+    int count, nq, nv, bodies, loops;
+    double q[KT_BOTH_RECORDS][KT_BOTH_COORDINATES], v[KT_BOTH_RECORDS][KT_BOTH_COORDINATES];
+    double a[KT_BOTH_RECORDS][KT_BOTH_COORDINATES], energy[KT_BOTH_RECORDS][2];
+    kt_wrench joint[KT_BOTH_RECORDS][KT_BOTH_BODIES], loop[KT_BOTH_RECORDS][KT_BOTH_BODIES];
+    kt_vec3 point[KT_BOTH_RECORDS][KT_BOTH_BODIES]; /* of each body, as the record's data have it */
+    kt_residual constraint;                         /* largest */
+} kt_both_trace;
+
+/* A kt_recorder into a trace whose model is set. */
+int kt_both_keep(const kt_record *record, void *trace);
+
+/* The model, compiled for both; NULL after a failed check. */
+kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options);
+
+/* Runs with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed check. */
+bool kt_both_run(const kt_model *model, kt_formulation formulation, kt_run run, const double *torque, kt_both_trace *t);
+
+/* Bounds of the differences between two traces, over all records, each relative to the largest number of its kind (at
+ * least 1). reaction = 0: reactions are not unique, and not compared. */
+typedef struct kt_both_bounds {
+    double position, velocity, acceleration, energy, reaction;
+} kt_both_bounds;
+
+/* The worst of any number of pairs s and t; s gives the scale. */
+typedef struct kt_both_worst {
+    kt_worst position, velocity, acceleration, energy, reaction;
+} kt_both_worst;
+
+kt_both_worst kt_both_worst_make(void);
+void kt_both_compare(kt_both_worst *worst, const char *name, const kt_both_trace *s, const kt_both_trace *t,
+                     const kt_both_bounds *bounds);
+void kt_both_check(const kt_both_worst *worst);
+
+#endif
