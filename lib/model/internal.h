@@ -150,15 +150,15 @@ typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 /* Loops that share links are reduced together; groups do not share any. `parent` carries the whole group and is not
  * part of it. Equations that are void at every position are left out; those with a residual come first. */
 typedef struct kt_group {
-    int32_t parent;                /* link */
-    int32_t loop, loop_count;      /* in model->group_loop */
-    int32_t link, link_count;      /* in model->group_link, ascending */
-    int32_t v, v_count;            /* in model->group_v: the coordinates of these links, in their order */
-    int32_t row, row_count;        /* in model->slot: its loops' equations */
-    int32_t count[KT_ROWS_COUNT];  /* of them that are not void */
-    int32_t rank[KT_ROWS_COUNT];   /* of them that are independent, at generic positions */
-    double usual[KT_ROWS_COUNT];   /* size of the last independent direction there, the largest seen */
-    size_t dense;                  /* first number in data->dense */
+    int32_t parent;               /* link */
+    int32_t loop, loop_count;     /* in model->group_loop */
+    int32_t link, link_count;     /* in model->group_link, ascending */
+    int32_t v, v_count;           /* in model->group_v: the coordinates of these links, in their order */
+    int32_t row, row_count;       /* in model->slot: its loops' equations */
+    int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
+    int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
+    double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
+    size_t dense;                 /* first number in data->dense */
 } kt_group;
 
 /* An effect: two frames on links, or a joint. */

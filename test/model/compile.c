@@ -248,16 +248,19 @@ KT_TEST(a_mechanism_that_starts_at_a_singular_position_is_accepted) {
     accepted(&tree, "gimbals in lock");
 }
 
-/* Small beside the rest, but there: inertias 1e-12 of what is carried, masses 1e-9 of the whole. */
+/* Small beside the rest, but there: 1e-10 of what turns about the same axis, 1e-12 of the mass that hangs on it. */
 KT_TEST(small_inertias_are_inertias) {
     kt_tree tree = {.count = 0};
     load(add(&tree, "ship", KT_JOINT_FREE, ez), 1e6, ex, 1e7);
     load(add(&tree, "mast", KT_JOINT_REVOLUTE, oblique), 1e3, ex, 1e3);
     load(add(&tree, "vane", KT_JOINT_REVOLUTE, oblique), 1e-3, kt_vec3_make(0.0, 0.0, 0.0), 1e-6);
     accepted(&tree, "a vane on a mast on a ship");
-    load(add(&tree, "rotor", KT_JOINT_REVOLUTE, ez), 1e-3, kt_vec3_make(0.0, 0.0, 0.0), 1e-7);
-    load(add(&tree, "arm", KT_JOINT_REVOLUTE, ex), 1e2, kt_vec3_make(0.0, 0.0, 30.0), 1e3);
-    accepted(&tree, "a mast on a rotor");
+    load(add(&tree, "rotor", KT_JOINT_REVOLUTE, oblique), 1e-3, kt_vec3_make(0.0, 0.0, 0.0), 1e-7);
+    load(add(&tree, "mast", KT_JOINT_REVOLUTE, oblique), 1e2, kt_vec3_make(0.0, 0.0, 0.0), 1e3);
+    accepted(&tree, "a mast that turns in a rotor");
+    load(add(&tree, "sledge", KT_JOINT_PRISMATIC, oblique), 1e-6, kt_vec3_make(0.0, 0.0, 0.0), 0.0);
+    load(add(&tree, "load", KT_JOINT_PRISMATIC, oblique), 1e6, kt_vec3_make(0.0, 0.0, 0.0), 0.0);
+    accepted(&tree, "a load that slides on a sledge");
 }
 
 /* ---- options and failures ------------------------------------------------------------------------------------ */

@@ -273,10 +273,11 @@ KT_TEST(prescribed_motion_needs_the_torque_of_inverse_dynamics) {
     kt_check_worst(&motion);
 }
 
-/* Three windows in a row where they lie flat, and near it, where their equations (almost) depend on each other: what the
- * ground gives the cranks is what all bars together need, m (c'' - g), and no joint about z resists. (Where they lie
- * flat the reactions inside are without bound.) theta'' from the closed form; the bound is the interpolation's 4e-11
- * rad/s^2 and what rounding leaves at the positions beside, times masses and lengths, and over the distance 1e-3. */
+/* Three windows in a row where they lie flat, and near it, where their equations (almost) depend on each other: what
+ * the ground gives the cranks is what all bars together need, m (c'' - g), and no joint about z resists. (Where they
+ * lie flat the reactions inside are without bound.) theta'' from the closed form; the bound is the interpolation's
+ * 4e-11 rad/s^2 and what rounding leaves at the positions beside, times masses and lengths, and over the distance 1e-3.
+ */
 KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
     static linkage l;
     static kt_wrench joint[8], loop[3];
@@ -286,8 +287,8 @@ KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
         kt_error e = {0};
         linkage_windows(&l, n, theta, rate, KT_LOOP_REVOLUTE);
         if (linkage_build(&l, 0.0) &&
-            linkage_fine("reactions",
-                         kt_reaction_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, joint, loop, &e), &e)) {
+            linkage_fine("reactions", kt_reaction_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, joint, loop, &e),
+                         &e)) {
             const double a = windows_acceleration(n, theta), bound = k == 2 ? 1e-12 : 1e-9;
             /* a crank's centre moves on a circle of 1/2 m, a coupler's on one of 1 m */
             const double length = 0.5 * (n + 1) + n, mass = 2 * n + 1;
