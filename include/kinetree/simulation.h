@@ -66,7 +66,7 @@ typedef struct kt_run {
     double step;            /* s; > 0: fixed step, and the tolerances are not read */
     double relative;        /* tolerances of an adaptive method */
     double absolute;
-    kt_formulation formulation;
+    kt_formulation formulation; /* absolute: of a model that was compiled for it (kt_model_options) */
     kt_reduction reduction; /* these two are for kt_model_options: a simulation does what its model was compiled for */
     kt_metric metric;
     double interval; /* s between records; 0: about 1000 records */
@@ -112,8 +112,14 @@ KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const
 /* Lays a simulation out in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled. The
  * model must outlive it, and so must a table of the caller's; all else in run and options is read here and never again.
  * Nothing is to be released.
- * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a step that is needed, times that are not finite), KT_ERROR_MEMORY
- * (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do not close), KT_ERROR_UNSUPPORTED. */
+ * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a step that is needed, times that are not finite, a formulation
+ * that the model was not compiled for), KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do
+ * not close).
+ *
+ * In the absolute formulation all that goes in and comes out is in the model's own coordinates all the same: states,
+ * torques, records, reactions. Angles count whole turns, if no joint turns by half a turn more or less in a step than
+ * its rates at both ends say. Only energies and constraint residuals are those of the free bodies, where joints are
+ * loops too. */
 KT_API KT_CHECKED kt_status kt_simulation_place(const kt_model *model, const kt_run *run,
                                                 const kt_simulation_options *options, void *memory, size_t size,
                                                 kt_simulation **simulation, kt_error *error);

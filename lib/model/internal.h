@@ -300,6 +300,7 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(double, moved_q, kt_lanes8(n->q), "a state beside the one evaluated")                                            \
     X(double, moved_v, kt_lanes8(n->v), "a state beside the one evaluated")                                            \
     X(double, assembled_q, kt_lanes8(n->q), "a state being assembled")                                                 \
+    X(double, given_q, kt_lanes8(n->q), "the position that an assembly starts from")                                   \
     X(double, near_q, kt_lanes8(n->q), "a position nearer to the given one")                                           \
     X(double, assembled_v, kt_lanes8(n->v), "a state being assembled")                                                 \
     X(double, delta, kt_lanes8(n->v), "a step in positions or velocities")                                             \

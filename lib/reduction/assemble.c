@@ -68,9 +68,9 @@ static bool go(const approach *a, double part) {
     double *near = a->data->near_q, *step = a->data->moved_v;
     const double from = square(a->d, nv);
     const bool close = square(a->way, nv) < 1e-10 * from;
-    for (int i = 0; i < SHORTER_MOST; i++, part *= 0.5) {
+    for (int i = 0; i < SHORTER_MOST; i++) {
         for (size_t k = 0; k < nv; k++)
-            step[k] = part * a->way[k];
+            step[k] = ldexp(part, -i) * a->way[k];
         kt_position_add(a->model, a->q, step, near);
         if (!(kt_close_from_far(a->model, a->data, a->t, a->model->held, false, near) <= KT_CLOSED_FAR))
             continue;

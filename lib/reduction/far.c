@@ -24,6 +24,22 @@ double kt_generic(size_t k) {
     return 2.0 * (x - floor(x)) - 1.0;
 }
 
+static int position_count(const kt_link *link) {
+    return link->motion == KT_MOTION_BALL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
+}
+
+void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out) {
+    kt_position_add(model, q, step, out);
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        bool moves = false;
+        for (int k = 0; k < kt_link_freedoms(link); k++)
+            moves |= step[link->v + k] != 0.0;
+        if (!moves || (held && held[link->v]))
+            memcpy(out + link->q, q + link->q, (size_t)position_count(link) * sizeof *q);
+    }
+}
+
 static double gap_of(const kt_group_work *w) {
     kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
     kt_group_look_at_positions(w, &violation);
@@ -72,21 +88,20 @@ static void damped_step(const kt_model *model, const kt_group *group, const kt_g
 static void take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
-        const int count = link->motion == KT_MOTION_BALL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
-        memcpy(to + link->q, from + link->q, (size_t)count * sizeof *to);
+        memcpy(to + link->q, from + link->q, (size_t)position_count(link) * sizeof *to);
     }
 }
 
 /* Judges the step of one group, whose equations there have been filled; returns whether it is taken. */
 static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
     const double before = data->gap[g], after = squares(w);
-    const bool rounding = before <= 1e-26 * (double)w->k;
+    const bool rounding = before <= 1e-28 * (double)w->k;
     double *mu = &data->damping[g];
     if (after < before) {
         *mu = fmax(*mu * 0.1, 1e-13);
         data->gap[g] = after;
         data->settled[g] =
-            gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.25 * before);
+            gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.5 * before);
         return true;
     }
     *mu *= 10.0;
@@ -123,7 +138,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         }
         if (all)
             return;
-        kt_position_add(model, q, data->delta, data->moved_q);
+        kt_move(model, held, q, data->delta, data->moved_q);
         (void)kernels->look(model, data, t, data->moved_q, NULL, held, &violation);
         for (size_t g = 0; g < model->n.group; g++) {
             const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
@@ -154,8 +169,10 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
                 data->delta[model->group_v[i]] =
                     scatter[start] * model->unit[i] * kt_generic((size_t)i + 131 * (size_t)start);
     }
-    if (start)
-        kt_position_add(model, q, data->delta, q);
+    if (start) {
+        kt_move(model, held, q, data->delta, data->moved_q);
+        memcpy(q, data->moved_q, model->n.q * sizeof *q);
+    }
 }
 
 double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q) {

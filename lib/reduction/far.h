@@ -10,6 +10,10 @@
  * evaluations. Uses delta, moved_q and beside_q of the data. */
 double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q);
 
+/* out = q (+) step, but a link that does not move, because its step is zero or it is held (NULL: none are), keeps its
+ * bits: the exponential map would round its quaternion anew. out may not be q. */
+void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out);
+
 /* The k-th of a fixed sequence of generic numbers in (-1, 1). */
 double kt_generic(size_t k);
 

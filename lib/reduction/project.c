@@ -57,7 +57,8 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         kt_aim_at_closure(model, data, goal);
         if (!kernels->close(model, data, model->metric, data->delta))
             return KT_CLOSURE_SINGULAR;
-        kt_position_add(model, q, data->delta, q);
+        kt_move(model, NULL, q, data->delta, data->moved_q);
+        memcpy(q, data->moved_q, model->n.q * sizeof *q);
         *changed = true;
     }
 }
@@ -194,9 +195,17 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
         const kt_link *link = &model->link[i];
         if (link->motion < KT_MOTION_BALL)
             continue;
-        const double *p = q + link->q + (link->motion == KT_MOTION_FREE ? 3 : 0);
-        if (!(fabs(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0) <= 4.0 * DBL_EPSILON))
-            return kt_position_normalize(model, q);
+        double *p = q + link->q + (link->motion == KT_MOTION_FREE ? 3 : 0);
+        const kt_quat given = kt_quat_make(p[0], p[1], p[2], p[3]);
+        if (fabs(kt_quat_norm_squared(given) - 1.0) <= 4.0 * DBL_EPSILON)
+            continue;
+        const kt_quat unit = kt_quat_normalize(given);
+        if (!isfinite(unit.w + unit.x + unit.y + unit.z))
+            return false;
+        p[0] = unit.w;
+        p[1] = unit.x;
+        p[2] = unit.y;
+        p[3] = unit.z;
     }
     return true;
 }

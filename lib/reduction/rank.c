@@ -107,7 +107,7 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     memcpy(base, model->q0, nq * sizeof *base);
     if (isfinite(kt_close_from_far(model, data, 0.0, NULL, true, base)))
         for (size_t s = 0; s < SAMPLES; s++) {
-            scatter(model, 0.3 / (double)(1 + s / 3), s, data->delta);
+            scatter(model, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, data->delta);
             kt_position_add(model, base, data->delta, q);
             (void)kt_close_from_far(model, data, 0.0, NULL, false, q);
             look_at(model, data, q, true, found);

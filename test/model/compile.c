@@ -288,7 +288,7 @@ KT_TEST(a_wrong_description_is_refused_before_anything_is_made) {
     kt_model *model = NULL;
     load(add(&tree, "a", KT_JOINT_REVOLUTE, ez), -1.0, ex, 1.0);
     kt_check_equal_int("status", kt_model_compile(&tree.description, NULL, &model, &error), KT_ERROR_MODEL);
-    kt_check_contains("message", error.message, "mass");
+    kt_check_contains("message", error.message, "mass is -1");
     kt_check_true("no model", model == NULL);
 }
 

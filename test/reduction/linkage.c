@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 void linkage_begin(linkage *l) {
@@ -141,6 +142,55 @@ void linkage_bricard(linkage *l) {
         linkage_close(l, "close", KT_LOOP_REVOLUTE, NULL, kt_vec3_make(0.0, 0.0, 1.0), l->body[4].name, side);
     loop->axis = kt_vec3_make(1.0, 0.0, 0.0);
 }
+
+/* ---- motion ------------------------------------------------------------------------------------------------------ */
+
+static int slope(double t, const double *y, double *rate, void *user) {
+    linkage_run *r = user;
+    const double *v = y + r->l->nq;
+    kt_error error = {0};
+    r->evaluations++;
+    if (kt_acceleration_evaluate(r->l->model, r->l->data, t, y, v, NULL, NULL, rate + r->l->nq, &error) != KT_OK)
+        return 1;
+    kt_position_rate(r->l->model, y, v, rate);
+    return 0;
+}
+
+static int project(double t, double *y, bool *changed, void *user) {
+    linkage_run *r = user;
+    kt_error error = {0};
+    return kt_state_project(r->l->model, r->l->data, t, y, y + r->l->nq, changed, &error) == KT_OK ? 0 : 1;
+}
+
+bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
+                       double t) {
+    kt_integrator_options options = kt_integrator_options_default();
+    const kt_method *m = kt_method_find(method);
+    const size_t n = (size_t)(l->nq + l->nv), size = kt_integrator_size(m, n);
+    double y[2 * LINKAGE_NQ];
+    kt_error error = {0};
+    *r = (linkage_run){.l = l, .loose = loose, .memory = malloc(size)};
+    options.step = step;
+    options.relative_tolerance = options.absolute_tolerance = tolerance;
+    memcpy(y, l->q, (size_t)l->nq * sizeof *y);
+    memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
+    const kt_integrator_callbacks callbacks = {slope, loose ? NULL : project, r};
+    return linkage_fine("places", kt_integrator_place(r->memory, size, m, n, &options, &r->integrator, &error),
+                        &error) &&
+           linkage_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
+}
+
+bool linkage_run_to(linkage_run *r, double t) {
+    kt_error error = {0};
+    while (kt_integrator_time(r->integrator) < t)
+        if (!linkage_fine("steps", kt_integrator_step(r->integrator, t, &error), &error))
+            return false;
+    memcpy(r->l->q, kt_integrator_state(r->integrator), (size_t)r->l->nq * sizeof(double));
+    memcpy(r->l->v, kt_integrator_state(r->integrator) + r->l->nq, (size_t)r->l->nv * sizeof(double));
+    return true;
+}
+
+void linkage_run_stop(linkage_run *r) { free(r->memory); }
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 

@@ -4,6 +4,7 @@
 
 #include "check.h"
 
+#include "kinetree/integrator.h"
 #include "kinetree/reduction.h"
 
 enum { LINKAGE_BODIES = 96, LINKAGE_LOOPS = 48, LINKAGE_NQ = 2 * LINKAGE_BODIES };
@@ -64,6 +65,24 @@ double windows_acceleration(int n, double theta);
 
 /* Bricard's mechanism, five bars of 1 m and six revolute joints: A04. */
 void linkage_bricard(linkage *l);
+
+/* ---- motion ------------------------------------------------------------------------------------------------------ */
+
+/* An integrator at work on a linkage's state. */
+typedef struct linkage_run {
+    linkage *l;
+    void *memory;
+    kt_integrator *integrator;
+    bool loose; /* no projection */
+    long evaluations;
+} linkage_run;
+
+/* step > 0: fixed; else `tolerance` is the relative and the absolute one. */
+bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
+                       double t);
+/* On to this time; the state is then l's. */
+bool linkage_run_to(linkage_run *r, double t);
+void linkage_run_stop(linkage_run *r);
 
 /* ---- calls that must succeed ------------------------------------------------------------------------------------- */
 

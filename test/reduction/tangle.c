@@ -327,7 +327,7 @@ int tangle_solve(const tangle *g, const tangle_system *s, double *a, double *mov
     const int nv = g->tree.nv;
     int chosen[TANGLE_ROWS];
     const int rank = choose_rows(s, g->rows, nv, chosen), n = nv + rank;
-    long double *k = calloc((size_t)(n * n), sizeof *k), *inverse = malloc((size_t)(n * n) * sizeof *k);
+    long double *k = calloc((size_t)n * (size_t)n, sizeof *k), *inverse = malloc((size_t)n * (size_t)n * sizeof *k);
     long double *right = malloc(3 * (size_t)n * sizeof *right), *x = right + n, *size = x + n;
     for (int i = 0; i < nv; i++) {
         for (int j = 0; j < nv; j++)

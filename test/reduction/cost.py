@@ -1,0 +1,49 @@
+"""Groups of loops cost what each of them costs: instructions, counted by callgrind, grow in proportion to their number.
+
+cost.py VALGRIND COST-COUNT
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+valgrind, program = sys.argv[1:]
+
+
+def count(function, what, n):
+    """Instructions in a function and what it calls."""
+    run = subprocess.run([valgrind, "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}",
+                          program, what, str(n)], capture_output=True, text=True, check=False)
+    found = re.search(r"Collected : (\d+)", run.stderr)
+    if run.returncode != 0 or not found or int(found[1]) == 0:
+        sys.exit(f"{function} on {n}: nothing was counted\n{run.stderr}")
+    return int(found[1])
+
+
+def growth(function, most, fixed=0.1):
+    """Problems with growing in proportion: the cost of the last doubling against that of the one before, and of ten
+    against one. `fixed`: what a call costs besides, as a part of one four-bar."""
+    few, some, many = (count(function, "four-bars", n) for n in (10, 20, 40))
+    one = count(function, "four-bars", 1)
+    note(f"{function}: {one} instructions for 1, {few} for 10, {some} for 20, {many} for 40")
+    ratio = (many - some) / (2 * (some - few))
+    problems = []
+    if not 1 / most <= ratio <= most:
+        problems.append(f"from 20 to 40 it grows {ratio:.3f} times as much as twice from 10 to 20")
+    if not few <= 10 * (1 + fixed) * one:
+        problems.append(f"ten cost {few / one:.2f} times one")
+    return problems
+
+
+claim("ten_four_bars_on_a_chain_cost_ten_times_one", growth("kt_acceleration_evaluate", 1.01))
+claim("projection_of_ten_four_bars_costs_ten_times_one", growth("kt_state_project", 1.01))
+# Searches take more or fewer steps.
+claim("compilation_and_assembly_grow_with_the_number_of_loops",
+      growth("kt_model_compile", 1.2, 1.0) + growth("kt_state_assemble", 1.3, 1.0))
+tree = [count("kt_acceleration_evaluate", "tree", n) for n in (20, 40)]
+note(f"the same tree without loops: {tree[0]} instructions for 20, {tree[1]} for 40")
+claim("tree_grows_in_proportion", [] if abs(tree[1] / tree[0] / 2 - 1) < 0.02 else ["it does not"])
+finish()

@@ -1,0 +1,76 @@
+/* cost_count WHAT N: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to count its
+ * instructions. WHAT: four-bars, or tree (the same without loops). */
+#include "kinetree/reduction.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST = 400 };
+
+static kt_body bodies[4 * MOST];
+static kt_loop loops[MOST];
+static char names[4 * MOST][16], loop_names[MOST][16];
+
+static const char *add(int i, const char *kind, int n, const char *parent, double x, double length, double angle) {
+    snprintf(names[i], sizeof names[i], "%s%d", kind, n);
+    bodies[i] = kt_body_default();
+    bodies[i].name = names[i];
+    bodies[i].parent = parent;
+    bodies[i].joint.type = KT_JOINT_REVOLUTE;
+    bodies[i].joint.at = kt_vec3_make(x, 0.0, 0.0);
+    bodies[i].joint.position[0] = angle;
+    bodies[i].mass = 1.0;
+    bodies[i].com = kt_vec3_make(0.5 * length, 0.0, 0.0);
+    bodies[i].inertia = kt_sym3_make(0.01, 0.1, 0.1, 0.0, 0.0, 0.0);
+    return names[i];
+}
+
+static kt_end end_at(const char *body, double x) {
+    kt_end end = kt_end_default();
+    end.body = body;
+    end.at = kt_vec3_make(x, 0.0, 0.0);
+    return end;
+}
+
+int main(int argc, char **argv) {
+    const int n = argc > 2 ? atoi(argv[2]) : 0;
+    if (n < 1 || n > MOST)
+        return 1;
+    kt_description d = kt_description_default();
+    kt_model_options options = kt_model_options_default();
+    const char *link = NULL;
+    for (int i = 0; i < n; i++) {
+        link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
+        const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
+        const char *coupler = add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
+        const char *rocker = add(4 * i + 3, "rocker", i, link, 2.2, 1.8, 1.6);
+        snprintf(loop_names[i], sizeof loop_names[i], "loop%d", i);
+        loops[i] = kt_loop_default();
+        loops[i].name = loop_names[i];
+        loops[i].type = KT_LOOP_REVOLUTE;
+        loops[i].between[0] = end_at(coupler, 2.0);
+        loops[i].between[1] = end_at(rocker, 1.8);
+    }
+    d.bodies = bodies;
+    d.body_count = 4 * n;
+    d.loops = loops;
+    d.loop_count = strcmp(argv[1], "tree") == 0 ? 0 : n;
+    d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    options.level = KT_LEVEL_BASE; /* valgrind knows no AVX-512 */
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error;
+    static double q[4 * MOST], v[4 * MOST], a[4 * MOST];
+    if (kt_model_compile(&d, &options, &model, &error) != KT_OK || kt_data_create(model, &data, &error) != KT_OK)
+        return 1;
+    kt_model_initial(model, q, v);
+    const int failed = kt_state_assemble(model, data, 0.0, q, v, &error) != KT_OK ||
+                       kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) != KT_OK;
+    for (int i = 0; i < 4 * n; i++)
+        q[i] += 1e-6;
+    const int open = kt_state_project(model, data, 0.0, q, v, NULL, &error) != KT_OK;
+    kt_data_free(data);
+    kt_model_free(model);
+    return failed || open;
+}

@@ -1,0 +1,209 @@
+/* Mechanisms with loops: equal inputs give equal bits, whatever lies in the workspace and on every instruction-set
+ * level; nothing is allocated on the way, and OpenBLAS's threads are left alone.
+ *
+ * From 40 coordinates of a group on LAPACK factors, whose bits are those of its kernels for this processor: the same on
+ * every level of this library, and not promised between processors.
+ */
+#include "interpose.h"
+#include "linkage.h"
+#include "tangle.h"
+
+#include "model/internal.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <string.h>
+
+/* Everything that a closed mechanism can be asked for. */
+typedef struct results {
+    double a[KT_TREE_NV], q[3][KT_TREE_NQ], v[3][KT_TREE_NV];
+    double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
+    kt_wrench joint[KT_TREE_SLOTS], loop[LINKAGE_LOOPS];
+    kt_residual gap;
+    int statuses;
+} results;
+
+/* A state to ask at: on the manifold, and a step off it. */
+typedef struct question {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    const double *q, *v, *tau;
+    const kt_wrench *external;
+    bool small; /* the matrices fit */
+} question;
+
+/* What is done to the workspace before each call. */
+typedef void disturb(const question *ask);
+
+static void leave(const question *ask) { (void)ask; }
+
+static unsigned char garbage = 0xA5;
+
+static void spoil(const question *ask) {
+    const kt_counts *n = &ask->model->n;
+    kt_data *data = ask->data;
+#define SPOIL(type, name, count, meaning) memset((void *)data->name, garbage, (count) * sizeof *data->name);
+    KT_DATA_FIELDS(SPOIL)
+#undef SPOIL
+    garbage = (unsigned char)(garbage * 5 + 1);
+}
+
+static void ask_all(const question *ask, disturb *before, results *r) {
+    const kt_model *m = ask->model;
+    const size_t nq = (size_t)kt_model_nq(m), nv = (size_t)kt_model_nv(m);
+    kt_error e;
+    bool changed;
+    memset(r, 0, sizeof *r);
+    before(ask);
+    r->statuses =
+        (int)kt_acceleration_evaluate(m, ask->data, ask->t, ask->q, ask->v, ask->tau, ask->external, r->a, &e);
+    for (int k = 0; k < 3; k++) { /* closed already, a step off, far off */
+        for (size_t i = 0; i < nv; i++)
+            r->v[k][i] = (k == 0 ? 0.0 : k == 1 ? 1e-4 : 0.1) * (i % 3 ? 1.0 : -0.5);
+        kt_position_add(m, ask->q, r->v[k], r->q[k]);
+        memcpy(r->v[k], ask->v, nv * sizeof(double));
+        before(ask);
+        r->statuses += (int)(k < 2 ? kt_state_project(m, ask->data, ask->t, r->q[k], r->v[k], &changed, &e)
+                                   : kt_state_assemble(m, ask->data, ask->t, r->q[k], r->v[k], &e));
+    }
+    (void)nq;
+    before(ask);
+    r->statuses += (int)kt_loop_residual(m, ask->data, ask->t, ask->q, ask->v, &r->gap, &e);
+    before(ask);
+    r->statuses += (int)kt_reaction_evaluate(m, ask->data, ask->t, ask->q, ask->v, ask->tau, ask->external,
+                                             ask->small ? r->joint : NULL, r->loop, &e);
+    before(ask);
+    if (ask->small)
+        r->statuses += (int)kt_loop_equations(m, ask->data, ask->t, ask->q, ask->v, r->jacobian, r->residual, r->rate,
+                                              r->drift, &e);
+}
+
+static question ask_tangle(const tangle *g) {
+    return (question){.model = g->tree.model,
+                      .data = g->tree.data,
+                      .t = g->t,
+                      .q = g->q,
+                      .v = g->v,
+                      .tau = g->tau,
+                      .external = g->external,
+                      .small = true};
+}
+
+static question ask_linkage(const linkage *l) {
+    return (question){.model = l->model, .data = l->data, .q = l->q, .v = l->v};
+}
+
+KT_TEST(garbage_in_the_workspace_changes_no_bit) {
+    static tangle g;
+    static linkage l;
+    static results clean, spoiled;
+    kt_random random = kt_random_of_test();
+    tangle_plan plan = tangle_plan_default();
+    long different = 0, failures = 0;
+    for (int i = 0; i < 30; i++) {
+        plan.options.reduction = (kt_reduction)(i % 3);
+        plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+        if (tangle_grow(&g, &plan, &random)) {
+            const question ask = ask_tangle(&g);
+            ask_all(&ask, leave, &clean);
+            ask_all(&ask, spoil, &spoiled);
+            different += memcmp(&clean, &spoiled, sizeof clean) != 0;
+            failures += clean.statuses;
+        }
+        tangle_free(&g);
+    }
+    kt_check_equal_int("different", different, 0);
+    kt_check_below("calls that fail", (double)failures, 30.0); /* assembly from 0.1 rad off may */
+    for (int i = 0; i < 9; i++) {                              /* near a singular position; in groups large and small */
+        linkage_windows(&l, i % 3 ? 20 : 3, 1.5707963267948966 + (i < 3 ? 0.0 : 0.003), 1.0, KT_LOOP_REVOLUTE);
+        l.options.reduction = (kt_reduction)(i % 3);
+        if (linkage_build(&l, 0.0)) {
+            const question ask = ask_linkage(&l);
+            ask_all(&ask, leave, &clean);
+            ask_all(&ask, spoil, &spoiled);
+            kt_check_true("windows, to the bit", memcmp(&clean, &spoiled, sizeof clean) == 0);
+        }
+        linkage_free(&l);
+    }
+}
+
+static void compare_levels(kt_level level, const char *what) {
+    static tangle g;
+    static linkage l;
+    static results base, other;
+    kt_random random = kt_random_of_test();
+    const tangle_plan plan = tangle_plan_default();
+    long compared = 0, different = 0;
+    for (int i = 0; i < 30; i++) {
+        if (tangle_grow(&g, &plan, &random)) {
+            for (int k = 0; k < 2; k++) {
+                kt_tree_free(&g.tree);
+                const kt_model_options options = {.level = k ? level : KT_LEVEL_BASE,
+                                                  .reduction = i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION};
+                if (!kt_tree_compile(&g.tree, &options))
+                    break;
+                const question ask = ask_tangle(&g);
+                ask_all(&ask, leave, k ? &other : &base);
+            }
+            compared += kt_model_level(g.tree.model) == level;
+            different += memcmp(&base, &other, sizeof base) != 0;
+        }
+        tangle_free(&g);
+    }
+    for (int k = 0; k < 2; k++) { /* and across a singular position */
+        linkage_windows(&l, 4, 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
+        l.options.level = k ? level : KT_LEVEL_BASE;
+        if (linkage_build(&l, 0.0)) {
+            const question ask = ask_linkage(&l);
+            ask_all(&ask, leave, k ? &other : &base);
+        }
+        linkage_free(&l);
+    }
+    different += memcmp(&base, &other, sizeof base) != 0;
+    kt_check_equal_int(what, different, 0);
+    kt_check_equal_int("compared", compared, 30);
+}
+
+KT_TEST(every_level_gives_the_same_bits) {
+    const kt_level best = kt_level_resolve(KT_LEVEL_AUTO);
+    kt_check_true("there is a level", best >= KT_LEVEL_BASE);
+    if (best >= KT_LEVEL_V3)
+        compare_levels(KT_LEVEL_V3, "differ on x86-64-v3");
+    if (best >= KT_LEVEL_V4)
+        compare_levels(KT_LEVEL_V4, "differ on x86-64-v4");
+}
+
+KT_TEST(nothing_is_allocated_after_set_up) {
+    static tangle g;
+    static linkage l;
+    static results r;
+    kt_random random = kt_random_of_test();
+    tangle_plan plan = tangle_plan_default();
+    long count = 0;
+    const int threads = openblas_get_num_threads();
+    for (int i = 0; i < 12; i++) {
+        plan.options.reduction = (kt_reduction)(i % 3);
+        plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+        if (tangle_grow(&g, &plan, &random)) {
+            const question ask = ask_tangle(&g);
+            kt_interpose_start();
+            ask_all(&ask, leave, &r);
+            count += kt_interpose_stop();
+        }
+        tangle_free(&g);
+    }
+    kt_check_equal_int("allocations, small groups", count, 0);
+    for (int i = 0; i < 6; i++) { /* 81 coordinates, by LAPACK; and across a singular position */
+        linkage_windows(&l, 40, i < 3 ? 0.4 : 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
+        l.options.reduction = (kt_reduction)(i % 3);
+        if (linkage_build(&l, 0.0)) {
+            const question ask = ask_linkage(&l);
+            kt_interpose_start();
+            ask_all(&ask, leave, &r);
+            kt_check_equal_int("allocations, large group", kt_interpose_stop(), 0);
+        }
+        linkage_free(&l);
+    }
+    kt_check_equal_int("threads of OpenBLAS", openblas_get_num_threads(), threads);
+}
