@@ -57,7 +57,7 @@ static bool look_ahead(const approach *a) {
     if (!kernels->close(a->model, a->data, KT_METRIC_IDENTITY, a->way))
         return false;
     for (size_t k = 0; k < a->model->n.v; k++)
-        a->way[k] -= a->d[k];
+        a->way[k] = a->model->held[k] ? 0.0 : a->way[k] - a->d[k];
     return true;
 }
 
@@ -71,7 +71,7 @@ static bool go(const approach *a, double part) {
     for (int i = 0; i < SHORTER_MOST; i++) {
         for (size_t k = 0; k < nv; k++)
             step[k] = ldexp(part, -i) * a->way[k];
-        kt_position_add(a->model, a->q, step, near);
+        kt_move(a->model, a->model->held, a->q, step, near);
         if (!(kt_close_from_far(a->model, a->data, a->t, a->model->held, false, near) <= KT_CLOSED_FAR))
             continue;
         kt_position_subtract(a->model, near, a->given, step);
@@ -140,7 +140,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
             !kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
             break;
         for (size_t k = 0; k < model->n.v; k++)
-            v[k] += data->delta[k];
+            v[k] += model->held[k] ? 0.0 : data->delta[k];
     }
     if (violation.slip <= KT_CLOSED_FAR * violation.speed)
         return KT_OK;
@@ -152,7 +152,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
 
 kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
     const kt_input input = {.q = q, .v = v};
-    double *new_q = data->assembled_q, *new_v = data->assembled_v;
+    double *new_q = data->assembled_q, *new_v = data->assembled_v, *given = data->given_q;
     kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;
@@ -160,8 +160,9 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     memcpy(new_v, v, model->n.v * sizeof *v);
     if (!kt_unit_quaternions(model, new_q))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial quaternion is zero or too large");
+    memcpy(given, new_q, model->n.q * sizeof *q);
     if (model->n.group) {
-        status = assemble_positions(model, data, t, q, new_q, error);
+        status = assemble_positions(model, data, t, given, new_q, error);
         if (status == KT_OK)
             status = assemble_velocities(model, data, t, new_q, new_v, error);
     }

@@ -61,7 +61,7 @@ static bool accelerate_beside(const crossing *c, double dt, double *out) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const double t = c->t + (c->driven ? dt : 0.0);
-    bool changed;
+    bool changed = false;
     kt_violation violation;
     for (size_t i = 0; i < model->n.v; i++)
         data->beside_v[i] = dt * c->way[i];
