@@ -90,6 +90,7 @@ struct kt_integrator {
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;   /* err ~ h^error_order */
+    size_t counted;       /* equations that the error norms run over: all but the quadratures, which come last */
     size_t fresh;         /* slot of f at the end of a step */
     bool gives_end_slope; /* a try leaves f(t1, y1) in slot `fresh` */
     bool started;

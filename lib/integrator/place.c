@@ -165,6 +165,8 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
                             n);
     if (!not_negative(options->step))
         return refuse(error, "options", "step must be above 0, or 0 for adaptive steps");
+    if (options->quadratures >= n)
+        return refuse(error, "options", "quadratures must be fewer than the equations");
     if (options->step == 0.0 && (status = check_adaptive(options, method, n, error)) != KT_OK)
         return status;
     if (memory == NULL || size < needed)
@@ -176,6 +178,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
     it->method = method;
     it->options = *options;
     it->sizes = measure(method, n);
+    it->counted = n - options->quadratures;
     it->fresh = (size_t)kt_method_fresh(method);
     it->slope_slot = -1;
     it->gives_end_slope = method->fsal && !(method->stabilised && options->step > 0.0); /* which has no use for it */

@@ -98,12 +98,12 @@ kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *in, kt_
 double kt_stabilised_error(const kt_integrator *it, double h) {
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
     double sum = 0.0;
-    for (size_t i = 0; i < it->sizes.n; i++) {
+    for (size_t i = 0; i < it->counted; i++) {
         const double error = 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
         const double u = error / kt_scale(it, i, y0[i], y1[i]);
         sum += u * u;
     }
-    return sqrt(sum / (double)it->sizes.n);
+    return sqrt(sum / (double)it->counted);
 }
 
 /* ---- the spectral radius ----------------------------------------------------------------------------------------- */
@@ -137,10 +137,12 @@ static void first_direction(double *v, const double *f, size_t n) {
 
 /* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1, moved and trial are scratch. */
 static kt_try_result estimate_radius(kt_integrator *it, double *radius, kt_try *result) {
-    const size_t n = it->sizes.n;
+    const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
     const double size = norm(it->y, n), delta = sqrt(DBL_EPSILON) * (size > 0.0 ? size : 1.0);
     double *v = it->moved, last_ratio = 0.0, last_mean = 0.0, largest = 0.0;
     first_direction(v, it->k[0], n);
+    for (size_t j = n; j < it->sizes.n; j++)
+        it->trial[j] = it->y[j];
     *radius = 0.0;
     for (int i = 0; i < RADIUS_ITERATIONS; i++) {
         const double length = norm(v, n);
