@@ -174,6 +174,11 @@ KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lamb
 KT_API double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,
                                 double growth, ptrdiff_t *index);
 
+/* The growth (kt_stability_growth) of the eigenvalue that grows most with a step; 1 where there is none. *index as
+ * above. HUGE_VAL where a stabilised method has too few stages for the step. O(count degree). */
+KT_API double kt_stability_worst(const kt_method *method, const kt_complex *eigenvalues, size_t count, double step,
+                                 double duration, ptrdiff_t *index);
+
 /* ---- integrator -------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_integrator kt_integrator;
