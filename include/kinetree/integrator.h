@@ -232,8 +232,8 @@ typedef struct kt_integrator_options {
 KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
- * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal, 2 n more where stabilised.
- * The memory needs no alignment. */
+ * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal, 11 n more where
+ * stabilised. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Lays an integrator out in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -276,8 +276,8 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * step is fixed).
  *
  * Stabilised (rkc2): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an adaptive
- * step is kept so short that it does not. How fast the right-hand side decays is estimated by a power method, at the
- * start, every 25 steps (5 where the step is fixed), and where a try was rejected: some five evaluations.
+ * step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at the
+ * start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations.
  *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
