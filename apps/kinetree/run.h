@@ -15,7 +15,7 @@ typedef struct kt_run_arguments {
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric;
     const char *out, *summary, *plot;
-    bool unprojected, quiet;
+    bool unprojected, dark, quiet;
 } kt_run_arguments;
 
 /* Returns -1 to go on, or an exit code. */
@@ -86,6 +86,8 @@ typedef struct kt_progress {
 
 kt_progress kt_progress_start(bool quiet);
 void kt_progress_update(kt_progress *progress, double done, double whole);
+/* The same with words of the caller's in the place of the time; part: 0 to 1. */
+void kt_progress_show(kt_progress *progress, double part, const char *words);
 void kt_progress_end(kt_progress *progress);
 
 #endif

@@ -126,16 +126,17 @@ static const kt_method *method_at(const kt_accuracy_options *options, int index)
     return options->methods != NULL ? options->methods[index] : kt_method_at(index);
 }
 
-static kt_status run_curve(kt_accuracy *study, int index, int methods, kt_error *error) {
+/* to_come: curves still to come, this one counted. */
+static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_come, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_accuracy_curve *curve = &study->curves[index];
     const double now = kt_accuracy_now(study), left = study->deadline - now;
     curve->variant = index / methods;
     curve->method = method_at(&study->options, index % methods);
     curve->adaptive = curve->method->embedded_order > 0;
-    curve->first = results->point_count;
+    curve->first = KT_ACCURACY_POINTS_MAX * index;
     const char *label = results->variants[curve->variant].label;
-    kt_status status = kt_accuracy_tell(study, 0.15 + 0.85 * index / results->curve_count,
+    kt_status status = kt_accuracy_tell(study, 1.0 - 0.85 * to_come / results->curve_count,
                                         label != NULL && curve->variant > 0 ? label : curve->method->name, error);
     if (status == KT_OK && study->models[curve->variant] == NULL)
         status = kt_model_compile(study->description, &results->variants[curve->variant].model,
@@ -144,19 +145,32 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, kt_error 
         return status;
     /* What the curves before have left over is for those to come, in equal parts, and twice that for one that needs it.
      */
-    const double part = left / (results->curve_count - index);
-    status = kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * part), error);
-    results->point_count += curve->count;
-    return status;
+    return kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * left / to_come), error);
 }
 
+/* Points of all curves one after the other, without gaps. */
+static void close_gaps(kt_accuracy *study) {
+    int used = 0;
+    for (int i = 0; i < study->results.curve_count; i++) {
+        kt_accuracy_curve *curve = &study->curves[i];
+        memmove(study->points + used, study->points + curve->first, (size_t)curve->count * sizeof *study->points);
+        curve->first = used;
+        used += curve->count;
+    }
+    study->results.point_count = used;
+}
+
+/* Methods of high order come first: what is worth knowing does not wait for what is slow. */
 static kt_status work(kt_accuracy *study, kt_error *error) {
-    const int methods = study->results.curve_count / study->results.variant_count;
+    const int count = study->results.curve_count, variants = study->results.variant_count, methods = count / variants;
     kt_status status = kt_accuracy_find_reference(study, error);
     study->deadline = study->started + study->options.budget;
-    for (int i = 0; i < study->results.curve_count && status == KT_OK; i++)
-        status = run_curve(study, i, methods, error);
-    kt_accuracy_mark_front(study);
+    for (int i = 0; i < count && status == KT_OK; i++)
+        status = run_curve(study, i % variants * methods + (methods - 1 - i / variants), methods, count - i, error);
+    if (status == KT_OK) {
+        close_gaps(study);
+        kt_accuracy_mark_front(study);
+    }
     return status;
 }
 

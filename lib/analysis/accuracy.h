@@ -8,6 +8,9 @@ enum {
     KT_ACCURACY_POINTS_MAX = 40, /* of a curve */
 };
 
+/* A run whose error is above this part of the amplitude says nothing. */
+#define KT_ACCURACY_USABLE 0.1
+
 /* The reference at its records; rows of nq, nv and one. */
 typedef struct kt_accuracy_states {
     double *q, *v, *energy;
@@ -87,6 +90,13 @@ static inline double kt_accuracy_known(const kt_accuracy *study, const kt_accura
     const double least = study->results.uncertainty.position;
     return point->error.position > least ? point->error.position : least;
 }
+
+/* The motion's amplitude, not above 1: what errors are held against. */
+double kt_accuracy_amplitude(const kt_accuracy *study);
+
+/* Whether the steps at a tighter tolerance are as many as at a looser one: stability has chosen them. */
+bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
+                         const kt_accuracy_point *tight);
 
 /* Fills a curve's slope, floor and fitted. */
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve);

@@ -12,6 +12,19 @@ static const double asymptotic = 1e-2; /* of the amplitude */
 static const double clear = 10.0;      /* times floor or uncertainty: there the rest of the error is all the method's */
 enum { FIT_LEAST = 3, FIT_MOST = 5 };
 
+double kt_accuracy_amplitude(const kt_accuracy *study) {
+    const double amplitude = study->results.amplitude;
+    return amplitude > 0.0 ? fmin(amplitude, 1.0) : 1.0;
+}
+
+bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
+                         const kt_accuracy_point *tight) {
+    if (!curve->adaptive || loose->counts.steps == 0)
+        return false;
+    const double expected = log(loose->setting / tight->setting) / curve->method->order;
+    return log((double)tight->counts.steps / (double)loose->counts.steps) < 0.2 * expected;
+}
+
 static double floor_of(const kt_accuracy *study, const kt_accuracy_curve *curve) {
     const kt_accuracy_point *points = study->points + curve->first;
     double least = HUGE_VAL;
@@ -22,7 +35,7 @@ static double floor_of(const kt_accuracy *study, const kt_accuracy_curve *curve)
 
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve) {
     const kt_accuracy_point *points = study->points + curve->first;
-    const double amplitude = study->results.amplitude > 0.0 ? fmin(study->results.amplitude, 1.0) : 1.0;
+    const double amplitude = kt_accuracy_amplitude(study);
     const bool ended = curve->end == KT_ACCURACY_FLOOR;
     double least = clear * study->results.uncertainty.position;
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
@@ -32,6 +45,8 @@ void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve) {
         least = fmax(least, clear * curve->floor);
     for (int i = curve->count - 1; i >= 0 && n < most; i--) {
         if (!points[i].usable || points[i].error.position <= least || points[i].error.position > asymptotic * amplitude)
+            continue;
+        if (i + 1 < curve->count && kt_accuracy_is_held(curve, &points[i], &points[i + 1]))
             continue;
         const double setting = log(points[i].setting), error = log(points[i].error.position);
         n += 1.0;

@@ -12,8 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double accurate = 0.01; /* of the amplitude: an error that accuracy would not have forbidden */
-static const double narrow = 1.02;   /* how close a stability limit is found */
+static const double narrow = 1.02; /* how close a stability limit is found */
 
 /* A curve while it grows. */
 typedef struct kt_ladder {
@@ -47,10 +46,6 @@ static void keep(kt_ladder *ladder, const kt_accuracy_point *point) {
     curve->count++;
 }
 
-static double amplitude_of(const kt_accuracy *study) {
-    return study->results.amplitude > 0.0 ? fmin(study->results.amplitude, 1.0) : 1.0;
-}
-
 /* ---- where to stop ----------------------------------------------------------------------------------------------- */
 
 /* The least fall of the error, as a factor, that is worth a further point. */
@@ -65,12 +60,12 @@ static bool is_done(kt_ladder *ladder, const kt_accuracy_point *before, const kt
     kt_accuracy *study = ladder->study;
     if (!point->usable)
         return false;
-    const bool small = point->error.position < 1e-3 * amplitude_of(study);
+    const bool small = point->error.position < 1e-6 * kt_accuracy_amplitude(study);
     const bool fell =
-        before == NULL || !before->usable ||
+        before == NULL || !before->usable || kt_accuracy_is_held(curve, before, point) ||
         point->error.position * least_fall(curve, before->setting / point->setting) <= before->error.position;
     ladder->stalls = small && !fell ? ladder->stalls + 1 : 0;
-    if (ladder->stalls >= 2)
+    if (ladder->stalls >= (curve->adaptive ? 4 : 2)) /* tolerances are closer to each other, and errors less smooth */
         curve->end = point->believed ? KT_ACCURACY_FLOOR : KT_ACCURACY_REFERENCE;
     else if (!point->believed && before != NULL && !before->believed)
         curve->end = KT_ACCURACY_REFERENCE;
@@ -182,9 +177,10 @@ static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
         ladder->curve->end = KT_ACCURACY_UNUSABLE;
         return KT_OK;
     }
-    const double expected = ladder->points[0].error.position *
-                            pow(failed.setting / ladder->points[0].setting, ladder->curve->method->order);
-    if (failed.setting > 0.0 && expected < accurate * amplitude_of(study))
+    const kt_accuracy_point *coarsest = &ladder->points[0];
+    const double expected =
+        coarsest->error.position * pow(failed.setting / coarsest->setting, ladder->curve->method->order + 2);
+    if (failed.setting > 0.0 && expected < KT_ACCURACY_USABLE * kt_accuracy_amplitude(study))
         status = bisect(ladder, ladder->points[0].setting, failed.setting, error);
     return status == KT_OK ? refine(ladder, error) : status;
 }
@@ -196,23 +192,29 @@ static void find_held_step(kt_ladder *ladder) {
     kt_accuracy_curve *curve = ladder->curve;
     for (int i = 0; i + 1 < curve->count; i++) {
         const kt_accuracy_point *loose = &ladder->points[i], *tight = &ladder->points[i + 1];
-        const double expected = pow(loose->setting / tight->setting, 1.0 / curve->method->order);
-        const double seen = (double)tight->counts.steps / (double)loose->counts.steps;
-        if (!loose->usable || !tight->usable || loose->counts.steps < 50)
-            continue;
-        if (log(seen) > 0.2 * log(expected))
-            return;
-        curve->stable_step = ladder->study->results.duration / (double)loose->counts.steps;
+        if (loose->usable && tight->usable && loose->counts.steps >= 50 && kt_accuracy_is_held(curve, loose, tight))
+            curve->stable_step = ladder->study->results.duration / (double)loose->counts.steps;
     }
 }
 
-/* Half decades. */
+/* The part of the time that a ladder of as many points as this one has left to try would take. */
+static bool is_costly(const kt_ladder *ladder, const kt_accuracy_point *point, double started) {
+    kt_accuracy *study = ladder->study;
+    if (study->options.clock == NULL || isnan(point->cpu))
+        return false;
+    const double now = kt_accuracy_now(study), spent = now - started;
+    return 20.0 * fmax(point->cpu, spent / ladder->curve->count) > ladder->deadline - now;
+}
+
+/* Half decades, or whole ones where runs are long. */
 static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
     static const double mantissas[] = {1.0, 0.3};
     kt_accuracy_curve *curve = ladder->curve;
     kt_status status = KT_OK;
     curve->end = KT_ACCURACY_LISTED;
-    for (int i = 4; i < 28 && status == KT_OK; i++) { /* 1e-2, 3e-3, ... 3e-14 */
+    const double started = kt_accuracy_now(ladder->study);
+    int stride = 1;
+    for (int i = 4; i < 28 && status == KT_OK; i += stride) { /* 1e-2, 3e-3, ... 3e-14 */
         kt_accuracy_point point;
         const kt_accuracy_point before = curve->count > 0 ? ladder->points[curve->count - 1] : (kt_accuracy_point){0};
         const double tolerance = mantissas[i % 2] * pow(10.0, -(i / 2));
@@ -231,6 +233,8 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
         }
         if (is_done(ladder, before.usable ? &before : NULL, &point))
             break;
+        if (i % 2 == 0)
+            stride = is_costly(ladder, &point, started) ? 2 : 1;
     }
     if (curve->count == 0)
         curve->end = KT_ACCURACY_UNUSABLE;

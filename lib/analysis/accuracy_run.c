@@ -10,9 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 25 };
+enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 15 };
 static const double sample_least = 2e-4; /* s: shorter runs are repeated within a sample, for the clock's sake */
-static const double usable_part = 0.1;   /* of the amplitude */
 
 kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                        double setting) {
@@ -33,7 +32,7 @@ double kt_accuracy_most(const kt_accuracy *study) {
     double most = (double)study->options.run_evaluations;
     if (study->options.clock != NULL && study->evaluation > 0.0) {
         /* The last run of a ladder is about half of it, and is run once for its error and a few times for its cost. */
-        const double seconds = study->options.budget / (6.0 * study->results.curve_count);
+        const double seconds = study->options.budget / (8.0 * study->results.curve_count);
         most = fmin(most, seconds / study->evaluation);
     }
     return most;
@@ -94,7 +93,8 @@ static void insert(double *samples, int count, double sample) {
 static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, const kt_variant *variant,
                               kt_accuracy_point *point) {
     double samples[SAMPLES_MOST], start = kt_accuracy_now(study);
-    const double most = study->options.budget / (2.0 * study->results.curve_count);
+    /* Of a ladder's share of the time: one part in 60 is well spent on many samples, one in 15 on three. */
+    const double share = study->options.budget / study->results.curve_count;
     kt_status status = run_once(study, simulation, variant->records);
     double last = kt_accuracy_now(study), used = last - start;
     point->counts = kt_simulation_counts_get(simulation);
@@ -104,7 +104,7 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
     int count = 0;
     if (inner == 1) /* the first one counts */
         insert(samples, count++, used);
-    while (count < SAMPLES_MOST && (count < SAMPLES_LEAST ? last - start < most : last - start < 0.02 * most)) {
+    while (count < SAMPLES_MOST && last - start < (count < SAMPLES_LEAST ? share / 15.0 : share / 60.0)) {
         for (int i = 0; i < inner && status == KT_OK; i++)
             status = run_once(study, simulation, variant->records);
         const double now = kt_accuracy_now(study);
@@ -123,10 +123,10 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
 
 static void judge(const kt_accuracy *study, kt_accuracy_point *point) {
     const kt_accuracy_results *results = &study->results;
-    const double least = usable_part * (results->amplitude > 0.0 ? fmin(results->amplitude, 1.0) : 1.0);
+    const double most = KT_ACCURACY_USABLE * kt_accuracy_amplitude(study);
     if (point->status != KT_OK || isnan(point->error.position))
         point->error.position = point->error.velocity = HUGE_VAL;
-    point->usable = point->error.position <= least;
+    point->usable = point->error.position <= most;
     point->believed = point->error.position > results->uncertainty.position;
 }
 
