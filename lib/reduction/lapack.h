@@ -23,4 +23,12 @@ static inline int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u,
     return LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'O', m, n, a, m, s, u, m, NULL, 1, work, size);
 }
 
+/* A = L L' over the lower triangle of A (n x n); returns LAPACK's info: > 0 where A is not positive definite. */
+static inline int kt_lapack_potrf(int n, double *a) { return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n); }
+
+/* X = L^-1 X ('N') or L^-T X ('T') for the lower triangle L (n x n) and n x columns X. */
+static inline int kt_lapack_trtrs(char trans, int n, int columns, const double *l, double *x) {
+    return LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n);
+}
+
 #endif
