@@ -145,10 +145,10 @@ kt_status kt_set_verdict(const kt_set *set, kt_error *error) {
         return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
                             "the loops came apart by %.1e m or rad: take shorter steps or other gains", f->open);
     }
-    if (f->residual > 1e-6)
+    if (f->residual > 1e-2)
         return kt_error_set(error, KT_ERROR_SINGULAR, NULL,
                             "after up to %d iterations the equations of the loops were still off by %.1e of their "
-                            "terms, as they are near singular positions: more iterations or penalty, or the reduction",
+                            "terms, as they are near singular positions: compare with the reduction",
                             f->iterations, f->residual);
     return KT_OK;
 }

@@ -11,7 +11,7 @@
     X(double, force, n, "f = tau - h")                                                                                 \
     X(double, jacobian, k *n, "A, k x n")                                                                              \
     X(double, phi, k, "closure, positions")                                                                            \
-    X(double, slip, k, "A v - b'")                                                                                     \
+    X(double, slip, k, "A v - b'; then what multipliers change by")                                                    \
     X(double, rate, k, "b'")                                                                                           \
     X(double, drift, k, "b''")                                                                                         \
     X(double, target, k, "c: what A a is to be")                                                                       \

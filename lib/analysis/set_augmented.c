@@ -7,8 +7,8 @@
  *     M a = f - A' (s (A a - c) + l):    (M + s A' A) a_i+1 = f + A' (s c - l_i),   l_0 = 0
  *     l_i+1 = l_i + s (A a_i+1 - c).
  *
- * The sum of both lines' A' is M a_i+1 = f - A' l_i+1, so that only the equations are still off; and subtracting two
- * iterates, M (a_i+1 - a_i) = -s A' e_i+1, whence e_i+1 - e_i = -s S e_i+1 with S = A M^-1 A':
+ * The first line with the second in it is M a_i+1 = f - A' l_i+1, so that only the equations are still off; and
+ * subtracting two iterates, M (a_i+1 - a_i) = -s A' e_i+1, whence e_i+1 - e_i = -s S e_i+1 with S = A M^-1 A':
  *
  *     e_i+1 = (I + s S)^-1 e_i.
  *
@@ -66,11 +66,29 @@ static double take_up(kt_set *set, const double *a) {
             e += term;
             terms += fabs(term);
         }
-        set->multiplier[r] += set->penalty * e;
+        set->slip[r] = set->penalty * e;
+        set->multiplier[r] += set->slip[r];
         worst = fmax(worst, fabs(e));
         size = fmax(size, terms);
     }
     return worst > 0.0 ? worst / size : 0.0;
+}
+
+/* s A' e against f and A' l: what the iterate's forces are off by. Equations that contradict each other keep an e that
+ * pushes nothing. */
+static double correction(const kt_set *set) {
+    const size_t n = (size_t)set->n, k = (size_t)set->k;
+    double most = 0.0, size = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double pushed = 0.0, held = 0.0;
+        for (size_t r = 0; r < k; r++) {
+            pushed += set->jacobian[i * k + r] * set->slip[r];
+            held += set->jacobian[i * k + r] * set->multiplier[r];
+        }
+        most = fmax(most, fabs(pushed));
+        size = fmax(size, fmax(fabs(set->force[i]), fabs(held)));
+    }
+    return most > 0.0 ? most / size : 0.0;
 }
 
 kt_status kt_set_augment(kt_set *set, double t, double *a, kt_error *error) {
@@ -80,13 +98,14 @@ kt_status kt_set_augment(kt_set *set, double t, double *a, kt_error *error) {
                              error);
     memset(set->multiplier, 0, (size_t)set->k * sizeof(double));
     int done = 0;
-    double left = 0.0, before;
-    do {
-        before = done ? left : HUGE_VAL;
+    double left, off = HUGE_VAL, before;
+    do { /* until nothing is gained any more */
         solve(set, a);
         left = take_up(set, a);
+        before = off;
+        off = correction(set);
         done++;
-    } while (done < set->options.iterations && left > set->options.tolerance && left < 0.9 * before);
+    } while (done < set->options.iterations && off > set->options.tolerance && off < 0.9 * before);
     if (done > set->found.iterations)
         set->found.iterations = done;
     if (left > set->found.residual)

@@ -21,11 +21,11 @@ const char *kt_set_type_name(kt_set_type type) {
 
 kt_set_options kt_set_options_default(kt_set_type type, double step) {
     const kt_set_options options = {.type = type,
-                                    .alpha = 1.0 / step,
-                                    .beta = 1.0 / step,
+                                    .alpha = 0.1 / step,
+                                    .beta = 0.1 / step,
                                     .penalty = 1e4,
                                     .iterations = 12,
-                                    .tolerance = 1e-13,
+                                    .tolerance = 1e-11,
                                     .rank_tolerance = 1e-12};
     return options;
 }
