@@ -4,6 +4,8 @@
 
 #include "kinetree/simulation.h"
 
+#include <math.h>
+
 /* What pushes from outside during a step. */
 typedef struct kt_pushes {
     bool torque, wrenches; /* whether there are any */
@@ -40,7 +42,9 @@ typedef struct kt_simulation_memory {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t n; /* of the integrator: nq + nv, or one idle number where nothing moves */
+    size_t work; /* where in y the works lie, dissipated and supplied: nq + nv, or behind one idle number where nothing
+                    moves */
+    size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
     size_t face_nq, face_nv;
     size_t body, reaction, loop_reaction, quaternion, data, integrator;
     size_t rate;                                          /* 0 but with a right-hand side of the caller's */
@@ -74,6 +78,19 @@ struct kt_simulation {
 #undef KT_SIMULATION_DECLARE
 };
 
+static inline bool kt_simulation_is_balanced(const kt_simulation *simulation) {
+    return simulation->size.n > simulation->size.work;
+}
+
+/* The works in a state y; NaN where they are not kept. */
+static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
+    kt_work none = {(double)NAN, (double)NAN};
+    if (!kt_simulation_is_balanced(simulation))
+        return none;
+    kt_work work = {y[simulation->size.work], y[simulation->size.work + 1]};
+    return work;
+}
+
 static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
     return simulation->model != simulation->face;
 }
@@ -84,7 +101,8 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 /* What moves at (t, y): accelerations a (nv), and where `slope` is not NULL the rates of positions (nq), by the
  * engine's equations or the caller's. Returns as a callback does. */
 KT_CHECKED int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                                      const kt_wrench *external, double *slope, double *a, kt_error *error);
+                                      const kt_wrench *external, double *slope, double *a, kt_power *power,
+                                      kt_error *error);
 
 /* Points tau and external at the pushes of the last step. */
 void kt_simulation_use_pushes(kt_simulation *simulation);

@@ -5,6 +5,9 @@
  *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
  *     v' = a(t, q, v)    kt_acceleration_evaluate, or the caller's
  *
+ * Where a balance is kept, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
+ * (kt_power_evaluate).
+ *
  * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
  * step both are put right [MSD 7.55 to 7.58], which moves the state by no more than that error and so keeps the
  * method's order.
@@ -38,10 +41,24 @@ static int tell(int result, const char *what, kt_error *made, kt_error *error) {
     return result;
 }
 
+static kt_status accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                            const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
+    const double *q = y, *v = y + simulation->size.nq;
+    return power != NULL
+               ? kt_power_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, power, error)
+               : kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, error);
+}
+
 int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                           const kt_wrench *external, double *slope, double *a, kt_error *error) {
+                           const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
     const double *q = y, *v = y + simulation->size.nq;
     kt_simulation_push(simulation, q, &tau, &external);
+    if (simulation->acceleration == NULL || power != NULL) {
+        const kt_status status = accelerate(simulation, t, y, tau, external, a, power, error);
+        simulation->memory.factorizations += slope != NULL ? (uint64_t)simulation->groups : 0;
+        if (status != KT_OK)
+            return is_recoverable(status) ? 1 : -1;
+    }
     if (simulation->acceleration != NULL) {
         const kt_instant at = instant_at(simulation, t, y, tau, external);
         kt_error made = {0};
@@ -50,12 +67,6 @@ int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y,
         if (result != 0)
             return tell(result, "a right-hand side", &made, error);
         v = simulation->rate;
-    } else {
-        const kt_status status =
-            kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, error);
-        simulation->memory.factorizations += slope != NULL ? (uint64_t)simulation->groups : 0;
-        if (status != KT_OK)
-            return is_recoverable(status) ? 1 : -1;
     }
     if (slope != NULL)
         kt_position_rate(simulation->model, q, v, slope);
@@ -64,15 +75,28 @@ int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y,
 
 /* ---- what the integrator calls ----------------------------------------------------------------------------------- */
 
-static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
-    kt_simulation *simulation = user;
+/* What the integrator is told; power: to be found too, or NULL. */
+static int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
     const int result = kt_simulation_evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
-                                              dydt + simulation->size.nq, &simulation->cause);
+                                              dydt + simulation->size.nq, power, &simulation->cause);
     if (result != 0) /* at the present state every step begins: no smaller one helps */
         return result > 0 && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
     if (simulation->size.nq == 0)
         dydt[0] = 0.0; /* the integrator's one number where nothing moves */
     return 0;
+}
+
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    return find_slope(user, t, y, dydt, NULL);
+}
+
+static int evaluate_slope_and_powers(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    kt_power power = {0.0, 0.0};
+    const int result = find_slope(simulation, t, y, dydt, &power);
+    dydt[simulation->size.work] = power.dissipated;
+    dydt[simulation->size.work + 1] = power.supplied;
+    return result;
 }
 
 /* |p|^2 - 1 within four roundings is as near to one as scaling would bring it. */
@@ -138,6 +162,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     kt_integrator_callbacks callbacks = {evaluate_slope, project_state, simulation};
+    if (kt_simulation_is_balanced(simulation))
+        callbacks.rhs = evaluate_slope_and_powers;
     return callbacks;
 }
 
@@ -288,6 +314,10 @@ const double *kt_simulation_velocities(const kt_simulation *simulation) {
     return kt_simulation_positions(simulation) + simulation->size.face_nq;
 }
 
+kt_work kt_simulation_work(const kt_simulation *simulation) {
+    return kt_simulation_work_of(simulation, kt_integrator_state(simulation->integrator));
+}
+
 /* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */
 static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
@@ -313,6 +343,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     memmove(new_v, v, nv * sizeof(double));
+    memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     int body = find_not_finite(simulation, new_q, new_v);
     if (body >= 0)
         return say_not_finite(simulation, body, "a position or velocity", error);
@@ -333,7 +364,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
     double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
-    if (kt_simulation_evaluate(simulation, t, y, tau, external, NULL, simulation->a, &simulation->cause) != 0)
+    if (kt_simulation_evaluate(simulation, t, y, tau, external, NULL, simulation->a, NULL, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_show(simulation, t, y, simulation->a, &q, &v, &shown);
     memcpy(a, shown, simulation->size.face_nv * sizeof(double));
