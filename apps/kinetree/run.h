@@ -14,7 +14,8 @@ typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric;
-    const char *out, *summary, *plot;
+    const char *out, *summary, *plot, *checkpoint, *resume;
+    double checkpoint_interval;
     bool unprojected, dark, quiet;
 } kt_run_arguments;
 
@@ -46,10 +47,17 @@ typedef struct kt_csv {
 
 /* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
+/* The same for a file of which the first `lines` bytes stand; what follows them is cut off. */
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long lines);
 /* Returns 0, or -1 where the line could not be written, which has been said. */
 int kt_csv_write(kt_csv *csv, const kt_record *record);
 /* Returns 0, or -1 where the file could not be closed, which has been said. */
 int kt_csv_close(kt_csv *csv);
+
+/* kinetic + potential + dissipated - supplied: what a run keeps constant. NaN where the works are not known. */
+static inline double kt_balance_of(const kt_record *record) {
+    return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
+}
 
 /* ---- what came out ----------------------------------------------------------------------------------------------- */
 
@@ -63,6 +71,9 @@ typedef struct kt_outcome {
     bool has_energy;        /* the next three are known */
     double energy_start;    /* total, J */
     double drift;           /* largest |total - total at the start|, J */
+    bool has_balance;       /* the next two are known */
+    double balance_start;   /* kinetic + potential + dissipated - supplied, J */
+    double balance_drift;   /* largest |that - that at the start|, J */
     kt_residual constraint; /* largest residuals */
     double cpu_seconds;
 } kt_outcome;

@@ -4,6 +4,7 @@
 
 #include "kinetree/accuracy.h"
 #include "kinetree/algebra.h"
+#include "kinetree/analysis.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"

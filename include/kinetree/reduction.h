@@ -1,7 +1,9 @@
 /* Mechanisms as a whole: loops reduced, effects acting. What a simulation calls at every stage and after every step.
  *
  * A model without loops and effects pays for neither: its accelerations are those of kt_dynamics_forward, its
- * projection renormalises quaternions where there are some. No call allocates. t is in s.
+ * projection renormalises quaternions where there are some. No call allocates, but for OpenBLAS where it may use more
+ * than one thread: sharing a group of some 90 coordinates or more among them it allocates what that takes
+ * (OPENBLAS_NUM_THREADS=1 or openblas_set_num_threads(1), which are the caller's to set, prevent it). t is in s.
  *
  * Method: phi(u, t) = 0, A v = b', A a = b'' [MSD 7.4, 7.28]; A' P = [Q1 Q2][R1; 0], a = Q1 R1^-T b'' + Q2 z with
  * (Q2' M Q2) z = Q2' (tau - h - M a0) [MSD 7.33, 7.34], for each group of loops that share links, inside the
@@ -47,6 +49,22 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
+
+/* Powers in a motion, W: what effects turn into heat (>= 0), and what comes from outside: of effects that drive, of
+ * joint forces and external wrenches that a caller gives, and of loops that change with time. With T the kinetic and V
+ * the potential energy (kt_kinetic_energy; kt_potential_energy + kt_effect_energy)
+ *     d(T + V)/dt = supplied - dissipated. */
+typedef struct kt_power {
+    double dissipated, supplied;
+} kt_power;
+
+/* kt_acceleration_evaluate, with the same bits in a, and the powers that go with it. What a driven loop supplies is the
+ * power v . (M a + h - tau) of all that holds the loops closed. Costs besides what the effects' powers cost: kinematics
+ * where there are external wrenches, inverse dynamics where a loop changes with time. Errors: as there; a and *power
+ * are then untouched. */
+KT_API KT_CHECKED kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
+                                              const double *v, const double *tau, const kt_wrench *external, double *a,
+                                              kt_power *power, kt_error *error);
 
 /* How much q and v violate the loops: the largest residual of positions (m or rad) and of velocities (m/s or rad/s). */
 typedef struct kt_residual {

@@ -43,8 +43,14 @@ extern "C" {
     X(KT_RECORD_VELOCITY, 2, velocity)                                                                                 \
     X(KT_RECORD_ACCELERATION, 4, acceleration)                                                                         \
     X(KT_RECORD_ENERGY, 8, energy)                                                                                     \
+    X(KT_RECORD_BALANCE, 64, balance)                                                                                  \
     X(KT_RECORD_CONSTRAINT, 16, constraint)                                                                            \
     X(KT_RECORD_REACTION, 32, reaction)
+
+/* KT_RECORD_BALANCE asks for the energies and for the works that effects, pushes and driven loops have done, which are
+ * then integrated with the motion, by the same method, as two equations more. These two have no part in the choice of
+ * steps: the motion has the same bits whether its balance is kept or not, and a balance that drifts shows how well the
+ * steps, chosen for the motion, follow the powers. Who does not ask pays nothing. */
 
 /* KT_RECORD_DEFAULT: position, velocity, energy, and constraint where there are loops. */
 enum {
@@ -92,6 +98,25 @@ KT_API const char *kt_record_name(unsigned bit);
 
 typedef struct kt_simulation kt_simulation;
 
+/* An instant at which a right-hand side of the caller's is asked for. All of it is the simulation's. */
+typedef struct kt_instant {
+    const kt_model *model;     /* what is stepped: in the absolute formulation kt_model_absolute of the caller's */
+    kt_data *data;             /* scratch, of that model */
+    double t;                  /* s */
+    const double *q, *v;       /* nq, nv of that model */
+    const double *tau;         /* nv: torques that are set, without the effects'; NULL: none */
+    const kt_wrench *external; /* one a body: wrenches that are set; NULL: none */
+} kt_instant;
+
+/* v' = a (nv) instead of kt_acceleration_evaluate, at any stage of a step, of its arguments alone. `rate` (nv) comes
+ * filled with v and may be changed: positions move as q' = kt_position_rate(q, rate), v follows a. Returns 0; > 0:
+ * cannot be had here, a smaller step may help; < 0: stop. The words in *error, where it fills them, are told. */
+typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt_error *error, void *user);
+
+/* Moves the state q (nq), v (nv), which are at->q and at->v, as kt_state_project does: after each accepted step, and
+ * for records between steps. *changed comes false. Returns as a right-hand side does. */
+typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
+
 /* What a scene file does not say. */
 typedef struct kt_simulation_options {
     const kt_method *method; /* a table of the caller's instead of run->integrator; NULL: none */
@@ -101,6 +126,11 @@ typedef struct kt_simulation_options {
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
     bool unprojected;        /* loops are left to drift open: what projection costs, and what it is worth */
     bool kinematics;         /* a record's data answer the queries of kinematics, as they do where run has markers */
+    kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
+                                         those of the engine's all the same, and the start is assembled by the engine */
+    kt_projection
+        *projection; /* the caller's way back to the loops; NULL: the engine's. Not called where unprojected */
+    void *user;      /* for both */
 } kt_simulation_options;
 
 KT_API kt_simulation_options kt_simulation_options_default(void);
@@ -164,6 +194,15 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
 /* The acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
+/* Works since the start or the last kt_simulation_set_state, J: what effects have turned into heat; what effects that
+ * drive, torques, wrenches and driven loops have supplied. */
+typedef struct kt_work {
+    double dissipated, supplied;
+} kt_work;
+
+/* NaN where KT_RECORD_BALANCE is not asked for. */
+KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
+
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
 /* What a recorder is given; valid during the call. Between the ends of steps q and v are interpolated and projected. */
@@ -175,7 +214,9 @@ typedef struct kt_record {
 
     /* What is asked for; NULL or NaN where it is not. */
     const double *a;                 /* nv; acceleration */
-    double kinetic, potential;       /* J; energy */
+    double kinetic, potential;       /* J; energy, balance */
+    kt_work work;                    /* since the start; balance. kinetic + potential + work.dissipated - work.supplied
+                                        is constant, up to the error of the integration */
     kt_residual constraint;          /* constraint */
     const kt_wrench *reactions;      /* one a body, as kt_joint_reactions has them; reaction */
     const kt_wrench *loop_reactions; /* one a loop, as kt_reaction_evaluate has them; reaction */

@@ -12,6 +12,7 @@
 #include "base/names.h"
 #include "kinetree/model.h"
 #include "model/function.h"
+#include "model/planar.h"
 
 #include <stdint.h>
 
@@ -161,27 +162,58 @@ typedef struct kt_group {
     size_t dense;                 /* first number in data->dense */
 } kt_group;
 
-/* An effect: two frames on links, or a joint. */
+/* Numbers that a record has of its kt_effect, under the same names. */
+#define KT_EFFECT_NUMBERS(X)                                                                                           \
+    X(stiffness)                                                                                                       \
+    X(damping)                                                                                                         \
+    X(length)                                                                                                          \
+    X(rest)                                                                                                            \
+    X(coulomb)                                                                                                         \
+    X(viscous)                                                                                                         \
+    X(breakaway)                                                                                                       \
+    X(stribeck)                                                                                                        \
+    X(smoothing)                                                                                                       \
+    X(lower)                                                                                                           \
+    X(upper)                                                                                                           \
+    X(linear)                                                                                                          \
+    X(quadratic)                                                                                                       \
+    X(strength)                                                                                                        \
+    X(radius)                                                                                                          \
+    X(exponent)                                                                                                        \
+    X(dissipation)                                                                                                     \
+    X(friction)                                                                                                        \
+    X(slip)
+
+/* An effect: one or two frames on links, or a joint. */
 typedef struct kt_effect_record {
     int32_t type;    /* kt_effect_type */
     int32_t source;  /* index in the description */
     int32_t body[2]; /* that bear the ends */
     int32_t link[2]; /* of joint effects: link[0] is the joint's */
     kt_pose frame[2];
-    double stiffness, damping, length;
-    kt_curve curve[3]; /* motor: one; force: its components */
-    bool in_body;      /* force: components in the end's axes */
+#define KT_EFFECT_DECLARE(member) double member;
+    KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
+#undef KT_EFFECT_DECLARE
+    double stiffnesses[6], dampings[6]; /* bushing */
+    kt_curve curve[3];                  /* motor: one; force, torque: the components */
+    bool in_body;                       /* force, torque: components in the end's axes */
 } kt_effect_record;
 
 typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
+    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on; planar: places for planar links,
+     * the ground's slot before them, or 0 where there are none. */
+    size_t spatial, spatial_angle, planar, plane;
 } kt_counts;
 
 /* Every array of a model: type, name, count, meaning. One list declares, measures and places. */
 #define KT_MODEL_FIELDS(X)                                                                                             \
     X(kt_link, link, n->link, "elementary joints and what they carry")                                                 \
+    X(kt_plane, plane, n->plane, "planes in which trees move")                                                         \
+    X(kt_planar_link, planar, n->planar, "planar links as they lie in their planes; 0: the ground")                    \
+    X(kt_planar_rest, planar_rest, n->planar, "planar links back to the world")                                        \
     X(kt_body_record, body, n->body, "the caller's bodies")                                                            \
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
@@ -210,6 +242,7 @@ struct kt_model {
     kt_level level;
     kt_reduction reduction;
     kt_metric metric;
+    kt_sweep sweep;               /* which links there are: spatial, planar or both */
     double length;                /* of the longest loop, all around: what lengths are held against */
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
     uint32_t name;                /* offset in text */
@@ -244,8 +277,11 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);
 
-/* Frames that an effect acts on; 0: a joint. */
+/* Supplied by lib/effect, of an effect whose type exists: the frames that it acts on (0: a joint); whether the second
+ * is turned to its axis; and its k-th function of time of at most three, KT_FUNCTION_NONE where there is none. */
 int kt_effect_end_count(const kt_effect *effect);
+bool kt_effect_is_turned(const kt_effect *effect);
+const kt_function *kt_effect_function(const kt_effect *effect, int k);
 
 /* Loops and effects onto a model that has bodies and links; *model may move. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error);
@@ -293,6 +329,11 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(kt_response, response, n->link, "from the way back to the way out")                                              \
     X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
     X(kt_link_place, place, n->link, "places and velocities of the links")                                             \
+    X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
+    X(kt_planar_response, planar_response, n->planar, "from the way back to the way out")                              \
+    X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \
+    X(double, planar_cosine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                    \
+    X(double, planar_sine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                      \
     X(double, cosine, kt_lanes8(n->angle), "of the turning links' angles")                                             \
     X(double, sine, kt_lanes8(n->angle), "of the turning links' angles")                                               \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \

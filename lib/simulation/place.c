@@ -67,7 +67,8 @@ static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_siz
     const bool reacts = (wish->record & KT_RECORD_REACTION) != 0, absolute = model != face;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
-    size->n = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
+    size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
+    size->n = size->work + ((wish->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
     size->face_nq = (size_t)kt_model_nq(face);
     size->face_nv = (size_t)kt_model_nv(face);
     size->body = (size_t)kt_model_body_count(face);
@@ -76,6 +77,7 @@ static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_siz
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     size->integrator = kt_integrator_size(wish->method, size->n);
+    size->rate = wish->options.acceleration != NULL ? size->nv : 0;
     size->seen = absolute ? size->face_nq + size->face_nv : 0;
     size->shown = absolute ? size->face_nq + 2 * size->face_nv : 0;
     size->pushed = absolute ? (size_t)kt_model_body_count(model) : 0;
@@ -129,6 +131,7 @@ static kt_status place_integrator(kt_simulation *simulation, const kt_wish *wish
     options.initial_step = wish->options.initial_step;
     options.max_step = wish->options.max_step;
     options.max_steps = wish->options.max_steps;
+    options.quadratures = simulation->size.n - simulation->size.work;
     return kt_integrator_place(simulation->integrator_memory, simulation->size.integrator, wish->method,
                                simulation->size.n, &options, &simulation->integrator, error);
 }
@@ -139,7 +142,7 @@ static void set_records(kt_simulation *simulation, const kt_wish *wish) {
     simulation->interval = wish->run.interval > 0.0 ? wish->run.interval : wish->run.duration / 1000.0;
     simulation->record = wish->record;
     simulation->kinematics = wish->options.kinematics || wish->run.marker_count > 0 ||
-                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_REACTION)) != 0;
+                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTION)) != 0;
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 
@@ -171,6 +174,9 @@ static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *
         return status;
     simulation->groups = kt_loop_group_count(simulation->model);
     simulation->unprojected = wish->options.unprojected;
+    simulation->acceleration = wish->options.acceleration;
+    simulation->projection = wish->options.projection;
+    simulation->user = wish->options.user;
     find_quaternions(simulation);
     set_records(simulation, wish);
     status = place_integrator(simulation, wish, error);

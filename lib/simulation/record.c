@@ -76,7 +76,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     }
     if (status != KT_OK)
         return status;
-    if ((simulation->record & KT_RECORD_ENERGY) != 0) {
+    if ((simulation->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE)) != 0) {
         record->kinetic = kt_kinetic_energy(model, data);
         record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
@@ -92,12 +92,9 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     kt_status status = KT_OK;
-    if (accelerates) {
-        const double *tau = simulation->tau;
-        const kt_wrench *external = simulation->external;
-        kt_simulation_push(simulation, q, &tau, &external);
-        status = kt_acceleration_evaluate(model, simulation->data, t, q, v, tau, external, simulation->a, error);
-    }
+    if (accelerates && kt_simulation_evaluate(simulation, t, q, simulation->tau, simulation->external, NULL,
+                                              simulation->a, NULL, error) != 0)
+        return error->code;
     if (status == KT_OK)
         kt_simulation_show(simulation, t, q, accelerates ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if (status == KT_OK && (simulation->record & KT_RECORD_CONSTRAINT) != 0)
@@ -115,6 +112,7 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
+    record.work = kt_simulation_work_of(simulation, simulation->y);
     if (status == KT_OK) {
         status = evaluate_record(simulation, &record, &from);
         if (status != KT_OK)
