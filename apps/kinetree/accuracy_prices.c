@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 enum { VARIANTS_MAX = 12 };
 
@@ -30,6 +31,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
         add(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
             is_mass ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
     }
+    if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
+        add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
     const bool is_absolute = base.model.formulation == KT_FORMULATION_ABSOLUTE;
     add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->model.formulation =
         is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;

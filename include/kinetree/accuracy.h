@@ -25,6 +25,7 @@
 #ifndef KINETREE_ACCURACY_H
 #define KINETREE_ACCURACY_H
 
+#include "kinetree/analysis.h"
 #include "kinetree/simulation.h"
 
 #ifdef __cplusplus
@@ -40,6 +41,8 @@ typedef struct kt_variant {
     kt_model_options model;
     kt_simulation_options simulation; /* method, max_steps and record are set by the study */
     bool records;                     /* the timed runs hand over the scene's records; else none */
+    bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
+    kt_set_type set;
 } kt_variant;
 
 /* The scene's own way: what `run` asks for. */

@@ -192,8 +192,10 @@ static void find_held_step(kt_ladder *ladder) {
     kt_accuracy_curve *curve = ladder->curve;
     for (int i = 0; i + 1 < curve->count; i++) {
         const kt_accuracy_point *loose = &ladder->points[i], *tight = &ladder->points[i + 1];
-        if (loose->usable && tight->usable && loose->counts.steps >= 50 && kt_accuracy_is_held(curve, loose, tight))
+        if (loose->usable && tight->usable && loose->counts.steps >= 50 && kt_accuracy_is_held(curve, loose, tight)) {
             curve->stable_step = ladder->study->results.duration / (double)loose->counts.steps;
+            return;
+        }
     }
 }
 

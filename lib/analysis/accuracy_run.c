@@ -152,22 +152,47 @@ static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_var
     return KT_OK;
 }
 
-kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,
-                          bool adaptive, double setting, kt_accuracy_point *point, kt_error *error) {
-    kt_run run = kt_accuracy_run(study, variant, method, adaptive, setting);
-    kt_simulation_options options = variant->simulation;
+static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_run *run,
+                          const kt_simulation_options *options, kt_accuracy_point *point, kt_error *error) {
+    kt_simulation_options recorded = *options;
     kt_simulation *simulation = NULL;
     kt_watcher watcher = {study, &point->error};
-    *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
-    options.method = method;
-    options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
-    options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
-    kt_status status = kt_simulation_create(model, &run, &options, &simulation, error);
+    recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
     if (status != KT_OK)
         return status;
     point->status = kt_simulation_run(simulation, watch, &watcher, NULL);
     point->counts = kt_simulation_counts_get(simulation);
     kt_simulation_free(simulation);
     judge(study, point);
-    return point->usable ? time_it(study, model, variant, run, options, point, error) : KT_OK;
+    return point->usable ? time_it(study, model, variant, *run, *options, point, error) : KT_OK;
+}
+
+/* The options of a coordinate set for this setting; an adaptive method's steps are taken for twice as long as those of
+ * the reference. */
+static kt_set_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive, double setting) {
+    const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
+    return kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+}
+
+kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,
+                          bool adaptive, double setting, kt_accuracy_point *point, kt_error *error) {
+    const kt_run run = kt_accuracy_run(study, variant, method, adaptive, setting);
+    kt_simulation_options options = variant->simulation;
+    kt_status status = KT_OK;
+    kt_set *set = NULL;
+    *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
+    options.method = method;
+    options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
+    if (variant->has_set) {
+        const kt_set_options wish = choose_set(study, variant, adaptive, setting);
+        const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
+        status = kt_set_create(absolute ? kt_model_absolute(model) : model, &wish, &set, error);
+        if (status == KT_OK)
+            kt_set_use(set, &options);
+    }
+    if (status == KT_OK)
+        status = try_with(study, model, variant, &run, &options, point, error);
+    kt_set_free(set);
+    return status;
 }
