@@ -215,12 +215,12 @@ static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const 
         const kt_accuracy_norm norm =
             kt_accuracy_distance(study->model, results->length, a->q + row * study->nq, a->v + row * study->nv,
                                  b->q + row * study->nq, b->v + row * study->nv, study->difference);
+        error->end_position = norm.position;
+        error->end_velocity = norm.velocity;
         if (!(norm.position <= parted * fmax(results->amplitude, nudge)))
             return k;
         error->position = fmax(error->position, norm.position);
         error->velocity = fmax(error->velocity, norm.velocity);
-        error->end_position = norm.position;
-        error->end_velocity = norm.velocity;
         error->energy = fmax(error->energy, fabs(a->energy[row] - b->energy[row]));
     }
     return rows;
@@ -318,7 +318,7 @@ kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
         return kt_error_set(error, KT_ERROR_ARGUMENT, "reference",
                             "it parts from what %s computes at once: %.3g in the norm of the study, with an amplitude "
                             "of %.3g; is it of this scene, with the same start?",
-                            results->check->name, results->uncertainty.position, results->amplitude);
+                            results->check->name, results->uncertainty.end_position, results->amplitude);
     find_amplitude(study, &study->reference);
     return KT_OK;
 }
