@@ -4,6 +4,7 @@
 #define KT_REDUCTION_LAPACK_H
 
 #include <lapacke.h>
+#include <stdbool.h>
 
 /* A P = Q R with column pivoting; returns LAPACK's info. */
 static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
@@ -30,6 +31,16 @@ static inline int kt_lapack_geevx(int n, double *a, double *real, double *imagin
     int low, high;
     return LAPACKE_dgeevx_work(LAPACK_COL_MAJOR, 'B', 'V', 'V', 'E', n, a, n, real, imaginary, left, n, right, n, &low,
                                &high, scale, norm, condition, NULL, work, size, NULL);
+}
+
+/* Whether a symmetric matrix (n x n, overwritten; its lower triangle counts) is positive definite. */
+static inline bool kt_lapack_is_positive(int n, double *a) {
+    return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n) == 0;
+}
+
+/* x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or LAPACK's info where A is singular. */
+static inline int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
+    return LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n);
 }
 
 #endif
