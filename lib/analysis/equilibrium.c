@@ -279,10 +279,9 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
     kt_linear_system system = {0};
     double length = HUGE_VAL, path = 0.0;
     for (found->steps = 0; found->steps < most && path < RUNAWAY; found->steps++) {
-        if (!(size_of(l, l->a0) > 0.0))
-            length = 0.0;
-        found->distance = length;
-        if (length == 0.0)
+        found->distance = length < HUGE_VAL ? length : 0.0;
+        found->acceleration = size_of(l, l->a0);
+        if (found->acceleration == 0.0)
             return KT_OK;
         kt_status status = kt_chart_choose(l, s->out, &system, error);
         s->freedoms = system.velocities;
@@ -294,10 +293,8 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         if (status != KT_OK)
             return status;
         const double stiff = stiffest(s);
-        if (!clear_rounding(s, stiff)) {
-            found->distance = fmin(length, THERE);
+        if (!clear_rounding(s, stiff))
             return KT_OK;
-        }
         reduce_force(s, l->a0, l->force);
         if (!solve(s, stiff))
             break;
@@ -306,7 +303,6 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         if (status != KT_OK)
             return status;
         path += length;
-        found->distance = length > 0.0 ? length : wanted;
         if (length == 0.0 && (wanted < THERE || before < THERE)) /* rounding rules */
             return KT_OK;
         if (length == 0.0)
@@ -330,7 +326,6 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     if (status != KT_OK)
         return status;
     memcpy(q, l->q0, l->size.q * sizeof *q);
-    result.acceleration = size_of(l, l->a0);
     if (found)
         *found = result;
     return KT_OK;

@@ -56,6 +56,7 @@ typedef struct kt_system_arrays {
     X(double, tableau, 2 * KT_TABLEAU_DEPTH * s->f, "two rows of an extrapolation")                                    \
     X(double, slope, s->f * s->n, "derivatives of what is probed")                                                     \
     X(double, slope_error, s->f * s->n, "their errors")                                                                \
+    X(double, best_step, s->f, "that a derivative was taken from")                                                     \
     X(double, floor, s->f, "rounding of what is probed")                                                               \
     X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
     X(double, chart, s->n * s->n, "derivatives of the states along the directions taken")                              \
