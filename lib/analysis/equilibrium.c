@@ -134,7 +134,7 @@ static bool solve(const search *s, double stiff) {
     double mu = NEUTRAL * (stiff > 0.0 ? stiff : 1.0);
     for (int i = 0; i < 60 && !s->nearest; i++) {
         add_up(s, mu, true);
-        if (kt_lapack_is_positive(s->freedoms, l->factor))
+        if (kt_lapack_potrf(s->freedoms, l->factor) == 0)
             break;
         mu = fmax(2.0 * mu, 1e-3 * stiff);
     }

@@ -4,7 +4,6 @@
 #define KT_REDUCTION_LAPACK_H
 
 #include <lapacke.h>
-#include <stdbool.h>
 
 /* A P = Q R with column pivoting; returns LAPACK's info. */
 static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
@@ -33,9 +32,12 @@ static inline int kt_lapack_geevx(int n, double *a, double *real, double *imagin
                                &high, scale, norm, condition, NULL, work, size, NULL);
 }
 
-/* Whether a symmetric matrix (n x n, overwritten; its lower triangle counts) is positive definite. */
-static inline bool kt_lapack_is_positive(int n, double *a) {
-    return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n) == 0;
+/* A = L L' over the lower triangle of A (n x n); returns LAPACK's info: > 0 where A is not positive definite. */
+static inline int kt_lapack_potrf(int n, double *a) { return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n); }
+
+/* X = L^-1 X ('N') or L^-T X ('T') for the lower triangle L (n x n) and n x columns X. */
+static inline int kt_lapack_trtrs(char trans, int n, int columns, const double *l, double *x) {
+    return LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n);
 }
 
 /* x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or LAPACK's info where A is singular. */
