@@ -73,7 +73,8 @@ typedef struct kt_run {
     double relative;        /* tolerances of an adaptive method */
     double absolute;
     kt_formulation formulation; /* absolute: of a model that was compiled for it (kt_model_options) */
-    kt_reduction reduction; /* these three are for kt_model_options: a simulation does what its model was compiled for */
+    kt_reduction
+        reduction; /* these three are for kt_model_options: a simulation does what its model was compiled for */
     kt_metric metric;
     kt_plan plan;
     double interval; /* s between records; 0: about 1000 records */
