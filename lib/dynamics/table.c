@@ -10,4 +10,5 @@ const kt_kernels KT_KERNEL(kt_kernels) = {
     .inverse = KT_KERNEL(kt_inverse),
     .mass = KT_KERNEL(kt_mass),
     .kinematics = KT_KERNEL(kt_kinematics),
+    .bearers = KT_KERNEL(kt_bearers),
 };

@@ -29,6 +29,7 @@ KT_TEST(status_values_are_pinned) {
     kt_check_equal_int("KT_ERROR_FILE", KT_ERROR_FILE, 9);
     kt_check_equal_int("KT_ERROR_SCENE", KT_ERROR_SCENE, 10);
     kt_check_equal_int("KT_ERROR_UNSUPPORTED", KT_ERROR_UNSUPPORTED, 11);
+    kt_check_equal_int("KT_ERROR_EFFECT", KT_ERROR_EFFECT, 12);
 }
 
 KT_TEST(every_status_has_a_text_of_its_own) {
