@@ -3,6 +3,7 @@
 #define KINETREE_KINETREE_H
 
 #include "kinetree/algebra.h"
+#include "kinetree/analysis.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/effect.h"
 #include "kinetree/integrator.h"

@@ -1,7 +1,9 @@
 /* Mechanisms as a whole: loops reduced, effects acting. What a simulation calls at every stage and after every step.
  *
  * A model without loops and effects pays for neither: its accelerations are those of kt_dynamics_forward, its
- * projection renormalises quaternions where there are some. No call allocates. t is in s.
+ * projection renormalises quaternions where there are some. No call allocates, but for OpenBLAS where it may use more
+ * than one thread: sharing a group of some 90 coordinates or more among them it allocates what that takes
+ * (OPENBLAS_NUM_THREADS=1 or openblas_set_num_threads(1), which are the caller's to set, prevent it). t is in s.
  *
  * Method: phi(u, t) = 0, A v = b', A a = b'' [MSD 7.4, 7.28]; A' P = [Q1 Q2][R1; 0], a = Q1 R1^-T b'' + Q2 z with
  * (Q2' M Q2) z = Q2' (tau - h - M a0) [MSD 7.33, 7.34], for each group of loops that share links, inside the

@@ -23,4 +23,13 @@ static inline int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u,
     return LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'O', m, n, a, m, s, u, m, NULL, 1, work, size);
 }
 
+/* Eigenvalues and the left and right vectors of A (n x n, overwritten; balanced first), as LAPACK packs them; norm: of
+ * the balanced matrix; condition: |w' x| for unit vectors of the balanced matrix; scale: n numbers of scratch. */
+static inline int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *left, double *right,
+                                  double *scale, double *norm, double *condition, double *work, int size) {
+    int low, high;
+    return LAPACKE_dgeevx_work(LAPACK_COL_MAJOR, 'B', 'V', 'V', 'E', n, a, n, real, imaginary, left, n, right, n, &low,
+                               &high, scale, norm, condition, NULL, work, size, NULL);
+}
+
 #endif

@@ -1,0 +1,151 @@
+/* Small motions about a state: state, input and output matrices, modes, static equilibrium.
+ *
+ *     kt_linearization *linearization = NULL;
+ *     status = kt_linearization_create(model, NULL, &linearization, &error);
+ *     status = kt_linearization_evaluate(linearization, 0.0, q, v, NULL, &error);
+ *     const kt_linear_system *s = kt_linearization_system(linearization);
+ *     ... s->state[j * s->states + i] ...
+ *     kt_linearization_free(linearization);
+ *
+ * The states of a mechanism with loops, phi(q, t) = 0 and A(q, t) v = b', are a manifold of (nv - rank of the equations
+ * with a residual) + (nv - rank of all) dimensions; rolling makes the two numbers differ. Its coordinates here, the
+ * *states*, are the differences of some of the joints' own coordinates from those of the given state: first
+ * `positions` of q (+) dq, then `velocities` of v + dv. Which ones is chosen by elimination with full pivoting, so that
+ * all others follow from them with small factors. A position coordinate is counted as velocities are: along the joint's
+ * exponential map (kt_position_add), which for quaternions is a small rotation in body axes.
+ *
+ * A difference from a state that moves is one from the whole motion through that state: the rotation of a ball or free
+ * body is counted in the axes of the body as it moves along, d/dt dq = dv - omega x dq. So steady motions (a sleeping
+ * top, a bicycle that rolls straight on) have constant matrices; about any other motion they hold for an instant.
+ *
+ * Matrices are column-major. Calls allocate nothing but where they say so.
+ */
+#ifndef KINETREE_ANALYSIS_H
+#define KINETREE_ANALYSIS_H
+
+#include "kinetree/reduction.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- linearisation ----------------------------------------------------------------------------------------------- */
+
+/* A marker of a body, by index. */
+typedef struct kt_marker_index {
+    int body, marker;
+} kt_marker_index;
+
+/* What the matrices are about. Lists stay the caller's and are read by _size, _place and _create only. */
+typedef struct kt_linearization_options {
+    const int *inputs; /* velocity coordinates whose joint forces are inputs; NULL: those of all motors, in the order of
+                          the description (kt_motor_coordinates) */
+    int input_count;
+    const kt_marker_index *outputs; /* markers whose positions and velocities are outputs; NULL: all, body by body */
+    int output_count;
+} kt_linearization_options;
+
+KT_API kt_linearization_options kt_linearization_options_default(void);
+
+/* Velocity coordinates that the motors of the description drive, in its order; returns their number. coordinates (as
+ * many as that) may be NULL. */
+KT_API int kt_motor_coordinates(const kt_model *model, int *coordinates);
+
+/* x' = state x + input u and y = output x about a state. All arrays live in the linearisation and are valid until its
+ * next evaluation. A coordinate is an index into v; units are its own (rad or m, and per second). */
+typedef struct kt_linear_system {
+    int states;                     /* positions + velocities */
+    int positions, velocities;      /* dimensions of the position manifold, and of the velocities at one position */
+    int coordinates;                /* nv */
+    int inputs, outputs;            /* outputs: six a marker, x, y, z and x', y', z' in the world */
+    const int *position_coordinate; /* positions: the coordinate that a state is; ascending */
+    const int *velocity_coordinate; /* velocities: the same */
+    const double *state;            /* states x states */
+    const double *input;            /* states x inputs: by unit forces in the coordinates asked for */
+    const double *output;           /* outputs x states */
+    const double *positions_of;     /* coordinates x states: dq of all joints, from the states */
+    const double *velocities_of;    /* coordinates x states: dv of all joints */
+    const double *rate;             /* states: x' of the state itself, zero at an equilibrium */
+    const double *state_error;      /* states x states: estimated error of each number of `state` */
+    const double *input_error;      /* states x inputs */
+    const double *output_error;     /* outputs x states */
+    const double *unit;  /* coordinates: what counts as a large change: 1 rad, or a length of the mechanism */
+    double error;        /* largest of state_error against the largest of `state`, both by units */
+    double speed;        /* largest |v| against its unit, 1/s: zero at rest */
+    double acceleration; /* largest |a| against its unit, 1/s^2: zero in equilibrium and in steady motion */
+    bool near_singular;  /* loops are near a singular position: expect large errors */
+} kt_linear_system;
+
+typedef struct kt_linearization kt_linearization;
+
+/* Bytes that a linearisation takes; 0 where options are wrong, which _place then says in words. options may be NULL. */
+KT_API size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options);
+
+/* Lays a linearisation out in the caller's memory (KT_ALIGNMENT). The model must outlive it. Errors: KT_ERROR_ARGUMENT
+ * (an index that is none), KT_ERROR_MEMORY. */
+KT_API KT_CHECKED kt_status kt_linearization_place(const kt_model *model, const kt_linearization_options *options,
+                                                   void *memory, size_t size, kt_linearization **linearization,
+                                                   kt_error *error);
+
+/* The same in memory of its own, released with kt_linearization_free. */
+KT_API KT_CHECKED kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
+                                                    kt_linearization **linearization, kt_error *error);
+KT_API void kt_linearization_free(kt_linearization *linearization);
+
+/* Linearises about (t, q, v) under joint forces tau (nv, may be NULL) and the effects as they are at t. A state that is
+ * not closed is projected first (kt_state_project); q and v themselves are not touched.
+ *
+ * Derivatives are central differences along the manifold, extrapolated from a sequence of halved steps (Ridders 1982,
+ * Advances in Engineering Software 4, 75-76), each number from the steps that suit it best; what the last steps of the
+ * extrapolation and rounding leave is the estimated error. Angles are first moved by 0.1 rad. A scene with a kink at
+ * the state itself (a spring of no length, a table's corner) has no derivative: its estimate says so.
+ * Errors: KT_ERROR_SINGULAR at a singular position of the loops, where the states are no manifold, and as
+ * kt_acceleration_evaluate; KT_ERROR_CONSTRAINT; KT_ERROR_NOT_FINITE; the system is then as before. About 12 states
+ * evaluations of the acceleration, and O(nv^3). */
+KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *linearization, double t, const double *q,
+                                                      const double *v, const double *tau, kt_error *error);
+
+/* What the last evaluation found; without one all counts are zero. */
+KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *linearization);
+
+/* ---- modes ------------------------------------------------------------------------------------------------------- */
+
+/* A solution exp(lambda t) of x' = state x; of two conjugate ones the one with imaginary > 0 stands for both. */
+typedef struct kt_mode {
+    double real, imaginary; /* lambda, 1/s and rad/s */
+    double frequency;       /* imaginary / (2 pi), Hz */
+    double damping;         /* -real / |lambda|: 1 creeps back, 0 swings for ever, below 0 grows; 0 where lambda is 0 */
+    double error;           /* estimated error of lambda, 1/s */
+    int count;              /* eigenvalues that this stands for: 2 for a conjugate pair, else 1 */
+} kt_mode;
+
+typedef struct kt_modes kt_modes;
+
+/* Bytes for the modes of any state of a model; placing and releasing as above. */
+KT_API size_t kt_modes_size(const kt_model *model);
+KT_API KT_CHECKED kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes,
+                                           kt_error *error);
+KT_API KT_CHECKED kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error);
+KT_API void kt_modes_free(kt_modes *modes);
+
+/* All modes of a linear system of the same model, by rising |lambda|. Numbers of the state matrix that are below their
+ * estimated error count as zero. Eigenvalues by LAPACK's dgeevx; their error is, to first order, |w| (state_error +
+ * rounding) |x| / |w' x| with the left and right vectors: large where eigenvalues with one shape coincide, as those of
+ * a body that drifts or of critical damping. Errors: KT_ERROR_NOT_FINITE where the eigenvalues do not converge;
+ * KT_ERROR_ARGUMENT where the system is of another size. O(states^3). */
+KT_API KT_CHECKED kt_status kt_modes_evaluate(kt_modes *modes, const kt_linear_system *system, kt_error *error);
+
+/* Modes found by the last evaluation. */
+KT_API int kt_modes_count(const kt_modes *modes);
+KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
+
+/* The shape of a mode: dq (nv complex numbers: re, im, re, im, ...) of all joints, or dv. Scaled so that the largest
+ * |dq| against its unit is 1 and that number is real; where no position moves, the same of dv. Valid until the next
+ * evaluation. */
+KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
+KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
