@@ -13,9 +13,10 @@
 typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
-    int formulation, reduction, metric;
-    const char *out, *summary, *plot;
-    bool unprojected, quiet;
+    int formulation, reduction, metric, plan;
+    const char *out, *summary, *plot, *checkpoint, *resume;
+    double checkpoint_interval;
+    bool unprojected, dark, quiet;
 } kt_run_arguments;
 
 /* Returns -1 to go on, or an exit code. */
@@ -46,6 +47,8 @@ typedef struct kt_csv {
 
 /* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
+/* The same for a file of which the first `lines` bytes stand; what follows them is cut off. */
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long lines);
 /* Returns 0, or -1 where the line could not be written, which has been said. */
 int kt_csv_write(kt_csv *csv, const kt_record *record);
 /* Returns 0, or -1 where the file could not be closed, which has been said. */
@@ -94,6 +97,8 @@ typedef struct kt_progress {
 
 kt_progress kt_progress_start(bool quiet);
 void kt_progress_update(kt_progress *progress, double done, double whole);
+/* The same with words of the caller's in the place of the time; part: 0 to 1. */
+void kt_progress_show(kt_progress *progress, double part, const char *words);
 void kt_progress_end(kt_progress *progress);
 
 #endif

@@ -5,7 +5,7 @@
  * j + 1 rows and columns tends to that of f_y, from a start that has a part of every mode, far faster than the
  * quotients of the power method: those stand still for many iterations where the start happens to hold little of the
  * fastest mode and much of one that is nearly as fast, and say 3/4 of the truth meanwhile. It ends where two radii
- * differ by two in a hundred, or at what the modes that are excited span.
+ * differ by one in a hundred, or at what the modes that are excited span.
  *
  * The radius of the small matrix is lim |H^p|^(1/p), by squaring: p = 2^8. It errs upwards.
  *

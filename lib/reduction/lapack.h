@@ -32,4 +32,17 @@ static inline int kt_lapack_geevx(int n, double *a, double *real, double *imagin
                                &high, scale, norm, condition, NULL, work, size, NULL);
 }
 
+/* A = L L' over the lower triangle of A (n x n); returns LAPACK's info: > 0 where A is not positive definite. */
+static inline int kt_lapack_potrf(int n, double *a) { return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n); }
+
+/* X = L^-1 X ('N') or L^-T X ('T') for the lower triangle L (n x n) and n x columns X. */
+static inline int kt_lapack_trtrs(char trans, int n, int columns, const double *l, double *x) {
+    return LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n);
+}
+
+/* x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or LAPACK's info where A is singular. */
+static inline int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
+    return LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n);
+}
+
 #endif
