@@ -70,9 +70,9 @@ static void say_warning(const kt_model *model, const kt_run *run, const kt_metho
     kt_write_movers(model, at.moves, movers, sizeof movers);
     if (limit->growth < 1e6)
         snprintf(way, sizeof way, "grows about %.2g times over the run", limit->growth);
-    kt_say("warning: steps of %g s are too long for %s to be stable: a %s (%s) %s, which it does not in truth. Take "
+    kt_say("warning: steps of %g s are too long for %s to be stable: %s %s (%s) %s, which in truth it does not. Take "
            "steps below %.3g s%s; 'kinetree stability' shows more",
-           run->step, method->name, mode, movers, way, limit->step,
+           run->step, method->name, mode[0] == 'u' ? "an" : "a", mode, movers, way, limit->step,
            !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
 }
 
@@ -94,9 +94,4 @@ bool kt_warn_of_step(const kt_model *model, const kt_run *run, const kt_simulati
     }
     kt_spectrum_free(spectrum);
     return warns;
-}
-int kt_stability_draw(const kt_stability_look *look, const char *path) {
-    (void)look;
-    (void)path;
-    return 0;
 }

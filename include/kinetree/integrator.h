@@ -136,6 +136,10 @@ typedef struct kt_stability {
 KT_CHECKED KT_API kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability,
                                               kt_error *error);
 
+/* The stages that a stabilised method takes where `z` is the step times the largest |lambda|, its margin included; a
+ * tableau's own number. KT_STABILISED_STAGES_MAX + 1 where there are not enough. */
+KT_API int kt_stability_stages(const kt_method *method, double z);
+
 /* R(z); |R(z)|. O(degree). */
 KT_API kt_complex kt_stability_value(const kt_stability *stability, kt_complex z);
 KT_API double kt_stability_gain(const kt_stability *stability, kt_complex z);

@@ -75,6 +75,10 @@ kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *s
     return KT_OK;
 }
 
+int kt_stability_stages(const kt_method *method, double z) {
+    return method->stabilised ? kt_chebyshev_stages(KT_RADIUS_MARGIN * z) : method->stages;
+}
+
 static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
     const kt_complex x = {s->w0 + s->w1 * z.re, s->w1 * z.im};
     kt_complex t1 = {1.0, 0.0}, t = x;
@@ -281,7 +285,7 @@ static double worst_growth(const kt_method *method, double radius, const kt_comp
                            double duration, ptrdiff_t *index) {
     kt_stability s;
     double worst = 1.0;
-    const int stages = method->stabilised ? kt_chebyshev_stages(KT_RADIUS_MARGIN * step * radius) : 2;
+    const int stages = kt_stability_stages(method, step * radius);
     if (kt_stability_make(method, stages, &s, NULL) != KT_OK) {
         (void)largest_size(lambda, count, index);
         return HUGE_VAL;
