@@ -1,9 +1,17 @@
 /* All of LAPACK that the library uses: column-major, workspaces given, which the _work calls promise not to allocate.
+ *
+ * A build without loops (KT_NO_LOOPS) does not have it: no model with loops can be compiled there, so that only the
+ * eigenvalues of a tree are asked for, which fail.
  */
 #ifndef KT_REDUCTION_LAPACK_H
 #define KT_REDUCTION_LAPACK_H
 
+#include <stdint.h>
+
+#ifndef KT_NO_LOOPS
 #include <lapacke.h>
+
+enum { KT_HAS_LAPACK = 1 };
 
 /* A P = Q R with column pivoting; returns LAPACK's info. */
 static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
@@ -32,4 +40,32 @@ static inline int kt_lapack_geevx(int n, double *a, double *real, double *imagin
                                &high, scale, norm, condition, NULL, work, size, NULL);
 }
 
+#else
+
+enum { KT_HAS_LAPACK = 0 };
+
+static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
+    (void)m, (void)n, (void)a, (void)pivot, (void)tau, (void)work, (void)size;
+    return -1;
+}
+
+static inline int kt_lapack_ormqr(char trans, int m, int columns, int reflectors, const double *a, const double *tau,
+                                  double *c, double *work, int size) {
+    (void)trans, (void)m, (void)columns, (void)reflectors, (void)a, (void)tau, (void)c, (void)work, (void)size;
+    return -1;
+}
+
+static inline int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u, double *work, int size) {
+    (void)m, (void)n, (void)a, (void)s, (void)u, (void)work, (void)size;
+    return -1;
+}
+
+static inline int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *left, double *right,
+                                  double *scale, double *norm, double *condition, double *work, int size) {
+    (void)n, (void)a, (void)real, (void)imaginary, (void)left, (void)right, (void)scale, (void)norm;
+    (void)condition, (void)work, (void)size;
+    return -1;
+}
+
+#endif
 #endif
