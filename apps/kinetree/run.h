@@ -13,7 +13,7 @@
 typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
-    int formulation, reduction, metric;
+    int formulation, reduction, metric, plan;
     const char *out, *summary, *plot, *checkpoint, *resume;
     double checkpoint_interval;
     bool unprojected, quiet;
