@@ -20,6 +20,9 @@ enum { KT_HAS_LAPACK = 1 };
 #define KT_LAPACK(call) (call)
 #endif
 
+/* What those say who cannot do without. */
+#define KT_NEEDS_LAPACK "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK"
+
 /* A P = Q R with column pivoting; returns LAPACK's info. */
 static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
     for (int i = 0; i < n; i++)
