@@ -36,7 +36,7 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, const d
     const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
-    if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent != 0))
+    if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent ? 6 : 0))
         return false;
     if (group->parent)
         kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
@@ -171,24 +171,6 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     }
 }
 
-/* x <- x - N (N' N)^-1 N' x, the least of the solutions. */
-static bool make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
-    const int freedoms = w->m - rank;
-    double *y = w->half;
-    kind->basis(w, rank);
-    for (int c = 0; c < freedoms; c++)
-        for (int r = 0; r < freedoms; r++)
-            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
-                kt_dense_dot(w->basis + (size_t)c * (size_t)w->m, w->basis + (size_t)r * (size_t)w->m, w->m);
-    if (!kt_dense_cholesky(w->reduced, freedoms, NULL))
-        return false;
-    memcpy(y, w->base, (size_t)w->m * sizeof *y);
-    kt_group_project(w, freedoms, y);
-    for (int i = 0; i < w->m; i++)
-        w->base[i] -= y[i];
-    return true;
-}
-
 /* Whatever is not part of a group stays. */
 static bool close_least(const kt_model *model, kt_data *data, double *step) {
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
@@ -197,7 +179,7 @@ static bool close_least(const kt_model *model, kt_data *data, double *step) {
         const kt_group_work w = kt_group_place(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
         kind->particular(&w, data->rank[g], w.right, w.base);
-        if (!kind->least && !make_least(kind, &w, data->rank[g]))
+        if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
             return false;
         for (int i = 0; i < w.m; i++)
             step[model->group_v[group->v + i]] = w.base[i];

@@ -14,25 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-/* The column with the largest squared norm *n2 of its rows from j on, among the columns from j on. Norms are taken
- * anew: brought up to date instead, they would lose their digits where the rank ends. *all is their sum. */
-static int largest_column(const kt_group_work *w, int j, double *n2, double *all) {
-    int best = j;
-    *n2 = *all = 0.0;
-    for (int c = j; c < w->k; c++) {
-        const double *column = w->factor + (size_t)c * (size_t)w->m;
-        double sum = 0.0;
-        for (int i = j; i < w->m; i++)
-            sum += column[i] * column[i];
-        *all += sum;
-        if (sum > *n2) {
-            *n2 = sum;
-            best = c;
-        }
-    }
-    return best;
-}
-
 static void swap_columns(const kt_group_work *w, int a, int b) {
     double *x = w->factor + (size_t)a * (size_t)w->m, *y = w->factor + (size_t)b * (size_t)w->m;
     for (int i = 0; i < w->m; i++) {
@@ -56,41 +37,78 @@ static inline void reflect(const double *u, double t, int j, int m, double *x) {
         x[i] -= sum * u[i];
 }
 
-/* The reflector that turns rows j.. of column j, of squared norm n2, into (R_jj, 0, ...). */
-static void eliminate(const kt_group_work *w, int j, double n2) {
+/* The reflector that turns rows j.. of column j, of squared norm norm[j], into (R_jj, 0, ...). norm: of the columns'
+ * rows from j on, and then from j + 1 on. They are taken anew: brought up to date instead, they would lose their digits
+ * where the rank ends. */
+static inline void eliminate(const kt_group_work *w, int j, double *norm) {
     const int m = w->m;
-    double *column = w->factor + (size_t)j * (size_t)m;
-    const double head = column[j], r = head > 0.0 ? -sqrt(n2) : sqrt(n2);
-    const double u0 = head - r;
+    double *u = w->factor + (size_t)j * (size_t)m;
+    const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
     for (int i = j + 1; i < m; i++)
-        column[i] /= u0;
-    w->reflector[j] = -u0 / r;
-    column[j] = r;
-    for (int c = j + 1; c < w->k; c++)
-        reflect(column, w->reflector[j], j, m, w->factor + (size_t)c * (size_t)m);
+        u[i] /= u0;
+    w->reflector[j] = t;
+    u[j] = r;
+    for (int c = j + 1; c < w->k; c++) {
+        double *x = w->factor + (size_t)c * (size_t)m;
+        reflect(u, t, j, m, x);
+        norm[c] = 0.0;
+        for (int i = j + 1; i < m; i++)
+            norm[c] += x[i] * x[i];
+    }
+}
+
+/* The longest column from j on; *all: the sum of all squares from there. */
+static inline int longest_column(const double *norm, int j, int k, double *all) {
+    int best = j;
+    *all = 0.0;
+    for (int c = j; c < k; c++) {
+        *all += norm[c];
+        if (norm[c] > norm[best])
+            best = c;
+    }
+    return best;
+}
+
+/* Copies A', and takes the columns' squared norms. */
+static void begin(const kt_group_work *w, double *norm) {
+    const double *a = w->a;
+    double *x = w->factor;
+    for (int c = 0; c < w->k; c++) {
+        w->pivot[c] = c;
+        norm[c] = 0.0;
+        for (int i = 0; i < w->m; i++) {
+            *x = *a++;
+            norm[c] += *x * *x;
+            x++;
+        }
+    }
 }
 
 static int factor_small(kt_group_work *w, int cap) {
-    double first = 0.0, n2, all;
-    for (int c = 0; c < w->k; c++)
-        w->pivot[c] = c;
+    double first = 0.0, all, *norm = w->work;
+    begin(w, norm);
     for (int j = 0; j < cap; j++) {
-        const int best = largest_column(w, j, &n2, &all);
+        const int best = longest_column(norm, j, w->k, &all);
         if (!isfinite(all))
             return -1;
         if (j == 0)
-            first = n2;
-        if (!(n2 > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
+            first = norm[best];
+        if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             return j;
-        if (best != j)
+        if (best != j) {
             swap_columns(w, j, best);
-        eliminate(w, j, n2);
+            const double t = norm[j];
+            norm[j] = norm[best];
+            norm[best] = t;
+        }
+        eliminate(w, j, norm);
     }
     return cap;
 }
 
 static int factor_large(kt_group_work *w, int cap) {
     const int size = (int)kt_group_work_count((size_t)w->m, (size_t)w->k);
+    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
     for (size_t i = 0; i < (size_t)w->m * (size_t)w->k; i++)
         if (!isfinite(w->factor[i]))
             return -1;
@@ -104,7 +122,6 @@ static int factor_large(kt_group_work *w, int cap) {
 }
 
 static int factor(kt_group_work *w, int cap) {
-    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
     if (w->m == 0 || w->k == 0)
         return 0;
     return w->m >= KT_LARGE ? factor_large(w, cap) : factor_small(w, cap);
