@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NAME_SIZE = 12 };
+enum { NAME_SIZE = 16 };
 
 const kt_vec3 kt_chain_gravity = {0.0, 0.0, -9.81};
 const kt_body kt_chain_link = {

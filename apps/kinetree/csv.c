@@ -119,6 +119,11 @@ static void add_line(kt_csv *csv, const kt_record *r) {
         add_cell(csv, r, r != NULL ? r->potential : 0.0, "energy.potential");
         add_cell(csv, r, r != NULL ? r->kinetic + r->potential : 0.0, "energy.total");
     }
+    if ((csv->record & KT_RECORD_BALANCE) != 0) {
+        add_cell(csv, r, r != NULL ? r->work.dissipated : 0.0, "energy.dissipated");
+        add_cell(csv, r, r != NULL ? r->work.supplied : 0.0, "energy.supplied");
+        add_cell(csv, r, r != NULL ? kt_balance_of(r) : 0.0, "energy.balance");
+    }
     if ((csv->record & KT_RECORD_CONSTRAINT) != 0) {
         add_cell(csv, r, r != NULL ? r->constraint.position : 0.0, "constraint.position");
         add_cell(csv, r, r != NULL ? r->constraint.velocity : 0.0, "constraint.velocity");

@@ -54,6 +54,11 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
     say_cost(outcome, time);
     if (outcome->has_energy)
         fprintf(stderr, "  total energy %g J, drift at most %.2g J\n", outcome->energy_start, outcome->drift);
+    if (outcome->has_balance) {
+        const kt_work work = kt_simulation_work(outcome->simulation);
+        fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
+                work.supplied, outcome->balance_drift);
+    }
     if (kt_loop_count(outcome->model) > 0)
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);

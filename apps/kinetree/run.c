@@ -40,6 +40,13 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
         outcome->has_energy = true;
         outcome->drift = larger(outcome->drift, fabs(total - outcome->energy_start));
     }
+    if (!isnan(record->work.dissipated)) {
+        double balance = kt_balance_of(record);
+        if (outcome->records == 0)
+            outcome->balance_start = balance;
+        outcome->has_balance = true;
+        outcome->balance_drift = larger(outcome->balance_drift, fabs(balance - outcome->balance_start));
+    }
     if (!isnan(record->constraint.position)) {
         outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
         outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);

@@ -51,6 +51,11 @@ int kt_csv_write(kt_csv *csv, const kt_record *record);
 /* Returns 0, or -1 where the file could not be closed, which has been said. */
 int kt_csv_close(kt_csv *csv);
 
+/* kinetic + potential + dissipated - supplied: what a run keeps constant. NaN where the works are not known. */
+static inline double kt_balance_of(const kt_record *record) {
+    return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
+}
+
 /* ---- what came out ----------------------------------------------------------------------------------------------- */
 
 typedef struct kt_outcome {
@@ -63,6 +68,9 @@ typedef struct kt_outcome {
     bool has_energy;        /* the next three are known */
     double energy_start;    /* total, J */
     double drift;           /* largest |total - total at the start|, J */
+    bool has_balance;       /* the next two are known */
+    double balance_start;   /* kinetic + potential + dissipated - supplied, J */
+    double balance_drift;   /* largest |that - that at the start|, J */
     kt_residual constraint; /* largest residuals */
     double cpu_seconds;
 } kt_outcome;

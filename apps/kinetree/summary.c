@@ -56,6 +56,15 @@ static json_t *measure_energy(const kt_outcome *outcome, const kt_data *data) {
     return energy;
 }
 
+static json_t *measure_balance(const kt_outcome *outcome) {
+    const kt_work work = kt_simulation_work(outcome->simulation);
+    json_t *balance = json_object();
+    json_object_set_new(balance, "dissipated", kt_json_number(work.dissipated));
+    json_object_set_new(balance, "supplied", kt_json_number(work.supplied));
+    json_object_set_new(balance, "drift", kt_json_number(outcome->balance_drift));
+    return balance;
+}
+
 static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
     const kt_model *model = outcome->model;
     const double *q = kt_simulation_positions(outcome->simulation);
@@ -76,6 +85,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
     json_object_set_new(root, "marker", list_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));
+    if (outcome->has_balance)
+        json_object_set_new(root, "balance", measure_balance(outcome));
     json_object_set_new(
         root, "constraint",
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));

@@ -148,6 +148,11 @@ typedef struct kt_integrator_options {
     double factor_min, factor_max;
 
     uint64_t max_steps; /* accepted and rejected, since the start; 0: no limit */
+
+    /* The last so many of the n equations are quadratures: f does not depend on them. They are integrated and
+     * interpolated like the rest, but have no part in the error and in the choice of steps: not one bit of the others
+     * changes by their being there. Less than n. */
+    size_t quadratures;
 } kt_integrator_options;
 
 /* Adaptive, tolerances 1e-6 and 1e-9, Hairer's control constants (safety 0.9, alpha 0.85, beta 0.2, factors 0.2 and

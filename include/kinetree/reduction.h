@@ -48,6 +48,22 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
 
+/* Powers in a motion, W: what effects turn into heat (>= 0), and what comes from outside: of effects that drive, of
+ * joint forces and external wrenches that a caller gives, and of loops that change with time. With T the kinetic and V
+ * the potential energy (kt_kinetic_energy; kt_potential_energy + kt_effect_energy)
+ *     d(T + V)/dt = supplied - dissipated. */
+typedef struct kt_power {
+    double dissipated, supplied;
+} kt_power;
+
+/* kt_acceleration_evaluate, with the same bits in a, and the powers that go with it. What a driven loop supplies is the
+ * power v . (M a + h - tau) of all that holds the loops closed. Costs besides what the effects' powers cost: kinematics
+ * where there are external wrenches, inverse dynamics where a loop changes with time. Errors: as there; a and *power
+ * are then untouched. */
+KT_API KT_CHECKED kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
+                                              const double *v, const double *tau, const kt_wrench *external, double *a,
+                                              kt_power *power, kt_error *error);
+
 /* How much q and v violate the loops: the largest residual of positions (m or rad) and of velocities (m/s or rad/s). */
 typedef struct kt_residual {
     double position, velocity;

@@ -43,8 +43,14 @@ extern "C" {
     X(KT_RECORD_VELOCITY, 2, velocity)                                                                                 \
     X(KT_RECORD_ACCELERATION, 4, acceleration)                                                                         \
     X(KT_RECORD_ENERGY, 8, energy)                                                                                     \
+    X(KT_RECORD_BALANCE, 64, balance)                                                                                  \
     X(KT_RECORD_CONSTRAINT, 16, constraint)                                                                            \
     X(KT_RECORD_REACTION, 32, reaction)
+
+/* KT_RECORD_BALANCE asks for the energies and for the works that effects, pushes and driven loops have done, which are
+ * then integrated with the motion, by the same method, as two equations more. These two have no part in the choice of
+ * steps: the motion has the same bits whether its balance is kept or not, and a balance that drifts shows how well the
+ * steps, chosen for the motion, follow the powers. Who does not ask pays nothing. */
 
 /* KT_RECORD_DEFAULT: position, velocity, energy, and constraint where there are loops. */
 enum {
@@ -164,6 +170,15 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
 /* The acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
+/* Works since the start or the last kt_simulation_set_state, J: what effects have turned into heat; what effects that
+ * drive, torques, wrenches and driven loops have supplied. */
+typedef struct kt_work {
+    double dissipated, supplied;
+} kt_work;
+
+/* NaN where KT_RECORD_BALANCE is not asked for. */
+KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
+
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
 /* What a recorder is given; valid during the call. Between the ends of steps q and v are interpolated and projected. */
@@ -175,7 +190,9 @@ typedef struct kt_record {
 
     /* What is asked for; NULL or NaN where it is not. */
     const double *a;                 /* nv; acceleration */
-    double kinetic, potential;       /* J; energy */
+    double kinetic, potential;       /* J; energy, balance */
+    kt_work work;                    /* since the start; balance. kinetic + potential + work.dissipated - work.supplied
+                                        is constant, up to the error of the integration */
     kt_residual constraint;          /* constraint */
     const kt_wrench *reactions;      /* one a body, as kt_joint_reactions has them; reaction */
     const kt_wrench *loop_reactions; /* one a loop, as kt_reaction_evaluate has them; reaction */

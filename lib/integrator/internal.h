@@ -87,6 +87,7 @@ struct kt_integrator {
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order; /* err ~ h^error_order */
+    size_t counted;     /* equations that the error norms run over: all but the quadratures, which come last */
     size_t fresh;       /* slot of f at the end of a step */
     bool started;
     /* What is known of the slopes. A try needs f(t, y) in slot 0; the dense output of the last step needs it in slot

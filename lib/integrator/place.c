@@ -163,6 +163,8 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
                             n);
     if (!not_negative(options->step))
         return refuse(error, "options", "step must be above 0, or 0 for adaptive steps");
+    if (options->quadratures >= n)
+        return refuse(error, "options", "quadratures must be fewer than the equations");
     if (options->step == 0.0 && (status = check_adaptive(options, method, n, error)) != KT_OK)
         return status;
     if (memory == NULL || size < needed)
@@ -174,6 +176,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
     it->method = method;
     it->options = *options;
     it->sizes = measure(method, n);
+    it->counted = n - options->quadratures;
     it->fresh = (size_t)kt_method_fresh(method);
     it->slope_slot = -1;
     it->error_order = method->embedded_order_low > 0

@@ -103,7 +103,7 @@ static inline double scale_of(double absolute, double relative, double y0, doubl
 
 /* mean over i of (sum_j weight_j k_ji / scale_i)^2, summed in lanes i mod TILE. */
 static double mean_square(const kt_integrator *it, const kt_term *terms, size_t count) {
-    const size_t n = it->sizes.n;
+    const size_t n = it->counted;
     const double *y0 = it->y, *y1 = it->trial, *each = it->options.absolute_tolerances;
     const double relative = it->options.relative_tolerance, absolute = it->options.absolute_tolerance;
     double lanes[TILE] = {0.0};
@@ -142,13 +142,13 @@ static double error_norm(const kt_integrator *it, double h) {
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {
     const double *each = it->options.absolute_tolerances;
     double sum = 0.0;
-    for (size_t i = 0; i < it->sizes.n; i++) {
+    for (size_t i = 0; i < it->counted; i++) {
         const double scale = scale_of(each != NULL ? each[i] : it->options.absolute_tolerance,
                                       it->options.relative_tolerance, it->y[i], it->y[i]);
         const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / scale;
         sum += x * x;
     }
-    return sqrt(sum / (double)it->sizes.n);
+    return sqrt(sum / (double)it->counted);
 }
 
 /* ---- the try ----------------------------------------------------------------------------------------------------- */

@@ -37,8 +37,19 @@ static bool any_ends(const kt_model *model) {
     return false;
 }
 
-void kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double **tau, const kt_wrench **external) {
+/* What one effect tells, into the powers. */
+KT_INLINE void account(const kt_effect_balance *balance, kt_power *power) {
+    if (!power)
+        return;
+    power->dissipated += balance->dissipated;
+    power->supplied += balance->supplied;
+}
+
+/* power is known where this is expanded: who does not ask for it does not even test whether. */
+KT_INLINE void apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                     const double **tau, const kt_wrench **external, kt_power *power) {
+    kt_effect_balance balance;
+    kt_effect_balance *const told = power ? &balance : NULL;
     const bool ends = any_ends(model);
     memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
     *tau = data->tau;
@@ -55,17 +66,29 @@ void kt_effects_apply(const kt_model *model, kt_data *data, double t, const doub
         const kt_effect_kind *kind = kt_effect_kinds[effect->type];
         if (!kind->ends) {
             const kt_link *link = &model->link[effect->link[0]];
-            data->tau[link->v] += kind->drive(effect, model->number, q[link->q], v[link->v], t, NULL);
+            data->tau[link->v] += kind->drive(effect, model->number, q[link->q], v[link->v], t, told);
+            account(told, power);
             continue;
         }
         kt_effect_end end[2];
         kt_wrench wrench[2];
         for (int k = 0; k < kind->ends; k++)
             end[k] = end_of(model, data, effect, k);
-        kind->push(effect, model->number, end, t, wrench, NULL);
+        kind->push(effect, model->number, end, t, wrench, told);
+        account(told, power);
         for (int k = 0; k < kind->ends; k++)
             add_wrench(model, data, effect->body[k], &end[k], wrench[k], data->pushed);
     }
+}
+
+void kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double **tau, const kt_wrench **external) {
+    apply(model, data, t, q, v, tau, external, NULL);
+}
+
+void kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                        const double **tau, const kt_wrench **external, kt_power *power) {
+    apply(model, data, t, q, v, tau, external, power);
 }
 
 double kt_effect_energy(const kt_model *model, const kt_data *data, double t, const double *q, const double *v) {

@@ -30,7 +30,8 @@ static void write_group(const kt_model *model, const kt_data *data, size_t g, co
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count; r++)
             if (model->slot[group->row + loop->row + r] >= 0)
-                write_row(model, group, &w, model->slot[group->row + loop->row + r], (size_t)(loop->equation + r), out);
+                write_row(model, group, &w, model->slot[group->row + loop->row + r], (size_t)loop->equation + (size_t)r,
+                          out);
     }
 }
 

@@ -90,7 +90,7 @@ static bool interpolate(const crossing *c, double dt, double *a) {
     return true;
 }
 
-static bool is_driven(const kt_model *model) {
+bool kt_loops_are_driven(const kt_model *model) {
     for (size_t i = 0; i < model->n.loop; i++)
         if (model->loop[i].curve.type != KT_FUNCTION_NONE && model->loop[i].curve.type != KT_FUNCTION_CONSTANT)
             return true;
@@ -124,7 +124,7 @@ static double choose_way(const crossing *c, const double *a, double *way, double
 static bool cross(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
     double *try = c->data->side + 2 * kt_lanes8(c->model->n.v), *way = c->data->moved_v, pull;
-    c->driven = is_driven(c->model);
+    c->driven = kt_loops_are_driven(c->model);
     c->way = way;
     const double speed = choose_way(c, a, way, &pull);
     if (!(speed > 0.0))

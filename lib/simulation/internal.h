@@ -4,6 +4,8 @@
 
 #include "kinetree/simulation.h"
 
+#include <math.h>
+
 /* What pushes from outside during a step. */
 typedef struct kt_pushes {
     bool torque, wrenches; /* whether there are any */
@@ -39,7 +41,9 @@ typedef struct kt_simulation_memory {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t n; /* of the integrator: nq + nv, or one idle number where nothing moves */
+    size_t work; /* where in y the works lie, dissipated and supplied: nq + nv, or behind one idle number where nothing
+                    moves */
+    size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
     size_t face_nq, face_nv;
     size_t body, reaction, loop_reaction, quaternion, data, integrator;
     size_t seen, shown, pushed, free_reaction, face_data; /* 0 but in the absolute formulation */
@@ -68,6 +72,19 @@ struct kt_simulation {
     KT_SIMULATION_FIELDS(KT_SIMULATION_DECLARE)
 #undef KT_SIMULATION_DECLARE
 };
+
+static inline bool kt_simulation_is_balanced(const kt_simulation *simulation) {
+    return simulation->size.n > simulation->size.work;
+}
+
+/* The works in a state y; NaN where they are not kept. */
+static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
+    kt_work none = {(double)NAN, (double)NAN};
+    if (!kt_simulation_is_balanced(simulation))
+        return none;
+    kt_work work = {y[simulation->size.work], y[simulation->size.work + 1]};
+    return work;
+}
 
 static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
     return simulation->model != simulation->face;

@@ -67,7 +67,8 @@ static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_siz
     const bool reacts = (wish->record & KT_RECORD_REACTION) != 0, absolute = model != face;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
-    size->n = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
+    size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
+    size->n = size->work + ((wish->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
     size->face_nq = (size_t)kt_model_nq(face);
     size->face_nv = (size_t)kt_model_nv(face);
     size->body = (size_t)kt_model_body_count(face);
@@ -129,6 +130,7 @@ static kt_status place_integrator(kt_simulation *simulation, const kt_wish *wish
     options.initial_step = wish->options.initial_step;
     options.max_step = wish->options.max_step;
     options.max_steps = wish->options.max_steps;
+    options.quadratures = simulation->size.n - simulation->size.work;
     return kt_integrator_place(simulation->integrator_memory, simulation->size.integrator, wish->method,
                                simulation->size.n, &options, &simulation->integrator, error);
 }
@@ -139,7 +141,7 @@ static void set_records(kt_simulation *simulation, const kt_wish *wish) {
     simulation->interval = wish->run.interval > 0.0 ? wish->run.interval : wish->run.duration / 1000.0;
     simulation->record = wish->record;
     simulation->kinematics = wish->options.kinematics || wish->run.marker_count > 0 ||
-                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_REACTION)) != 0;
+                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTION)) != 0;
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 

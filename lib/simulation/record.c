@@ -76,7 +76,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     }
     if (status != KT_OK)
         return status;
-    if ((simulation->record & KT_RECORD_ENERGY) != 0) {
+    if ((simulation->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE)) != 0) {
         record->kinetic = kt_kinetic_energy(model, data);
         record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
@@ -115,6 +115,7 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
+    record.work = kt_simulation_work_of(simulation, simulation->y);
     if (status == KT_OK) {
         status = evaluate_record(simulation, &record, &from);
         if (status != KT_OK)

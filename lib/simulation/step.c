@@ -5,6 +5,9 @@
  *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
  *     v' = a(t, q, v)    kt_acceleration_evaluate
  *
+ * Where a balance is kept, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
+ * (kt_power_evaluate).
+ *
  * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
  * step both are put right [MSD 7.55 to 7.58], which moves the state by no more than that error and so keeps the
  * method's order.
@@ -23,6 +26,18 @@ static bool is_recoverable(kt_status status) {
     return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT;
 }
 
+/* q' where v' has been found, or not: what the integrator is told. */
+static int finish_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_status status) {
+    simulation->memory.factorizations += (uint64_t)simulation->groups;
+    if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
+        return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
+    if (simulation->size.nq == 0)
+        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    else
+        kt_position_rate(simulation->model, y, y + simulation->size.nq, dydt);
+    return 0;
+}
+
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
@@ -30,14 +45,20 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation_push(simulation, q, &tau, &external);
     kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
                                                 dydt + simulation->size.nq, &simulation->cause);
-    simulation->memory.factorizations += (uint64_t)simulation->groups;
-    if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
-        return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
-    if (simulation->size.nq == 0)
-        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
-    else
-        kt_position_rate(simulation->model, q, v, dydt);
-    return 0;
+    return finish_slope(simulation, t, y, dydt, status);
+}
+
+static int evaluate_slope_and_powers(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
+    const kt_wrench *external = simulation->external;
+    kt_power power = {0.0, 0.0};
+    kt_simulation_push(simulation, q, &tau, &external);
+    kt_status status = kt_power_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
+                                         dydt + simulation->size.nq, &power, &simulation->cause);
+    dydt[simulation->size.work] = power.dissipated;
+    dydt[simulation->size.work + 1] = power.supplied;
+    return finish_slope(simulation, t, y, dydt, status);
 }
 
 /* |p|^2 - 1 within four roundings is as near to one as scaling would bring it. */
@@ -90,6 +111,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     kt_integrator_callbacks callbacks = {evaluate_slope, project_state, simulation};
+    if (kt_simulation_is_balanced(simulation))
+        callbacks.rhs = evaluate_slope_and_powers;
     return callbacks;
 }
 
@@ -240,6 +263,10 @@ const double *kt_simulation_velocities(const kt_simulation *simulation) {
     return kt_simulation_positions(simulation) + simulation->size.face_nq;
 }
 
+kt_work kt_simulation_work(const kt_simulation *simulation) {
+    return kt_simulation_work_of(simulation, kt_integrator_state(simulation->integrator));
+}
+
 /* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */
 static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
@@ -265,6 +292,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     memmove(new_v, v, nv * sizeof(double));
+    memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     int body = find_not_finite(simulation, new_q, new_v);
     if (body >= 0)
         return say_not_finite(simulation, body, "a position or velocity", error);

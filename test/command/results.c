@@ -244,3 +244,46 @@ KT_TEST(evaluate_names_coordinates_of_joints_with_several) {
     kt_check_text("last", json_string_value(kt_json_find(root, "coordinates[3]")), "ball[2]");
     json_decref(root);
 }
+
+/* ---- the balance ------------------------------------------------------------------------------------------------- */
+
+/* A block of 2 kg on a level slide under 6 N, braked by 1 N s/m: v = 6 (1 - e^(-t / 2)). */
+static const char dragged[] = "kinetree: 1\n"
+                              "bodies:\n"
+                              "  - {name: block, joint: {type: prismatic, axis: x}, mass: 2}\n"
+                              "effects:\n"
+                              "  - {type: motor, joint: block, force: 6}\n"
+                              "  - {type: joint_damper, joint: block, damping: 1}\n"
+                              "simulate: {duration: 2, integrator: dop853, tolerance: 1e-12}\n"
+                              "output: {interval: 0.5, record: [position, velocity, balance]}\n";
+
+KT_TEST(balance_is_recorded_and_summed_up) {
+    kt_write_file("d.yaml", dragged);
+    kt_ran ran = kt_shell("$K run d.yaml --quiet --out d.csv --summary - && cat d.csv >&2");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_true("header",
+                  strncmp(ran.err,
+                          "time,position.block,velocity.block,energy.dissipated,energy.supplied,energy.balance\n",
+                          strcspn(ran.err, "\n") + 1) == 0);
+    json_t *root = kt_json(ran.out);
+    const double end = exp(-1.0), x = 12.0 - 12.0 * (1.0 - end); /* at t = 2 */
+    const double kinetic = 36.0 * (1.0 - end) * (1.0 - end);
+    kt_check_near("supplied", kt_json_at(root, "balance.supplied"), 6.0 * x, 2e-11);
+    kt_check_near("dissipated", kt_json_at(root, "balance.dissipated"), 6.0 * x - kinetic, 2e-11);
+    kt_check_below("drift", kt_json_at(root, "balance.drift"), 2e-11);
+    const int supplied = kt_csv_column(ran.err, "energy.supplied"), v = kt_csv_column(ran.err, "velocity.block");
+    const int balance = kt_csv_column(ran.err, "energy.balance"), position = kt_csv_column(ran.err, "position.block");
+    for (int line = 1; line <= 5; line++) {
+        kt_check_near("6 N along the way", kt_csv_number(ran.err, line, supplied),
+                      6.0 * kt_csv_number(ran.err, line, position), 1e-12);
+        kt_check_near("balance", kt_csv_number(ran.err, line, balance), 0.0, 2e-11);
+        kt_check_near("velocity", kt_csv_number(ran.err, line, v), 6.0 * (1.0 - exp(-0.25 * (line - 1))), 2e-11);
+    }
+    json_decref(root);
+    ran = kt_shell("$K run d.yaml --quiet --out /dev/null --summary - --record energy");
+    root = kt_json(ran.out);
+    kt_check_true("no balance where none is asked for", kt_json_find(root, "balance") == NULL);
+    json_decref(root);
+    ran = kt_shell("$K run d.yaml --out /dev/null");
+    kt_check_contains("report", ran.err, "the balance closes to");
+}

@@ -291,3 +291,58 @@ KT_TEST(the_arenstorf_orbit_closes) {
         integrator_free(it);
     }
 }
+
+/* ---- quadratures ------------------------------------------------------------------------------------------------- */
+
+/* The oscillator, and two integrals that would ask for far smaller steps. */
+static int oscillator_with_integrals(double t, const double *y, double *dydt, void *user) {
+    dydt[2] = 1e6 * cos(300.0 * t);
+    dydt[3] = y[0] * y[0];
+    return oscillator(t, y, dydt, user);
+}
+
+KT_TEST(quadratures_leave_the_other_equations_to_the_bit) {
+    const kt_integrator_callbacks with = {oscillator_with_integrals, NULL, NULL};
+    for (int i = 0; i < ADAPTIVE; i++) {
+        kt_error error;
+        const kt_integrator_options plain = tolerance(1e-6, 1e-6);
+        kt_integrator_options more = plain;
+        more.quadratures = 2;
+        kt_integrator *alone = oscillator_begin(adaptive[i], 0.0, &plain);
+        kt_integrator *it = integrator_make(kt_method_find(adaptive[i]), 4, &more);
+        const double start[4] = {1.0, 0.0, 0.0, 0.0};
+        double inside[2], inside_alone[2], all[4];
+        is_ok("start", kt_integrator_start(it, 0.0, start, &with, &error), &error);
+        int different = 0;
+        while (kt_integrator_time(alone) < 5.0 && is_ok("step", kt_integrator_step(alone, 5.0, &error), &error) &&
+               is_ok("step", kt_integrator_step(it, 5.0, &error), &error)) {
+            const double t = 0.3 * kt_integrator_previous_time(it) + 0.7 * kt_integrator_time(it);
+            different += !same_bits(kt_integrator_state(alone), kt_integrator_state(it), 2);
+            different += kt_integrator_time(alone) != kt_integrator_time(it);
+            is_ok("inside", kt_integrator_interpolate(alone, t, inside_alone, &error), &error);
+            is_ok("inside", kt_integrator_interpolate(it, t, all, &error), &error);
+            inside[0] = all[0];
+            inside[1] = all[1];
+            different += !same_bits(inside, inside_alone, 2);
+        }
+        kt_note("%s", adaptive[i]);
+        kt_check_equal_int("steps that differ", different, 0);
+        kt_check_near("time", kt_integrator_time(it), 5.0, 0.0);
+        /* int cos^2 = t / 2 + sin 2 t / 4; measured: 1e-6 to 2e-5 */
+        kt_check_near("integral", kt_integrator_state(it)[3], 2.5 + 0.25 * sin(10.0), 1e-4);
+        integrator_free(alone);
+        integrator_free(it);
+    }
+}
+
+KT_TEST(quadratures_alone_are_refused) {
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    options.quadratures = 2;
+    static double memory[2000];
+    kt_integrator *it = NULL;
+    kt_check_equal_int("status",
+                       kt_integrator_place(memory, sizeof memory, kt_method_find("dopri5"), 2, &options, &it, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "quadratures");
+}

@@ -34,7 +34,7 @@ static kt_end end_at(const char *body, double x) {
 }
 
 int main(int argc, char **argv) {
-    const int n = argc > 2 ? atoi(argv[2]) : 0;
+    const int n = argc > 2 ? (int)strtol(argv[2], NULL, 10) : 0;
     if (n < 1 || n > MOST)
         return 1;
     kt_description d = kt_description_default();

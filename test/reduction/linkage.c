@@ -166,7 +166,7 @@ bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double st
                        double t) {
     kt_integrator_options options = kt_integrator_options_default();
     const kt_method *m = kt_method_find(method);
-    const size_t n = (size_t)(l->nq + l->nv), size = kt_integrator_size(m, n);
+    const size_t n = (size_t)l->nq + (size_t)l->nv, size = kt_integrator_size(m, n);
     double y[2 * LINKAGE_NQ];
     kt_error error = {0};
     *r = (linkage_run){.l = l, .loose = loose, .memory = malloc(size)};

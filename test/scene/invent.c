@@ -325,7 +325,7 @@ static void invent_run(inventor *v) {
         run->duration = positive(v);
     if (chance(v))
         run->interval = positive(v);
-    run->record = (unsigned)pick(v, 64);
+    run->record = (unsigned)pick(v, 128);
     if (v->everything) {
         run->formulation = chance(v) ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
         run->reduction = (kt_reduction)pick(v, 3);

@@ -271,7 +271,7 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run.relative = scene.run.absolute = 0.0;
     check_refused("no tolerance", &scene, KT_ERROR_ARGUMENT, "above 0");
     scene.run = kt_run_default();
-    scene.run.record = 64;
+    scene.run.record = 128;
     check_refused("a record that does not exist", &scene, KT_ERROR_ARGUMENT, "record");
     scene.run = kt_run_default();
     const kt_marker_pair pair = {"a", "tip"};

@@ -1,0 +1,67 @@
+/* Powers, only where they are asked for.
+ *
+ * The forces on a tree are tau' = tau + effects + J' external, and those that hold the loops closed, A' lambda:
+ *     M a + h = tau' + A' lambda,       d(T + V)/dt = v . (tau' + A' lambda) + dV/dt.
+ * Effects tell what of their own power is heat and what is driven (effect/kind.h), and cover dV/dt. On the manifold
+ * A v = b' and so v . A' lambda = lambda . b' = -lambda . phi_t: only loops that change with time do work, and where
+ * there are none that is not even looked at. Where there are some, v . (M a + h - tau') is taken by inverse dynamics:
+ * it needs no multipliers, so that it is the same however the loops were solved, loses nothing to redundant equations,
+ * and goes smoothly through singular positions, as a does.
+ */
+#include "dynamics/kernel.h"
+#include "reduction/evaluate.h"
+
+#include <string.h>
+
+static double dot(const double *x, const double *y, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+static double power_of_wrenches(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                const kt_wrench *wrenches) {
+    double sum = 0.0;
+    kt_kinematics_sweep(model, data, q, v);
+    for (int b = 1; b < (int)model->n.body; b++) {
+        const kt_twist twist = kt_body_twist(model, data, b);
+        sum += kt_vec3_dot(wrenches[b].moment, twist.angular) + kt_vec3_dot(wrenches[b].force, twist.linear);
+    }
+    return sum;
+}
+
+/* v . (M a + h - tau - J' external) */
+static kt_status power_of_loops(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                                const double *tau, const kt_wrench *external, double *power, kt_error *error) {
+    double *needed = data->side + kt_lanes8(model->n.v);
+    const kt_status status = kt_dynamics_inverse(model, data, q, v, a, external, needed, error);
+    if (status == KT_OK)
+        *power = dot(v, needed, model->n.v) - (tau ? dot(v, tau, model->n.v) : 0.0);
+    return status;
+}
+
+kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                            const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
+    const double *all = tau;
+    const kt_wrench *all_wrenches = external;
+    double *acceleration = data->side + 2 * kt_lanes8(model->n.v), loops = 0.0;
+    kt_power sum = {0.0, 0.0};
+    if (model->n.effect)
+        kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum);
+    kt_status status = model->n.group ? kt_closed_forward(model, data, t, q, v, all ? all : model->zero, all_wrenches,
+                                                          acceleration, NULL, error)
+                                      : kt_dynamics_forward(model, data, q, v, all, all_wrenches, acceleration, error);
+    if (status == KT_OK && kt_loops_are_driven(model))
+        status = power_of_loops(model, data, q, v, acceleration, all, all_wrenches, &loops, error);
+    if (status != KT_OK)
+        return status;
+    sum.supplied += loops;
+    if (tau)
+        sum.supplied += dot(tau, v, model->n.v);
+    if (external)
+        sum.supplied += power_of_wrenches(model, data, q, v, external);
+    memcpy(a, acceleration, model->n.v * sizeof *a);
+    *power = sum;
+    return KT_OK;
+}
