@@ -314,11 +314,26 @@ typedef enum kt_formulation {
         KT_FORMULATION_COUNT
 } kt_formulation;
 
+/* id, name in scene files */
+#define KT_PLAN_LIST(X)                                                                                                \
+    X(KT_PLAN_AUTO, auto)                                                                                              \
+    X(KT_PLAN_SPATIAL, spatial)
+
+/* How trees are computed that move in a plane, all their joints being turns about one direction or slides normal to it:
+ * in the plane (auto), or like all others (spatial). The results are the same, but for rounding. */
+typedef enum kt_plan {
+#define KT_PLAN_ENUM(id, name) id,
+    KT_PLAN_LIST(KT_PLAN_ENUM)
+#undef KT_PLAN_ENUM
+        KT_PLAN_COUNT
+} kt_plan;
+
 typedef struct kt_model_options {
     kt_level level; /* auto: the best that this processor has */
     kt_reduction reduction;
     kt_metric metric;
     kt_formulation formulation; /* absolute: the model can be simulated in this formulation too */
+    kt_plan plan;
 } kt_model_options;
 
 KT_API kt_model_options kt_model_options_default(void);
@@ -375,6 +390,9 @@ KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
 
 /* The instruction set that the recursions use. */
 KT_API kt_level kt_model_level(const kt_model *model);
+
+/* What the recursions sweep: "planar" or "spatial" trees, or "mixed": some of each. */
+KT_API const char *kt_model_plan(const kt_model *model);
 
 /* Gravity, world frame, m/s^2. */
 KT_API kt_vec3 kt_model_gravity(const kt_model *model);

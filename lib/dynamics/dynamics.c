@@ -1,5 +1,5 @@
-/* The calls of dynamics.h: choose the kernels of the model's instruction-set level, stand in for what is not given, and
- * hand results over only when they are whole. */
+/* The calls of dynamics.h: choose the kernels of the model's instruction-set level and sweep, stand in for what is not
+ * given, and hand results over only when they are whole. */
 #include "kinetree/dynamics.h"
 #include "dynamics/kernel.h"
 
@@ -9,12 +9,11 @@
 static const kt_kernels *kernels_of(const kt_model *model) {
 #ifdef KT_LEVELS
     if (model->level == KT_LEVEL_V4)
-        return &kt_kernels_v4;
+        return &kt_kernels_v4[model->sweep];
     if (model->level == KT_LEVEL_V3)
-        return &kt_kernels_v3;
+        return &kt_kernels_v3[model->sweep];
 #endif
-    (void)model;
-    return &kt_kernels_baseline;
+    return &kt_kernels_baseline[model->sweep];
 }
 
 kt_level kt_level_resolve(kt_level asked) {

@@ -19,7 +19,7 @@
 static inline size_t way_back(const kt_model *model, kt_data *data, const double *tau) {
     kt_articulated x, carried;
     memset(&carried, 0, sizeof carried);
-    for (size_t i = model->n.link - 1; i > 0; i--) {
+    for (size_t i = model->n.spatial - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         kt_articulated_rigid(link, &data->motion[i], &x);
         if (link->leads)
@@ -43,9 +43,9 @@ size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double 
                              const kt_wrench *external, double *a) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_link_motion *motion = data->motion;
-    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(model->gravity, &motion[0]);
-    for (size_t i = 1; i < model->n.link; i++) {
+    for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
         kt_link_pose(link, parent, q, data->cosine, data->sine, &motion[i]);
@@ -57,7 +57,7 @@ size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double 
     if (external)
         kt_external_subtract(model, motion, external);
     const size_t failed = way_back(model, data, tau);
-    for (size_t i = 1; i < model->n.link && !failed; i++)
+    for (size_t i = 1; i < model->n.spatial && !failed; i++)
         kt_link_respond(model, data, i, a);
     return failed;
 }

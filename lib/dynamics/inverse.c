@@ -51,9 +51,9 @@ KT_INLINE void project(const kt_link *link, const kt_link_motion *parent, const 
 
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                            const kt_wrench *external, double *tau) {
-    const size_t count = model->n.link;
+    const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
-    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(model->gravity, &motion[0]);
     for (size_t i = 1; i < count; i++) {
         const kt_link *link = &model->link[i];

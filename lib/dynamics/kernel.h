@@ -25,14 +25,24 @@ typedef struct kt_kernels {
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
 } kt_kernels;
 
+/* The kernels of a level: one table each for spatial, planar and mixed models (kt_sweep). Below them what they are made
+ * of; those in the plane take the planar links. A mass matrix there comes in two steps: the composites, of which one
+ * may not be finite, and the columns, into a matrix that has been cleared. */
 #define KT_KERNELS_DECLARE(level)                                                                                      \
-    extern const kt_kernels kt_kernels_##level;                                                                        \
+    extern const kt_kernels kt_kernels_##level[KT_SWEEP_COUNT];                                                        \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
                               const kt_wrench *, double *);                                                            \
     void kt_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,               \
                             const kt_wrench *, double *);                                                              \
     size_t kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                     \
-    size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+    size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);         \
+    size_t kt_planar_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
+                                     const kt_wrench *, double *);                                                     \
+    void kt_planar_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,        \
+                                   const kt_wrench *, double *);                                                       \
+    size_t kt_planar_compose_##level(const kt_model *, kt_data *, const double *);                                     \
+    void kt_planar_columns_##level(const kt_model *, const kt_data *, double *);                                       \
+    size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
 
 bool kt_all_finite(const double *x, size_t n);
 

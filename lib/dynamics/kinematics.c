@@ -17,10 +17,10 @@ size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const doub
     kt_link_motion *motion = data->motion;
     kt_link_place *place = data->place;
     kt_v4 sum = none;
-    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(none, &motion[0]);
     place[0] = (kt_link_place){none, none};
-    for (size_t i = 1; i < model->n.link; i++) {
+    for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
         kt_link_motion *m = &motion[i];

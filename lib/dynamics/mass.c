@@ -95,10 +95,10 @@ static inline void columns(const kt_model *model, const kt_data *data, size_t i,
 
 /* Composites; returns a link that hangs on the ground and carries what is not finite, or 0. */
 static inline size_t compose(const kt_model *model, kt_data *data, const double *q) {
-    const size_t count = model->n.link;
+    const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
     kt_articulated *composite = data->articulated;
-    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(kt_v4_splat(0.0), &motion[0]);
     for (size_t i = 1; i < count; i++) {
         const kt_link *link = &model->link[i];
@@ -125,7 +125,7 @@ size_t KT_KERNEL(kt_mass)(const kt_model *model, kt_data *data, const double *q,
     if (failed)
         return failed;
     memset(mass, 0, model->n.v * model->n.v * sizeof *mass);
-    for (size_t i = model->n.link - 1; i > 0; i--)
+    for (size_t i = model->n.spatial - 1; i > 0; i--)
         columns(model, data, i, mass);
     return 0;
 }

@@ -1,13 +1,62 @@
-/* The kernels of one level. */
+/* The kernels of one level. Those of mixed models take the spatial links, then the planar ones; no joint is between. */
 #include "dynamics/kernel.h"
+
+#include <string.h>
 
 #define KT_TEXT_(a) #a
 #define KT_TEXT(a) KT_TEXT_(a)
 
-const kt_kernels KT_KERNEL(kt_kernels) = {
-    .name = KT_TEXT(KT_LEVEL),
-    .forward = KT_KERNEL(kt_forward),
-    .inverse = KT_KERNEL(kt_inverse),
-    .mass = KT_KERNEL(kt_mass),
-    .kinematics = KT_KERNEL(kt_kinematics),
+static size_t planar_mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
+    const size_t failed = KT_KERNEL(kt_planar_compose)(model, data, q);
+    if (failed)
+        return failed;
+    memset(mass, 0, model->n.v * model->n.v * sizeof *mass);
+    KT_KERNEL(kt_planar_columns)(model, data, mass);
+    return 0;
+}
+
+static size_t mixed_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                            const kt_wrench *external, double *a) {
+    const size_t failed = KT_KERNEL(kt_forward)(model, data, q, v, tau, external, a);
+    return failed ? failed : KT_KERNEL(kt_planar_forward)(model, data, q, v, tau, external, a);
+}
+
+static void mixed_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                          const kt_wrench *external, double *tau) {
+    KT_KERNEL(kt_inverse)(model, data, q, v, a, external, tau);
+    KT_KERNEL(kt_planar_inverse)(model, data, q, v, a, external, tau);
+}
+
+/* All that can fail comes before the first number is written. */
+static size_t mixed_mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
+    size_t failed = KT_KERNEL(kt_planar_compose)(model, data, q);
+    if (!failed)
+        failed = KT_KERNEL(kt_mass)(model, data, q, mass);
+    if (!failed)
+        KT_KERNEL(kt_planar_columns)(model, data, mass);
+    return failed;
+}
+
+static size_t mixed_kinematics(const kt_model *model, kt_data *data, const double *q, const double *v,
+                               const double *a) {
+    const size_t failed = KT_KERNEL(kt_kinematics)(model, data, q, v, a);
+    return failed ? failed : KT_KERNEL(kt_planar_kinematics)(model, data, q, v, a);
+}
+
+const kt_kernels KT_KERNEL(kt_kernels)[KT_SWEEP_COUNT] = {
+    [KT_SWEEP_SPATIAL] = {.name = KT_TEXT(KT_LEVEL),
+                          .forward = KT_KERNEL(kt_forward),
+                          .inverse = KT_KERNEL(kt_inverse),
+                          .mass = KT_KERNEL(kt_mass),
+                          .kinematics = KT_KERNEL(kt_kinematics)},
+    [KT_SWEEP_PLANAR] = {.name = KT_TEXT(KT_LEVEL),
+                         .forward = KT_KERNEL(kt_planar_forward),
+                         .inverse = KT_KERNEL(kt_planar_inverse),
+                         .mass = planar_mass,
+                         .kinematics = KT_KERNEL(kt_planar_kinematics)},
+    [KT_SWEEP_MIXED] = {.name = KT_TEXT(KT_LEVEL),
+                        .forward = mixed_forward,
+                        .inverse = mixed_inverse,
+                        .mass = mixed_mass,
+                        .kinematics = mixed_kinematics},
 };

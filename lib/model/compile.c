@@ -21,6 +21,11 @@
     X(double, mass, (KT_ELEMENT_MAX * n + 1), "that a link carries, itself included")                                  \
     X(double, trace, (KT_ELEMENT_MAX * n + 1), "sum of the traces of the inertias that a link carries")                \
     X(double, shift, (KT_ELEMENT_MAX * n + 1), "largest mass times offset^2 among the steps down from a link")         \
+    X(kt_body_plane, moves, n + 1, "how bodies move in planes")                                                        \
+    X(kt_plane, plane, n + 1, "planes")                                                                                \
+    X(int32_t, tree, n + 1, "bodies that carry a tree")                                                                \
+    X(int32_t, sorted, n + 1, "the same in the order of their links")                                                  \
+    X(int32_t, place, n + 2, "of the trees of a plane among these")                                                    \
     X(char, table, table_size, "of the names")
 
 typedef struct build {
@@ -69,16 +74,21 @@ static int elements_of(const kt_body *body, kt_element *elements) {
 
 static void count_all(const build *b, kt_counts *n) {
     const kt_description *d = b->description;
-    *n = (kt_counts){.link = 1, .body = (size_t)d->body_count + 1};
+    *n = (kt_counts){.link = 1, .body = (size_t)d->body_count + 1, .spatial = 1};
     n->text = sizeof "world" + strlen(d->name ? d->name : "") + 1;
     for (int i = 0; i < d->body_count; i++) {
         const kt_body *body = &d->bodies[i];
         const kt_joint_kind *kind = kt_joint_kinds[body->joint.type];
         kt_element elements[KT_ELEMENT_MAX];
         const int count = elements_of(body, elements);
+        const bool is_spatial = b->moves[b->moves[b->body_of[i]].tree].plane < 0;
         n->link += (size_t)count;
-        for (int k = 0; k < count; k++)
-            n->angle += elements[k].motion == KT_MOTION_TURN || elements[k].motion == KT_MOTION_HELIX;
+        n->spatial += is_spatial ? (size_t)count : 0;
+        for (int k = 0; k < count; k++) {
+            const bool turns = elements[k].motion == KT_MOTION_TURN || elements[k].motion == KT_MOTION_HELIX;
+            n->angle += turns;
+            n->spatial_angle += turns && is_spatial;
+        }
         n->q += (size_t)kind->nq;
         n->v += (size_t)kind->nv;
         n->marker += (size_t)body->marker_count;
@@ -86,7 +96,22 @@ static void count_all(const build *b, kt_counts *n) {
         for (int k = 0; k < body->marker_count; k++)
             n->text += strlen(body->markers[k].name) + 1;
     }
+    n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
     n->index = kt_names_size(n->body + n->marker);
+}
+
+/* Which trees move in planes; returns the number of these. */
+static size_t find_planes(build *b, kt_plan plan) {
+    const size_t n = (size_t)b->description->body_count;
+    for (size_t i = 1; i <= n; i++) {
+        const int up = parent_index(b, b->order[i - 1]);
+        b->moves[i].source = b->order[i - 1];
+        b->moves[i].parent = up < 0 ? 0 : b->body_of[up];
+    }
+    const size_t planes = kt_planes_find(b->description, b->moves, n, b->plane);
+    for (size_t i = 1; i <= n && plan == KT_PLAN_SPATIAL; i++)
+        b->moves[i].plane = -1;
+    return plan == KT_PLAN_SPATIAL ? 0 : planes;
 }
 
 static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {
@@ -221,6 +246,39 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     load_link(m, body);
 }
 
+/* Strings a body and those that it carries, depth first. With `stop` only as far as they are part of the ground: the
+ * bodies that carry trees go into b->tree, and their number is returned. */
+static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
+    size_t trees = 0;
+    int depth = 0;
+    b->stack[depth++] = root;
+    while (depth > 0) {
+        const int32_t i = b->stack[--depth];
+        const bool hold = stop && b->moves[i].tree;
+        if (hold)
+            b->tree[trees++] = i;
+        else if (i > 0)
+            string_links(b->model, b->description, i, count, angle);
+        if (i != root && b->next[i])
+            b->stack[depth++] = b->next[i];
+        if (!hold && b->first[i])
+            b->stack[depth++] = b->first[i];
+    }
+    return trees;
+}
+
+/* Spatial trees first, then planar ones plane by plane, each in their order. */
+static void sort_trees(build *b, size_t trees) {
+    const size_t planes = b->model->n.plane;
+    memset(b->place, 0, (planes + 2) * sizeof *b->place);
+    for (size_t k = 0; k < trees; k++) /* place[p + 2]: how many in plane p; then, place[p + 1]: where they begin */
+        b->place[b->moves[b->tree[k]].plane + 2]++;
+    for (size_t p = 1; p < planes + 2; p++)
+        b->place[p] += b->place[p - 1];
+    for (size_t k = 0; k < trees; k++)
+        b->sorted[b->place[b->moves[b->tree[k]].plane + 1]++] = b->tree[k];
+}
+
 static void string_all(build *b) {
     kt_model *m = b->model;
     const int32_t n = (int32_t)m->n.body;
@@ -231,17 +289,10 @@ static void string_all(build *b) {
         b->next[i] = b->first[m->body[i].parent];
         b->first[m->body[i].parent] = i;
     }
-    int depth = 0;
-    if (b->first[0])
-        b->stack[depth++] = b->first[0];
-    while (depth > 0) {
-        const int32_t i = b->stack[--depth];
-        string_links(m, b->description, i, &count, &angle);
-        if (b->next[i])
-            b->stack[depth++] = b->next[i];
-        if (b->first[i])
-            b->stack[depth++] = b->first[i];
-    }
+    const size_t trees = string_tree(b, 0, true, &count, &angle);
+    sort_trees(b, trees);
+    for (size_t k = 0; k < trees; k++)
+        (void)string_tree(b, b->sorted[k], false, &count, &angle);
     for (size_t i = 1; i < count; i++) {
         kt_link *up = &m->link[m->link[i].parent];
         m->link[i].follows = (size_t)m->link[i].parent == i - 1;
@@ -304,7 +355,10 @@ static kt_status check_inertia(const kt_model *m, kt_error *error) {
 
 static kt_status compile(build *b, const kt_model_options *options, kt_error *error) {
     kt_counts n;
+    order_bodies(b);
+    const size_t planes = find_planes(b, options->plan);
     count_all(b, &n);
+    n.plane = planes;
     if (n.q > INT32_MAX || n.marker > INT32_MAX || n.text > UINT32_MAX) /* what indices can hold */
         return kt_error_set(error, KT_ERROR_MEMORY, "",
                             "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
@@ -320,12 +374,14 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     m->reduction = options->reduction;
     m->metric = options->metric;
     b->model = m;
-    order_bodies(b);
+    if (n.plane)
+        memcpy(m->plane, b->plane, n.plane * sizeof *m->plane);
     kt_status status = keep_bodies(b, error);
     if (status == KT_OK) {
         kt_model_name_all(m);
         string_all(b);
         size_links(b);
+        kt_planar_place(m, b->moves);
         m->level = kt_level_resolve(options->level);
         if (m->level == KT_LEVEL_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",

@@ -12,6 +12,7 @@
 #include "base/names.h"
 #include "kinetree/model.h"
 #include "model/function.h"
+#include "model/planar.h"
 
 #include <stdint.h>
 
@@ -177,11 +178,17 @@ typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
+    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on; planar: places for planar links,
+     * the ground's slot before them, or 0 where there are none. */
+    size_t spatial, spatial_angle, planar, plane;
 } kt_counts;
 
 /* Every array of a model: type, name, count, meaning. One list declares, measures and places. */
 #define KT_MODEL_FIELDS(X)                                                                                             \
     X(kt_link, link, n->link, "elementary joints and what they carry")                                                 \
+    X(kt_plane, plane, n->plane, "planes in which trees move")                                                         \
+    X(kt_planar_link, planar, n->planar, "planar links as they lie in their planes; 0: the ground")                    \
+    X(kt_planar_rest, planar_rest, n->planar, "planar links back to the world")                                        \
     X(kt_body_record, body, n->body, "the caller's bodies")                                                            \
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
@@ -210,6 +217,7 @@ struct kt_model {
     kt_level level;
     kt_reduction reduction;
     kt_metric metric;
+    kt_sweep sweep;               /* which links there are: spatial, planar or both */
     double length;                /* of the longest loop, all around: what lengths are held against */
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
     uint32_t name;                /* offset in text */
@@ -293,6 +301,11 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(kt_response, response, n->link, "from the way back to the way out")                                              \
     X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
     X(kt_link_place, place, n->link, "places and velocities of the links")                                             \
+    X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
+    X(kt_planar_response, planar_response, n->planar, "from the way back to the way out")                              \
+    X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \
+    X(double, planar_cosine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                    \
+    X(double, planar_sine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                      \
     X(double, cosine, kt_lanes8(n->angle), "of the turning links' angles")                                             \
     X(double, sine, kt_lanes8(n->angle), "of the turning links' angles")                                               \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \

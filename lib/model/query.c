@@ -18,6 +18,11 @@ kt_vec3 kt_model_gravity(const kt_model *model) { return kt_v4_vec3(model->gravi
 const char *kt_model_name(const kt_model *model) { return model->text + model->name; }
 kt_level kt_model_level(const kt_model *model) { return model->level; }
 
+const char *kt_model_plan(const kt_model *model) {
+    static const char *const name[KT_SWEEP_COUNT] = {"spatial", "planar", "mixed"};
+    return name[model->sweep];
+}
+
 void kt_model_initial(const kt_model *model, double *q, double *v) {
     memcpy(q, model->q0, model->n.q * sizeof *q);
     memcpy(v, model->v0, model->n.v * sizeof *v);

@@ -1,0 +1,79 @@
+/* Motion and places of the planar links, for queries in the world: the way out of planar_sweep.h, without gravity, each
+ * link's numbers taken back to the world's axes.
+ *
+ *   R = [w1 w2 n] A,  w1 = c e1 + s e2,  w2 = c e2 - s e1,  A the link's axes at q = 0 in the plane's basis
+ *   w = omega n,  alpha n,  a = a_1 e1 + a_2 e2;
+ * offsets as in sweep.h, in three coordinates, so that no height is lost and joints that do not slide show no slide.
+ */
+#include "dynamics/kernel.h"
+#include "dynamics/planar_sweep.h"
+#include "dynamics/sweep.h"
+
+KT_INLINE kt_v4 in_plane(const kt_v4 basis[3], const double x[2]) {
+    return kt_v4_splat(x[0]) * basis[0] + kt_v4_splat(x[1]) * basis[1];
+}
+
+KT_INLINE void to_world(const kt_v4 basis[3], const kt_planar_rest *rest, int axis, const kt_planar_motion *flat,
+                        kt_link_motion *m) {
+    const kt_v4 c = kt_v4_splat(flat->c), s = kt_v4_splat(flat->s);
+    const kt_v4 turned[3] = {c * basis[0] + s * basis[1], c * basis[1] - s * basis[0], basis[2]};
+    kt_v4_multiply(turned, rest->axes, m->axes);
+    m->axis = m->axes[axis];
+    m->omega = kt_v4_splat(flat->omega) * basis[2];
+    m->alpha = kt_v4_splat(flat->alpha) * basis[2];
+    m->linear = in_plane(basis, flat->linear);
+}
+
+/* x - x of what moves a link, as in kinematics.c. */
+KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_place *p) {
+    return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
+           ((p->position - p->position) + (p->velocity - p->velocity));
+}
+
+KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
+
+/* One plane's links; returns what is in excess. */
+static inline kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
+                                const double *v, const double *a) {
+    static const double none[2] = {0.0, 0.0};
+    kt_planar_motion *flat = data->planar;
+    kt_v4 basis[3], sum = kt_v4_splat(0.0);
+    kt_v4_from_mat3(plane->basis, basis);
+    kt_planar_ground_set(none, &flat[0]);
+    for (int32_t k = plane->first; k < plane->last; k++) {
+        const kt_planar_link *link = &model->planar[k];
+        const kt_planar_motion *parent = &flat[link->parent];
+        const size_t i = model->n.spatial + (size_t)k - 1;
+        kt_link_motion *m = &data->motion[i];
+        kt_link_place *place = &data->place[i];
+        const kt_link_place *up = &data->place[model->link[i].parent];
+        kt_planar_pose(link, parent, q, data->planar_cosine, data->planar_sine, &flat[k]);
+        kt_planar_velocity(link, parent, v, &flat[k]);
+        kt_planar_acceleration(link, parent, a, &flat[k]);
+        to_world(basis, &model->planar_rest[k], model->link[i].axis, &flat[k], m);
+        m->offset = kt_v4_apply(data->motion[model->link[i].parent].axes, model->link[i].at);
+        if (link->motion == KT_MOTION_SLIDE)
+            m->offset += kt_v4_splat(q[link->q]) * m->axis;
+        place->position = up->position + m->offset;
+        place->velocity = up->velocity + kt_v4_cross(kt_v4_splat(parent->omega) * basis[2], m->offset);
+        if (link->motion == KT_MOTION_SLIDE)
+            place->velocity += kt_v4_splat(v[link->v]) * m->axis;
+        sum += excess(m, place);
+    }
+    return sum;
+}
+
+size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                       const double *a) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_v4 sum = none;
+    kt_planar_gather(model, data, q);
+    kt_ground_set(none, &data->motion[0]);
+    data->place[0] = (kt_link_place){none, none};
+    for (size_t p = 0; p < model->n.plane; p++)
+        sum += sweep_plane(model, data, &model->plane[p], q, v, a);
+    size_t failed = is_zero(sum) ? 0 : model->n.spatial;
+    while (failed && is_zero(excess(&data->motion[failed], &data->place[failed])))
+        failed++;
+    return failed;
+}

@@ -1,0 +1,89 @@
+/* The way out in a plane: how a link's motion follows from its parent's. As in sweep.h, with two numbers a vector and
+ * one a rotation.
+ *
+ * Plane's basis, each link about its own origin; p = (-r_y, r_x) is r turned by a right angle, so that alpha x r =
+ * alpha p. Angles are composed as complex numbers c + i s, which costs no sine of a sum. All axes being parallel, c_n
+ * is zero:
+ *   alpha = alpha_p + [a of a turn],   a = a_p + alpha_p p + c_f + [a of a slide along u]
+ *   c_f = -w_p^2 r + 2 w_p v (-u_y, u_x).
+ */
+#ifndef KT_DYNAMICS_PLANAR_SWEEP_H
+#define KT_DYNAMICS_PLANAR_SWEEP_H
+
+#include "algebra/sincos.h"
+#include "model/internal.h"
+
+/* u, given at q = 0, as the link m has turned it. */
+KT_INLINE void kt_planar_turn(const kt_planar_motion *m, const double u[2], double out[2]) {
+    out[0] = m->c * u[0] - m->s * u[1];
+    out[1] = m->s * u[0] + m->c * u[1];
+}
+
+/* Direction of a slide, which is that of its link too. */
+KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motion *m, double out[2]) {
+    kt_planar_turn(m, link->along, out);
+}
+
+/* Position of one link from its parent's: c, s, offset. */
+KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
+                              const double *cosine, const double *sine, kt_planar_motion *out) {
+    if (link->motion == KT_MOTION_TURN) {
+        const double c = cosine[link->angle], s = link->sign * sine[link->angle];
+        kt_planar_turn(parent, link->at, out->offset);
+        out->c = parent->c * c - parent->s * s;
+        out->s = parent->s * c + parent->c * s;
+        return;
+    }
+    const double x = q[link->q], at[2] = {link->at[0] + x * link->along[0], link->at[1] + x * link->along[1]};
+    kt_planar_turn(parent, at, out->offset);
+    out->c = parent->c;
+    out->s = parent->s;
+}
+
+/* Velocity of one link, and its c_f in linear. */
+KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const double *v,
+                                  kt_planar_motion *out) {
+    const double w = parent->omega, ww = -(w * w);
+    out->linear[0] = ww * out->offset[0];
+    out->linear[1] = ww * out->offset[1];
+    if (link->motion == KT_MOTION_TURN) {
+        out->omega = w + link->sign * v[link->v];
+        return;
+    }
+    double u[2];
+    kt_planar_along(link, out, u);
+    const double twice = 2.0 * (w * v[link->v]);
+    out->omega = w;
+    out->linear[0] -= twice * u[1];
+    out->linear[1] += twice * u[0];
+}
+
+/* From c_f to the full accelerations, for joint accelerations a. */
+KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_planar_motion *parent, const double *a,
+                                      kt_planar_motion *out) {
+    const double alpha = parent->alpha, x = a[link->v];
+    out->linear[0] += parent->linear[0] - alpha * out->offset[1];
+    out->linear[1] += parent->linear[1] + alpha * out->offset[0];
+    out->alpha = alpha;
+    if (link->motion == KT_MOTION_TURN) {
+        out->alpha += link->sign * x;
+        return;
+    }
+    double u[2];
+    kt_planar_along(link, out, u);
+    out->linear[0] += x * u[0];
+    out->linear[1] += x * u[1];
+}
+
+/* The ground as a plane sees it: at rest, pushed up by gravity. */
+KT_INLINE void kt_planar_ground_set(const double gravity[2], kt_planar_motion *ground) {
+    *ground = (kt_planar_motion){.c = 1.0, .linear = {-gravity[0], -gravity[1]}};
+}
+
+/* Sines and cosines of the planar links. */
+KT_INLINE void kt_planar_gather(const kt_model *model, kt_data *data, const double *q) {
+    kt_sincos_gather(q, model->angle + model->n.spatial_angle, model->n.angle - model->n.spatial_angle,
+                     data->planar_sine, data->planar_cosine);
+}
+
+#endif

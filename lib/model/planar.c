@@ -1,0 +1,276 @@
+/* Which trees move in a plane, and their links as they lie in it.
+ *
+ * Parallel is asked joint by joint, not against one normal from afar: n goes from body to body in the body's own axes,
+ * turned only by the rotation of the joint frame between, and every turn puts its own axis in n's place. So a thousand
+ * unrotated joints about one oblique axis agree to the last bit, and of a chain of rotated ones each need only agree
+ * with the turn before it. What may differ is rounding: a rotation from Euler angles or a quaternion is off by up to
+ * 4 eps an entry, its product with n by 3 eps more, a unit axis by 2 eps, and there may be a few fixed or sliding
+ * bodies between two turns. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is meant so.
+ */
+#include "model/internal.h"
+
+#include <float.h>
+#include <string.h>
+
+#define PARALLEL (32.0 * DBL_EPSILON)
+
+enum {
+    GROUND = 0,
+    LOOK_BACK = 16, /* planes that a tree is held against before it gets one of its own */
+    SPATIAL = -1,
+    UNDECIDED = -2
+};
+
+/* What is known of a tree's normal on the way through its joints. */
+enum { NORMAL_OPEN = 0, NORMAL_OF_SLIDES, NORMAL_OF_TURN };
+
+static kt_vec3 component(kt_mat3 m, int k) { return k == 0 ? m.x : k == 1 ? m.y : m.z; }
+
+static bool is_parallel(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_cross(a, b)) <= PARALLEL; }
+
+static bool is_normal(kt_vec3 a, kt_vec3 b) { return fabs(kt_vec3_dot(a, b)) <= PARALLEL; }
+
+static bool is_identity(const kt_mat3 *r) {
+    const kt_mat3 one = kt_mat3_identity();
+    return r->x.x == one.x.x && r->y.y == one.y.y && r->z.z == one.z.z && r->x.y == 0.0 && r->x.z == 0.0 &&
+           r->y.x == 0.0 && r->y.z == 0.0 && r->z.x == 0.0 && r->z.y == 0.0;
+}
+
+/* The joint frame on the parent's body. A rotation that cannot be evaluated is refused where bodies are kept. */
+static kt_mat3 joint_rotation(const kt_joint *joint) {
+    kt_mat3 r;
+    kt_error ignored;
+    return kt_rotation_evaluate(&joint->rotation, &r, &ignored) == KT_OK ? r : kt_mat3_identity();
+}
+
+static int elements_of(const kt_joint *joint, kt_element *elements) {
+    return kt_joint_kinds[joint->type]->elements(joint, elements);
+}
+
+/* ---- normals ----------------------------------------------------------------------------------------------------- */
+
+/* Takes one more joint of a tree: the first turn gives the normal (in basis.z), before any turn two slides across each
+ * other (the first is kept in basis.x). */
+static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
+    kt_element elements[KT_ELEMENT_MAX];
+    const int count = elements_of(joint, elements);
+    for (int k = 0; k < count; k++) {
+        const kt_vec3 along = kt_mat3_apply(*rest, component(elements[k].frame, elements[k].axis));
+        if (elements[k].motion == KT_MOTION_TURN && tree->known != NORMAL_OF_TURN) {
+            tree->basis.z = along;
+            tree->known = NORMAL_OF_TURN;
+        } else if (elements[k].motion == KT_MOTION_SLIDE && tree->known == NORMAL_OPEN) {
+            const kt_vec3 across = kt_vec3_cross(tree->basis.x, along);
+            if (kt_vec3_norm(across) > PARALLEL) {
+                tree->basis.z = kt_vec3_normalize(across);
+                tree->known = NORMAL_OF_SLIDES;
+            } else {
+                tree->basis.x = along;
+            }
+        } else if (elements[k].motion != KT_MOTION_TURN && elements[k].motion != KT_MOTION_SLIDE) {
+            tree->plane = SPATIAL;
+        }
+    }
+}
+
+/* Bodies at q = 0, whose tree they are of, and the trees' normals. */
+static void find_normals(const kt_description *d, kt_body_plane *body, size_t count) {
+    body[GROUND] = (kt_body_plane){.rest = kt_mat3_identity(), .source = -1, .plane = SPATIAL};
+    for (size_t i = 1; i <= count; i++) {
+        kt_body_plane *b = &body[i];
+        const kt_body_plane *up = &body[b->parent];
+        const kt_joint *joint = &d->bodies[b->source].joint;
+        const kt_mat3 r = joint_rotation(joint);
+        b->rest = is_identity(&r) ? up->rest : kt_mat3_multiply(up->rest, r);
+        b->tree = up->tree || joint->type == KT_JOINT_FIXED ? up->tree : (int32_t)i;
+        b->plane = UNDECIDED;
+        b->known = NORMAL_OPEN;
+        memset(&b->basis, 0, sizeof b->basis);
+        if (b->tree != GROUND)
+            note_joint(joint, &b->rest, &body[b->tree]);
+    }
+}
+
+/* ---- planes ------------------------------------------------------------------------------------------------------ */
+
+/* A plane with this normal, either way round, among the last ones, or a new one. */
+static int32_t plane_with(kt_vec3 normal, kt_plane *plane, size_t *count) {
+    for (size_t back = 1; back <= LOOK_BACK && back <= *count; back++)
+        if (is_parallel(plane[*count - back].basis.z, normal))
+            return (int32_t)(*count - back);
+    plane[*count] = (kt_plane){.basis = kt_triad_from_axis(normal, 2)};
+    return (int32_t)(*count)++;
+}
+
+/* A plane that a slide lies in. */
+static int32_t plane_along(kt_vec3 slide, kt_plane *plane, size_t *count) {
+    for (size_t back = 1; back <= LOOK_BACK && back <= *count; back++)
+        if (is_normal(plane[*count - back].basis.z, slide))
+            return (int32_t)(*count - back);
+    return plane_with(kt_triad_from_axis(slide, 2).x, plane, count);
+}
+
+static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) {
+    size_t planes = 0;
+    for (int round = 0; round < 2; round++) /* trees of parallel slides take what plane there is */
+        for (size_t i = 1; i <= count; i++) {
+            kt_body_plane *b = &body[i];
+            if (b->tree != (int32_t)i || b->plane != UNDECIDED || (b->known == NORMAL_OPEN) != (round == 1))
+                continue;
+            b->plane = round ? plane_along(b->basis.x, plane, &planes) : plane_with(b->basis.z, plane, &planes);
+        }
+    return planes;
+}
+
+/* ---- do all joints keep to the plane? ---------------------------------------------------------------------------- */
+
+/* The same basis with its third column replaced by n, which is parallel to it. */
+static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
+    if (basis.z.x == n.x && basis.z.y == n.y && basis.z.z == n.z)
+        return basis;
+    const kt_vec3 e1 = kt_vec3_sub(basis.x, kt_vec3_scale(kt_vec3_dot(basis.x, n), n));
+    return (kt_mat3){.x = kt_vec3_normalize(e1), .y = kt_vec3_cross(n, kt_vec3_normalize(e1)), .z = n};
+}
+
+/* Whether a joint moves in the plane of b->basis, whose third column becomes the turn's own axis. */
+static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
+    kt_element elements[KT_ELEMENT_MAX];
+    const int count = elements_of(joint, elements);
+    for (int k = 0; k < count; k++) {
+        const kt_vec3 along = component(elements[k].frame, elements[k].axis);
+        if (elements[k].motion == KT_MOTION_SLIDE) {
+            if (!is_normal(along, b->basis.z))
+                return false;
+            continue;
+        }
+        if (elements[k].motion != KT_MOTION_TURN || !is_parallel(along, b->basis.z))
+            return false;
+        const double sign = kt_vec3_dot(along, b->basis.z) > 0.0 ? 1.0 : -1.0;
+        b->basis = basis_about(b->basis, kt_vec3_scale(sign, along));
+    }
+    return true;
+}
+
+static void check_planes(const kt_description *d, kt_body_plane *body, size_t count, const kt_plane *plane) {
+    for (size_t i = 1; i <= count; i++) {
+        kt_body_plane *b = &body[i], *tree = &body[b->tree];
+        if (tree->plane < 0)
+            continue;
+        const kt_joint *joint = &d->bodies[b->source].joint;
+        const kt_body_plane *up = &body[b->parent];
+        const kt_mat3 r = joint_rotation(joint);
+        b->basis =
+            up->tree == GROUND ? kt_mat3_multiply(kt_mat3_transpose(up->rest), plane[tree->plane].basis) : up->basis;
+        if (!is_identity(&r))
+            b->basis = kt_mat3_multiply(kt_mat3_transpose(r), b->basis);
+        if (!keeps_to_plane(joint, b))
+            tree->plane = SPATIAL;
+    }
+}
+
+/* ---- loops ------------------------------------------------------------------------------------------------------- */
+
+bool kt_loop_is_planar(const kt_loop *loop, const kt_plane *plane) {
+    (void)loop;
+    (void)plane;
+    return false;
+}
+
+/* Trees that loops connect are planar together or not at all. There is no planar reduction yet: one loop makes the
+ * whole scene spatial. */
+static void check_loops(const kt_description *d, kt_body_plane *body, size_t count) {
+    if (d->loop_count == 0)
+        return;
+    for (size_t i = 1; i <= count; i++)
+        body[i].plane = SPATIAL;
+}
+
+/* Planes that are left, renumbered in their order. */
+static size_t drop_planes(kt_body_plane *body, size_t count, kt_plane *plane, size_t planes) {
+    size_t left = 0;
+    for (size_t p = 0; p < planes; p++)
+        plane[p].first = SPATIAL;
+    for (size_t i = 1; i <= count; i++)
+        if (body[i].tree == (int32_t)i && body[i].plane >= 0)
+            plane[body[i].plane].first = 0;
+    for (size_t p = 0; p < planes; p++)
+        if (plane[p].first != SPATIAL) {
+            plane[p].first = (int32_t)left;
+            plane[left++].basis = plane[p].basis;
+        }
+    for (size_t i = 1; i <= count; i++) {
+        const bool is_planar = body[i].tree == (int32_t)i && body[i].plane >= 0;
+        body[i].plane = is_planar ? plane[body[i].plane].first : SPATIAL;
+    }
+    return left;
+}
+
+size_t kt_planes_find(const kt_description *description, kt_body_plane *body, size_t count, kt_plane *plane) {
+    find_normals(description, body, count);
+    const size_t planes = choose_planes(body, count, plane);
+    check_planes(description, body, count, plane);
+    check_loops(description, body, count);
+    return drop_planes(body, count, plane, planes);
+}
+
+/* ---- links in their planes --------------------------------------------------------------------------------------- */
+
+/* e1, e2, n in a link's axes, at q = 0. */
+static kt_mat3 link_basis(const kt_model *m, const kt_body_plane *body, int32_t link, const kt_plane *plane) {
+    if (link == 0)
+        return plane->basis;
+    const int32_t b = m->link[link].body;
+    return kt_mat3_multiply(m->body[b].in_link.rotation, body[b].basis);
+}
+
+static double entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+
+static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int32_t plane) {
+    const kt_link *link = &m->link[m->n.spatial + place - 1];
+    const int32_t up = link->parent, k = link->axis;
+    const kt_mat3 above = link_basis(m, body, up, &m->plane[plane]);
+    const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + place - 1), &m->plane[plane]);
+    const kt_vec3 at = kt_mat3_apply_transposed(above, kt_v4_vec3(link->at));
+    const kt_vec3 moment = kt_mat3_apply_transposed(own, kt_v4_vec3(link->moment));
+    const kt_vec3 turned = kt_mat3_apply(kt_v4_mat3(link->inertia), own.z);
+    const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
+    const bool slides = link->motion == KT_MOTION_SLIDE;
+    m->planar[place] = (kt_planar_link){
+        .at = {at.x, at.y},
+        .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
+        .moment = {moment.x, moment.y},
+        .inertia = slides ? kt_vec3_dot(own.z, turned) : link->inertia[k][k],
+        .mass = link->mass,
+        .size = link->size,
+        .sign = entry(own.z, k) < 0.0 ? -1.0 : 1.0,
+        .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
+        .q = link->q,
+        .v = link->v,
+        .angle = slides ? 0 : link->angle - (int32_t)m->n.spatial_angle,
+        .motion = link->motion,
+        .follows = link->follows,
+        .branches = link->branches,
+        .leads = link->leads,
+    };
+    kt_planar_rest *rest = &m->planar_rest[place];
+    rest->plane = plane;
+    kt_v4_from_mat3(kt_mat3_transpose(own), rest->axes);
+}
+
+void kt_planar_place(kt_model *m, const kt_body_plane *body) {
+    int32_t plane = -1;
+    for (size_t place = 1; place < m->n.planar; place++) {
+        const kt_link *link = &m->link[m->n.spatial + place - 1];
+        const int32_t own = body[body[link->body].tree].plane;
+        if (own != plane) {
+            const kt_vec3 g = kt_mat3_apply_transposed(m->plane[own].basis, kt_v4_vec3(m->gravity));
+            m->plane[own].gravity[0] = g.x;
+            m->plane[own].gravity[1] = g.y;
+            m->plane[own].first = (int32_t)place;
+        }
+        plane = own;
+        place_link(m, body, place, plane);
+        m->plane[plane].last = (int32_t)place + 1;
+    }
+    m->sweep = m->n.planar == 0 ? KT_SWEEP_SPATIAL : m->n.spatial > 1 ? KT_SWEEP_MIXED : KT_SWEEP_PLANAR;
+}

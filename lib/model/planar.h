@@ -1,0 +1,99 @@
+/* Trees that move in a plane, and what the planar kernels sweep.
+ *
+ * A tree (a joint on the ground and all that it carries) is planar if all its joints turn about one direction n or
+ * slide normal to it. Masses and forces may lie as they will: what they do out of the plane goes into reactions and
+ * moves nothing. Trees with the same n share a *plane*: a basis (e1, e2, n) in the world, right-handed. Links are
+ * strung so that planar ones come last, plane by plane; links [n.spatial, n.link) are planar, and link i has the place
+ * i - n.spatial + 1 in the planar arrays. Place 0 is the ground, as each plane in turn sees it.
+ *
+ * At q = 0 every planar link has the angle 0, so there are no rotations at rest: a link's offset, slide and first
+ * moment are constant two-vectors in (e1, e2) which only its angle phi against q = 0 turns, kept as c = cos phi, s =
+ * sin phi. Heights along n stay as they are.
+ */
+#ifndef KT_MODEL_PLANAR_H
+#define KT_MODEL_PLANAR_H
+
+#include "algebra/lane.h"
+#include "kinetree/model.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Which links a model has. */
+typedef enum kt_sweep { KT_SWEEP_SPATIAL = 0, KT_SWEEP_PLANAR, KT_SWEEP_MIXED, KT_SWEEP_COUNT } kt_sweep;
+
+typedef struct kt_plane {
+    kt_mat3 basis;       /* e1, e2, n, world */
+    double gravity[2];   /* along e1, e2 */
+    int32_t first, last; /* places of its links: [first, last) */
+} kt_plane;
+
+/* What a planar kernel reads of a link. */
+typedef struct kt_planar_link {
+    double at[2];     /* origin of the joint frame against the parent's origin, at q = 0 */
+    double along[2];  /* of slides: direction, at q = 0 */
+    double moment[2]; /* first moment m c, at q = 0 */
+    double inertia;   /* of all bodies on the link, about n through its origin */
+    double mass;
+    double size;    /* as in kt_link */
+    double sign;    /* of turns: 1 about n, -1 about -n */
+    int32_t parent; /* place */
+    int32_t q, v;
+    int32_t angle;                 /* among the sines and cosines of the planar links */
+    uint8_t motion;                /* KT_MOTION_TURN or KT_MOTION_SLIDE */
+    bool follows, branches, leads; /* as in kt_link */
+} kt_planar_link;
+
+/* Back to the world. */
+typedef struct kt_planar_rest {
+    kt_v4 axes[3]; /* the link's axes at q = 0 in the plane's basis, columns */
+    int32_t plane;
+} kt_planar_rest;
+
+/* A planar link in motion, about its own origin, along (e1, e2). */
+typedef struct kt_planar_motion {
+    double c, s;             /* of its angle against q = 0 */
+    double offset[2];        /* r: own origin minus the parent's */
+    double omega;            /* angular velocity about n */
+    double alpha;            /* angular acceleration */
+    double linear[2];        /* acceleration of the origin (in dynamics: minus gravity); c_f before it is known */
+    double moment, force[2]; /* wrench */
+} kt_planar_motion;
+
+/* Articulated inertia and bias wrench: n = J alpha + h . a + n_b, f = h alpha + M a + f_b. Of a rigid link h is its
+ * first moment turned by a right angle, (-m c_y, m c_x), and M = m I. */
+typedef struct kt_planar_inertia {
+    double j, h[2];
+    double xx, xy, yy; /* M */
+    double moment, force[2];
+} kt_planar_inertia;
+
+/* A joint accelerates by base - angular alpha - linear . a of its parent. */
+typedef struct kt_planar_response {
+    double base, angular, linear[2];
+} kt_planar_response;
+
+/* ---- set-up ------------------------------------------------------------------------------------------------------ */
+
+/* How a body moves, index by index of the bodies. */
+typedef struct kt_body_plane {
+    kt_mat3 rest;   /* its axes in the world at q = 0 */
+    kt_mat3 basis;  /* e1, e2, n of the plane in its axes at q = 0 */
+    int32_t source; /* index in the description */
+    int32_t parent;
+    int32_t tree;  /* the body whose joint on the ground carries it; 0: it is part of the ground */
+    int32_t plane; /* of the tree whose joint on the ground is this body's; -1: none, or the tree is spatial */
+    int32_t known; /* of that tree: what its normal is known from */
+} kt_body_plane;
+
+/* Finds the planar trees: fills all but source and parent of bodies 0 to count (a parent precedes its children), and
+ * the bases of the planes, which have room for count; returns their number. O(count) but for many different planes. */
+size_t kt_planes_find(const kt_description *description, kt_body_plane *body, size_t count, kt_plane *plane);
+
+/* Whether a loop can be closed in the plane of index `plane`, where all its moving ends are. */
+bool kt_loop_is_planar(const kt_loop *loop, const kt_plane *plane);
+
+/* Fills planar and planar_rest of a model whose links are strung, and the rest of its planes. */
+void kt_planar_place(kt_model *model, const kt_body_plane *body);
+
+#endif
