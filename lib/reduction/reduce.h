@@ -74,6 +74,11 @@ static inline kt_group_work kt_group_place(const kt_model *model, const kt_data 
     return w;
 }
 
+/* Whether a group's loops are closed in a plane. */
+static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
+    return (size_t)model->group_link[group->link] >= model->n.spatial;
+}
+
 /* How much the equations are violated: the largest of all. */
 typedef struct kt_violation {
     double position; /* m or rad, over holonomic equations */
