@@ -207,9 +207,17 @@ typedef struct kt_loop {
 /* type, name in scene files */
 #define KT_EFFECT_LIST(X)                                                                                              \
     X(KT_EFFECT_SPRING, spring)                                                                                        \
+    X(KT_EFFECT_JOINT_SPRING, joint_spring)                                                                            \
     X(KT_EFFECT_JOINT_DAMPER, joint_damper)                                                                            \
+    X(KT_EFFECT_JOINT_FRICTION, joint_friction)                                                                        \
+    X(KT_EFFECT_JOINT_LIMIT, joint_limit)                                                                              \
+    X(KT_EFFECT_BUSHING, bushing)                                                                                      \
     X(KT_EFFECT_MOTOR, motor)                                                                                          \
-    X(KT_EFFECT_FORCE, force)
+    X(KT_EFFECT_FORCE, force)                                                                                          \
+    X(KT_EFFECT_TORQUE, torque)                                                                                        \
+    X(KT_EFFECT_DRAG, drag)                                                                                            \
+    X(KT_EFFECT_ATTRACTION, attraction)                                                                                \
+    X(KT_EFFECT_CONTACT, contact)
 
 typedef enum kt_effect_type {
 #define KT_EFFECT_ENUM(id, name) id,
@@ -220,19 +228,53 @@ typedef enum kt_effect_type {
 
 typedef enum kt_frame { KT_FRAME_WORLD = 0, KT_FRAME_BODY } kt_frame;
 
-/* Something that pushes; only the members of its type are read. */
+/* Something that pushes; only the members of its type are read. Each type's file in lib/effect has its formula.
+ *   spring: pulls its ends together with stiffness (distance - length) + damping (rate of the distance);
+ *   joint_spring: -stiffness (q - rest) - damping v in a joint; joint_damper: -damping v;
+ *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v;
+ *   joint_limit: nothing between lower and upper; beyond, stiffness times the excess back, and damping that grows from
+ *     zero with it, so that the force is continuous and never pulls back;
+ *   bushing: -stiffnesses of displacement and rotation (Euler vector) of the second frame, -dampings of their rates,
+ *     along and about the first end's axes; for less than half a turn between the ends;
+ *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
+ *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
+ *   contact: a sphere on a plane that bears a half-space: normal force stiffness x^exponent (1 + 3/2 dissipation
+ * dx/dt), never pulling, where it is x deep (Hunt and Crossley 1975), and friction times that against the slip. All
+ * forces are continuous, for the integrator's error control: friction is a function of the speed, smooth over
+ * `smoothing` or `slip`, below which a load creeps instead of resting; the smaller these, the stiffer the equations.
+ * Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N on a sliding
+ * joint. */
 typedef struct kt_effect {
     const char *name; /* may be NULL */
     kt_effect_type type;
-    kt_end between[2];    /* spring; force: the first is where it acts */
-    const char *joint;    /* joint_damper, motor */
-    double stiffness;     /* spring, N/m */
-    double length;        /* spring: rest length, m */
-    bool initial_length;  /* spring: the rest length is the distance at the start, and `length` is ignored */
-    double damping;       /* spring N s/m; joint_damper N m s/rad or N s/m */
-    kt_function torque;   /* motor: N m, or N on a sliding joint */
-    kt_function value[3]; /* force: its components, N */
-    kt_frame frame;       /* force: the axes of its components */
+    kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
+                              second a frame in the plane */
+    const char *joint;     /* joint_*, motor */
+    double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
+    double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
+    double length;         /* spring: rest length, m */
+    bool initial_length;   /* spring: the rest length is the distance at the start, and `length` is ignored */
+    double rest;           /* joint_spring: position without force, rad or m; default 0 */
+    double coulomb;        /* joint_friction: in motion, N (m) */
+    double viscous;        /* joint_friction: N (m) s per rad or m */
+    double breakaway;      /* joint_friction: at rest, N (m); not below coulomb; default (0): as coulomb */
+    double stribeck;       /* joint_friction: speed over which breakaway falls to coulomb, rad/s or m/s; default 0.01 */
+    double smoothing;      /* joint_friction: speed over which the force changes sign; default 1e-3 */
+    double lower, upper;   /* joint_limit: rad or m; default: infinite, which is none; at least one is needed */
+    double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
+    double dampings[6];    /* bushing: N s/m, N m s/rad; default 0 */
+    kt_function torque;    /* motor: N (m) */
+    kt_function value[3];  /* force, torque: components, N or N m */
+    kt_frame frame;        /* force, torque: the axes of its components: the world's, or the end's */
+    double linear;         /* drag: N s/m */
+    double quadratic;      /* drag: N s^2/m^2 */
+    double strength;       /* attraction: N m^2; negative: repulsion */
+    kt_vec3 axis;          /* contact: the plane's normal in the second end's frame, out of the half-space; default z */
+    double radius;         /* contact: of the sphere, m; default 0, a point */
+    double exponent;       /* contact: 1 or more; default 1.5, Hertz's */
+    double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
+    double friction;       /* contact: coefficient; default 0 */
+    double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

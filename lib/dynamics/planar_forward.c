@@ -3,7 +3,7 @@
  * With p = r turned by a right angle,
  *   n = J alpha + h . a + n_b,   f = h alpha + M a + f_b,   a = a_p + alpha_p p + c_f
  * is what a link with all it carries asks of its joint. A turn, with y = tau - n_b (tau and the rest about n):
- *   alpha = (y - h . a) / J,   M -= h h' / J,   f_b += h y / J + M c_f,   J = 0, h = 0, n = tau
+ *   alpha = (y - h . a) / J,   M -= h h' / J,   f_b += h y / J + M c_f,   J = 0, h = 0, n_b = tau
  * so that a turn's link passes on no more than M, f_b and tau. A slide along u, with U = M u, n_u = h . u, D = u . U:
  *   y = (tau - u . f_b - U . c_f) / D,   n_b += h . c_f + n_u y,   f_b += M c_f + U y,
  *   J -= n_u^2 / D,   h -= n_u U / D,   M -= U U' / D

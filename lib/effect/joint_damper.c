@@ -1,6 +1,11 @@
 /* Linear damper in a joint: force = -c v, dissipated = c v^2. */
 #include "effect/kind.h"
 
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    kt_checker_not_negative(checker, "damping", "", effect->damping);
+}
+
 static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                     kt_effect_balance *balance) {
     (void)numbers, (void)q, (void)t;
@@ -9,4 +14,4 @@ static double drive(const kt_effect_record *effect, const double *numbers, doubl
     return -effect->damping * v;
 }
 
-const kt_effect_kind kt_effect_joint_damper = {.drive = drive};
+const kt_effect_kind kt_effect_joint_damper = {.check = check, .drive = drive};

@@ -8,7 +8,10 @@
 #ifndef KT_EFFECT_KIND_H
 #define KT_EFFECT_KIND_H
 
+#include "model/check.h"
 #include "model/internal.h"
+
+#include <math.h>
 
 /* An end in motion, world axes. The points of both ends may be counted from any point that rests in the world: where
  * both are far from the world's origin, from one near to them loses nothing. */
@@ -24,9 +27,15 @@ typedef struct kt_effect_balance {
     double supplied;   /* power that comes from outside, W */
 } kt_effect_balance;
 
-/* One file a type: const kt_effect_kind kt_effect_spring. */
+/* One file a type: const kt_effect_kind kt_effect_spring. The model's compiler reads the rest of it: a new type is its
+ * file and its line in KT_EFFECT_LIST; where it has numbers of its own, these stand in kt_effect and KT_EFFECT_NUMBERS,
+ * and their keys in the table of lib/scene/effect.c. */
 typedef struct kt_effect_kind {
-    int ends; /* frames that it acts on: 1 or 2; 0: a scalar joint */
+    int ends;      /* frames that it acts on: 1 or 2; 0: a scalar joint */
+    int functions; /* of time: 3: `value`; 1: `torque`; 0: none */
+    bool turned;   /* the second end's frame is turned: z along `axis` */
+    /* Reports what is wrong with the members that it reads. */
+    void (*check)(kt_checker *checker, const kt_effect *effect);
     /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
      */
     void (*push)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
@@ -35,6 +44,10 @@ typedef struct kt_effect_kind {
     double (*drive)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                     kt_effect_balance *balance);
 } kt_effect_kind;
+
+/* `value` at time t, in world axes; and its check, with that of `frame`. */
+kt_vec3 kt_effect_value(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t);
+void kt_effect_check_value(kt_checker *checker, const kt_effect *effect);
 
 extern const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT];
 

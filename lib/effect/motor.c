@@ -1,6 +1,14 @@
 /* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
 #include "effect/kind.h"
 
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    if (effect->torque.type == KT_FUNCTION_NONE)
+        kt_checker_fault(checker, "torque", -1, "torque is missing; give a number or a function of time");
+    else
+        kt_checker_function(checker, "torque", &effect->torque);
+}
+
 static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                     kt_effect_balance *balance) {
     double f[3];
@@ -11,4 +19,4 @@ static double drive(const kt_effect_record *effect, const double *numbers, doubl
     return f[0];
 }
 
-const kt_effect_kind kt_effect_motor = {.drive = drive};
+const kt_effect_kind kt_effect_motor = {.functions = 1, .check = check, .drive = drive};

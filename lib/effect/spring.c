@@ -10,6 +10,14 @@
 
 #include <float.h>
 
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_ends(checker, effect->between);
+    kt_checker_not_negative(checker, "stiffness", "", effect->stiffness);
+    if (!effect->initial_length)
+        kt_checker_not_negative(checker, "length", "", effect->length);
+    kt_checker_not_negative(checker, "damping", "", effect->damping);
+}
+
 static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                  kt_wrench *wrench, kt_effect_balance *balance) {
     (void)numbers, (void)t;
@@ -29,4 +37,4 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
                                        .dissipated = effect->damping * rate * rate};
 }
 
-const kt_effect_kind kt_effect_spring = {.ends = 2, .push = push};
+const kt_effect_kind kt_effect_spring = {.ends = 2, .check = check, .push = push};

@@ -204,44 +204,44 @@ static double length_of(const kt_attach *a, const kt_model *m) {
     return longest > 0.0 ? longest : 1.0;
 }
 
-int kt_effect_end_count(const kt_effect *effect) {
-    return effect->type == KT_EFFECT_SPRING ? 2 : effect->type == KT_EFFECT_FORCE ? 1 : 0;
-}
-
-/* The k-th function of time that an effect has. */
-static const kt_function *function_of_effect(const kt_effect *effect, int k) {
-    static const kt_function none = {.type = KT_FUNCTION_NONE};
-    if (effect->type == KT_EFFECT_FORCE)
-        return &effect->value[k];
-    return effect->type == KT_EFFECT_MOTOR && k == 0 ? &effect->torque : &none;
+/* The frames that an effect acts on, or its joint; the length of a spring that starts unstretched. */
+static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r,
+                              kt_error *error) {
+    const int ends = kt_effect_end_count(effect);
+    kt_pose at[2];
+    if (ends == 0) {
+        r->body[0] = kt_body_find(m, effect->joint);
+        r->link[0] = m->body[r->body[0]].link;
+    }
+    for (int k = 0; k < ends; k++) {
+        const kt_status status = place_end(m, &effect->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
+        if (status != KT_OK)
+            return status;
+        at[k] = kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
+    }
+    if (ends == 2 && effect->initial_length)
+        r->length = distance_between(at[0], at[1]);
+    if (kt_effect_is_turned(effect))
+        turn_to_axis(&r->frame[1], effect->axis);
+    return KT_OK;
 }
 
 static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, kt_error *error) {
     for (size_t i = 0; i < m->n.effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &m->effect[i];
-        *r = (kt_effect_record){.type = (int32_t)effect->type, .source = (int32_t)i, .length = effect->length};
-        r->stiffness = effect->stiffness;
-        r->damping = effect->damping;
+        *r = (kt_effect_record){.type = (int32_t)effect->type, .source = (int32_t)i};
+#define ATTACH_NUMBER(member) r->member = effect->member;
+        KT_EFFECT_NUMBERS(ATTACH_NUMBER)
+#undef ATTACH_NUMBER
+        memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
+        memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         r->in_body = effect->frame == KT_FRAME_BODY;
-        const int ends = kt_effect_end_count(effect);
-        if (ends) {
-            kt_pose at[2];
-            for (int k = 0; k < ends; k++) {
-                const kt_status status =
-                    place_end(m, &effect->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
-                if (status != KT_OK)
-                    return status;
-                at[k] = kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
-            }
-            if (ends == 2 && effect->initial_length)
-                r->length = distance_between(at[0], at[1]);
-        } else {
-            r->body[0] = kt_body_find(m, effect->joint);
-            r->link[0] = m->body[r->body[0]].link;
-        }
+        const kt_status status = place_effect(a, m, effect, r, error);
+        if (status != KT_OK)
+            return status;
         for (int k = 0; k < 3; k++) {
-            const kt_function *function = function_of_effect(effect, k);
+            const kt_function *function = kt_effect_function(effect, k);
             r->curve[k] = kt_curve_compile(function, m->number, *number);
             *number += kt_curve_number_count(function);
         }
@@ -278,7 +278,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_attach_number_groups(a, n);
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
-            n->number += kt_curve_number_count(function_of_effect(&d->effects[i], k));
+            n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));
     kt_model *m = grow(a->tree, n);
     if (!m)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "the model's memory cannot be had");

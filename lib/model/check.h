@@ -107,4 +107,7 @@ void kt_checker_shape(kt_checker *checker, const kt_shape *shape);
 void kt_checker_loop(kt_checker *checker, const kt_loop *loop);       /* check_loop.c */
 void kt_checker_effect(kt_checker *checker, const kt_effect *effect); /* check_effect.c */
 
+/* Supplied by lib/effect: the rules of an effect's type, which exists. */
+void kt_effect_check(kt_checker *checker, const kt_effect *effect);
+
 #endif

@@ -118,8 +118,8 @@ static void check_marker(kt_checker *checker, const char *field, int sub, int bo
 
 /* One end, under the key `field`; returns its body. */
 static int check_end(kt_checker *checker, const char *field, int sub, const kt_end *end) {
-    static const char *const at[3] = {"at", "[0].at", "[1].at"};
-    static const char *const rotation[3] = {"rotation", "[0].rotation", "[1].rotation"};
+    static const char *const at[3] = {".at", "[0].at", "[1].at"};
+    static const char *const rotation[3] = {".rotation", "[0].rotation", "[1].rotation"};
     const int body = kt_checker_body(checker, field, sub, "body", end->body);
     if (end->marker == NULL)
         kt_checker_vector(checker, field, sub, at[sub + 1], end->at);

@@ -1,6 +1,7 @@
 /* The structs that a caller starts from, and the names of types. */
 #include "kinetree/model.h"
 
+#include <math.h>
 #include <stddef.h>
 
 static const kt_vec3 axis_z = {0.0, 0.0, 1.0};
@@ -31,7 +32,14 @@ kt_loop kt_loop_default(void) {
 }
 
 kt_effect kt_effect_default(void) {
-    const kt_effect effect = {.name = NULL};
+    const kt_effect effect = {.name = NULL,
+                              .stribeck = 0.01,
+                              .smoothing = 1e-3,
+                              .lower = -(double)INFINITY,
+                              .upper = (double)INFINITY,
+                              .exponent = 1.5,
+                              .slip = 1e-3,
+                              .axis = axis_z};
     return effect;
 }
 

@@ -162,16 +162,41 @@ typedef struct kt_group {
     size_t dense;                 /* first number in data->dense */
 } kt_group;
 
-/* An effect: two frames on links, or a joint. */
+/* Numbers that a record has of its kt_effect, under the same names. */
+#define KT_EFFECT_NUMBERS(X)                                                                                           \
+    X(stiffness)                                                                                                       \
+    X(damping)                                                                                                         \
+    X(length)                                                                                                          \
+    X(rest)                                                                                                            \
+    X(coulomb)                                                                                                         \
+    X(viscous)                                                                                                         \
+    X(breakaway)                                                                                                       \
+    X(stribeck)                                                                                                        \
+    X(smoothing)                                                                                                       \
+    X(lower)                                                                                                           \
+    X(upper)                                                                                                           \
+    X(linear)                                                                                                          \
+    X(quadratic)                                                                                                       \
+    X(strength)                                                                                                        \
+    X(radius)                                                                                                          \
+    X(exponent)                                                                                                        \
+    X(dissipation)                                                                                                     \
+    X(friction)                                                                                                        \
+    X(slip)
+
+/* An effect: one or two frames on links, or a joint. */
 typedef struct kt_effect_record {
     int32_t type;    /* kt_effect_type */
     int32_t source;  /* index in the description */
     int32_t body[2]; /* that bear the ends */
     int32_t link[2]; /* of joint effects: link[0] is the joint's */
     kt_pose frame[2];
-    double stiffness, damping, length;
-    kt_curve curve[3]; /* motor: one; force: its components */
-    bool in_body;      /* force: components in the end's axes */
+#define KT_EFFECT_DECLARE(member) double member;
+    KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
+#undef KT_EFFECT_DECLARE
+    double stiffnesses[6], dampings[6]; /* bushing */
+    kt_curve curve[3];                  /* motor: one; force, torque: the components */
+    bool in_body;                       /* force, torque: components in the end's axes */
 } kt_effect_record;
 
 typedef struct kt_counts {
@@ -252,8 +277,11 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);
 
-/* Frames that an effect acts on; 0: a joint. */
+/* Supplied by lib/effect, of an effect whose type exists: the frames that it acts on (0: a joint); whether the second
+ * is turned to its axis; and its k-th function of time of at most three, KT_FUNCTION_NONE where there is none. */
 int kt_effect_end_count(const kt_effect *effect);
+bool kt_effect_is_turned(const kt_effect *effect);
+const kt_function *kt_effect_function(const kt_effect *effect, int k);
 
 /* Loops and effects onto a model that has bodies and links; *model may move. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error);

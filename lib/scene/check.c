@@ -47,9 +47,14 @@ static kt_node *child(kt_node *node, int sub) {
 
 /* Follows "joint.axis" from the item as far as the file goes. */
 static kt_node *follow(kt_node *node, const char *field, int sub) {
-    if (strcmp(field, "between") == 0 && kt_node_find(node, "between") == NULL) { /* a rolling wheel */
-        kt_node *end = kt_node_find(node, sub == 0 ? "wheel" : "on");
-        return end == NULL ? node : end;
+    if (strcmp(field, "between") == 0 && kt_node_find(node, "between") == NULL) { /* a rolling wheel, or a contact */
+        static const char *const first[] = {"wheel", "point"}, *const second[] = {"on", "plane"};
+        for (int i = 0; i < 2 && sub >= 0; i++) {
+            kt_node *end = kt_node_find(node, sub == 0 ? first[i] : second[i]);
+            if (end != NULL)
+                return end;
+        }
+        return node;
     }
     while (*field != '\0') {
         size_t length = strcspn(field, ".");

@@ -114,12 +114,16 @@ static void report_unknown(kt_reading *reading, kt_node *key) {
 static void report_misplaced(const kt_reading *reading, const kt_field *field, kt_node *key) {
     const kt_table *table = reading->table;
     kt_phrase owners = {.length = 0};
+    unsigned having = 0;
+    for (int i = 0; i < table->count; i++)
+        if (strcmp(table->fields[i].key, field->key) == 0)
+            having |= table->fields[i].types;
     int left = 0;
     for (int i = table->types->first; i < table->types->count; i++)
-        left += (field->types >> i & 1U) != 0;
+        left += (having >> i & 1U) != 0;
     int type = 0;
     for (int i = table->types->first; i < table->types->count; i++) {
-        if ((field->types >> i & 1U) != 0)
+        if ((having >> i & 1U) != 0)
             kt_phrase_add(&owners, "%s%s", table->types->names[i], --left > 1 ? ", " : left == 1 ? " and " : "");
         if ((reading->type >> i & 1U) != 0)
             type = i;

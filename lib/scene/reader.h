@@ -129,7 +129,7 @@ typedef struct kt_table {
     const char *example;    /* "{linear: [...], angular: [...]}": where no mapping is found; NULL: none */
 } kt_table;
 
-enum { KT_TABLE_COUNT_MAX = 24 };
+enum { KT_TABLE_COUNT_MAX = 48 };
 
 /* Where a field lies. */
 static inline void *kt_field_in(void *object, const kt_field *field) { return (char *)object + field->offset; }

@@ -9,14 +9,6 @@
 #include <string.h>
 
 const char *const kt_support_refused[] = {
-    "effects.type.joint_spring",
-    "effects.type.joint_friction",
-    "effects.type.joint_limit",
-    "effects.type.bushing",
-    "effects.type.torque",
-    "effects.type.drag",
-    "effects.type.attraction",
-    "effects.type.contact",
     "simulate.plan",
     NULL,
 };

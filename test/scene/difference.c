@@ -135,6 +135,29 @@ static bool effect_differs(const char *where, const kt_effect *a, const kt_effec
     BITS(length);
     VALUE(initial_length);
     BITS(damping);
+    BITS(rest);
+    BITS(coulomb);
+    BITS(viscous);
+    BITS(breakaway);
+    BITS(stribeck);
+    BITS(smoothing);
+    BITS(lower);
+    BITS(upper);
+    BITS(stiffnesses);
+    BITS(dampings);
+    VALUE(frame);
+    BITS(linear);
+    BITS(quadratic);
+    BITS(strength);
+    BITS(axis);
+    BITS(radius);
+    BITS(exponent);
+    BITS(dissipation);
+    BITS(friction);
+    BITS(slip);
+    for (int k = 0; k < 3; k++)
+        if (function_differs(where, &a->value[k], &b->value[k]))
+            return true;
     return end_differs(where, &a->between[0], &b->between[0]) || end_differs(where, &a->between[1], &b->between[1]) ||
            function_differs(where, &a->torque, &b->torque);
 }

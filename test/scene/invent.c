@@ -282,31 +282,111 @@ static void invent_loop(inventor *v, int i) {
     }
 }
 
+/* Some of the numbers that have a default of their own. */
+static void maybe_positive(inventor *v, double *number) {
+    if (chance(v))
+        *number = positive(v);
+}
+
+static double not_negative(inventor *v) { return chance(v) ? 0.0 : positive(v); }
+
+static void invent_in_joint(inventor *v, kt_effect *effect, int i) {
+    effect->joint = scalar_joint(v);
+    switch (effect->type) {
+    case KT_EFFECT_JOINT_SPRING:
+        effect->stiffness = not_negative(v);
+        effect->rest = any(v);
+        break;
+    case KT_EFFECT_JOINT_FRICTION:
+        effect->coulomb = not_negative(v);
+        effect->breakaway = chance(v) ? 0.0 : effect->coulomb * 1.5;
+        effect->viscous = not_negative(v);
+        maybe_positive(v, &effect->stribeck);
+        maybe_positive(v, &effect->smoothing);
+        return;
+    case KT_EFFECT_JOINT_LIMIT:
+        effect->stiffness = positive(v);
+        effect->lower = any(v);
+        if (chance(v))
+            effect->upper = effect->lower + not_negative(v);
+        if (!isinf(effect->upper) && chance(v))
+            effect->lower = -(double)INFINITY;
+        break;
+    case KT_EFFECT_MOTOR:
+        effect->torque = function(v, v->out->numbers[INVENT_LOOPS + i], false);
+        return;
+    default:
+        break;
+    }
+    effect->damping = not_negative(v);
+}
+
+static void invent_between(inventor *v, kt_effect *effect) {
+    invent_ends(v, effect->between);
+    switch (effect->type) {
+    case KT_EFFECT_SPRING:
+        effect->stiffness = not_negative(v);
+        effect->initial_length = chance(v);
+        if (!effect->initial_length && chance(v))
+            effect->length = positive(v);
+        effect->damping = not_negative(v);
+        break;
+    case KT_EFFECT_BUSHING:
+        for (int k = 0; k < 6; k++) {
+            effect->stiffnesses[k] = not_negative(v);
+            effect->dampings[k] = not_negative(v);
+        }
+        break;
+    case KT_EFFECT_CONTACT:
+        effect->stiffness = positive(v);
+        effect->radius = not_negative(v);
+        effect->dissipation = not_negative(v);
+        effect->friction = not_negative(v);
+        maybe_positive(v, &effect->slip);
+        if (chance(v))
+            effect->exponent = 1.0 + not_negative(v);
+        if (chance(v))
+            effect->axis = axis(v);
+        break;
+    default:
+        effect->strength = any(v);
+    }
+}
+
+static void invent_on_one(inventor *v, kt_effect *effect, int i) {
+    effect->between[0] = end_on(v, &v->out->bodies[pick(v, INVENT_BODIES)]);
+    if (effect->type == KT_EFFECT_DRAG) {
+        effect->linear = not_negative(v);
+        effect->quadratic = not_negative(v);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        effect->value[k] =
+            k == 1 ? function(v, v->out->numbers[INVENT_LOOPS + i], false) : kt_function_constant(any(v));
+    effect->frame = chance(v) ? KT_FRAME_BODY : KT_FRAME_WORLD;
+}
+
 static void invent_effect(inventor *v, int i) {
     static const char *const names[INVENT_EFFECTS] = {NULL, "yes", NULL, "e3", NULL, "e5"};
     kt_effect *effect = &v->out->effects[i];
     *effect = kt_effect_default();
     effect->name = names[i];
     effect->type = (kt_effect_type)pick(v, KT_EFFECT_TYPE_COUNT);
-    if (effect->type == KT_EFFECT_SPRING) {
-        invent_ends(v, effect->between);
-        effect->stiffness = chance(v) ? 0.0 : positive(v);
-        effect->initial_length = chance(v);
-        if (!effect->initial_length && chance(v))
-            effect->length = positive(v);
-    } else if (effect->type == KT_EFFECT_FORCE) {
-        effect->between[0] = end_on(v, &v->out->bodies[pick(v, INVENT_BODIES)]);
-        for (int k = 0; k < 3; k++)
-            effect->value[k] =
-                k == 1 ? function(v, v->out->numbers[INVENT_LOOPS + i], false) : kt_function_constant(any(v));
-        effect->frame = chance(v) ? KT_FRAME_BODY : KT_FRAME_WORLD;
-    } else {
-        effect->joint = scalar_joint(v);
+    switch (effect->type) {
+    case KT_EFFECT_SPRING:
+    case KT_EFFECT_BUSHING:
+    case KT_EFFECT_ATTRACTION:
+    case KT_EFFECT_CONTACT:
+        invent_between(v, effect);
+        break;
+    case KT_EFFECT_FORCE:
+    case KT_EFFECT_TORQUE:
+    case KT_EFFECT_DRAG:
+        invent_on_one(v, effect, i);
+        break;
+    default:
+        invent_in_joint(v, effect, i);
     }
-    if (effect->type == KT_EFFECT_MOTOR)
-        effect->torque = function(v, v->out->numbers[INVENT_LOOPS + i], false);
-    else if (effect->type != KT_EFFECT_FORCE)
-        effect->damping = chance(v) ? 0.0 : positive(v);
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */

@@ -1,0 +1,33 @@
+/* Attraction by the inverse square of the distance (Newton's, or with S < 0 Coulomb's repulsion): with d = p2 - p1 the
+ * ends are pulled together by
+ *     f = S / |d|^2,   V = -S / |d|.
+ *
+ * At coincident points there is no direction, and no bound. Closer than r = 1e-50 m - far below what a position in
+ * metres can resolve - the law is that of a point inside a uniform ball of radius r, which joins it with its slope: f =
+ * S |d| / r^3,   V = -S (3 - |d|^2 / r^2) / (2 r), so that coincident points feel no force, by symmetry, and no result
+ * is NaN. Close passages above that are what they are: the error control shortens the steps, as far as it goes.
+ */
+#include "effect/kind.h"
+
+#define NEAR 1e-50
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_ends(checker, effect->between);
+    kt_checker_number(checker, "strength", effect->strength);
+}
+
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                 kt_wrench *wrench, kt_effect_balance *balance) {
+    (void)numbers, (void)t;
+    const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), none = {0.0, 0.0, 0.0};
+    const double s = effect->strength, distance = kt_vec3_norm(d), r = fmax(distance, NEAR);
+    const kt_vec3 pull = kt_vec3_scale(s / r / r, kt_vec3_scale(1.0 / r, d));
+    wrench[0] = (kt_wrench){.moment = none, .force = pull};
+    wrench[1] = (kt_wrench){.moment = none, .force = kt_vec3_scale(-1.0, pull)};
+    if (balance) {
+        const double ratio = distance / r; /* 1 outside */
+        *balance = (kt_effect_balance){.energy = -0.5 * (s / r) * (3.0 - ratio * ratio)};
+    }
+}
+
+const kt_effect_kind kt_effect_attraction = {.ends = 2, .check = check, .push = push};

@@ -1,0 +1,60 @@
+/* Contact of a sphere (a point, where its radius is 0) with a plane: a half-space below the plane through the second
+ * end, normal to n. With c the sphere's centre, r its radius, l = c - r n its lowest point and x = r - n . (c - p) how
+ * deep it is, s = v1 + w1 x (l - c) - v2 - w2 x (l - p)   how l moves on the sphere, less how it moves on the plane's
+ * body, n . s = -dx/dt, and for x > 0 the normal force of Hunt and Crossley (1975) acts in l on both: N = k x^m max(0,
+ * 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1) (c is the slope of their coefficient of restitution: e = 1 - c v for
+ * slow impacts at v). It is continuous where contact begins and ends, for the damping vanishes with x^m, and it never
+ * pulls. Friction opposes the tangential part of s, T = -mu N tanh(|s_t| / v0) s_t / |s_t|, smooth in s_t: below v0
+ * (`slip`) it is a damper mu N / v0, and a load creeps at v0 artanh(T / mu N) instead of resting. In l, not in the
+ * centre, it makes a ball roll. What is not elastic is dissipated: -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
+ */
+#include "effect/kind.h"
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_ends(checker, effect->between);
+    kt_checker_axis(checker, "axis", effect->axis);
+    kt_checker_not_negative(checker, "radius", "", effect->radius);
+    kt_checker_positive(checker, "stiffness", effect->stiffness);
+    if (kt_checker_number(checker, "exponent", effect->exponent) && !(effect->exponent >= 1.0))
+        kt_checker_fault(checker, "exponent", -1,
+                         "exponent is %g; it must be 1 or more: below, contact would be endlessly stiff at its begin",
+                         effect->exponent);
+    kt_checker_not_negative(checker, "dissipation", "", effect->dissipation);
+    kt_checker_not_negative(checker, "friction", "", effect->friction);
+    kt_checker_positive(checker, "slip", effect->slip);
+}
+
+/* Velocity of the point that moves with an end and is at `arm` from it. */
+static kt_vec3 velocity_at(const kt_effect_end *end, kt_vec3 arm) {
+    return kt_vec3_add(end->velocity, kt_vec3_cross(end->omega, arm));
+}
+
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                 kt_wrench *wrench, kt_effect_balance *balance) {
+    (void)numbers, (void)t;
+    const kt_vec3 n = end[1].axes.z, none = {0.0, 0.0, 0.0};
+    const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point);
+    const double x = effect->radius - kt_vec3_dot(n, from_plane);
+    if (x <= 0.0) {
+        wrench[0] = wrench[1] = (kt_wrench){.moment = none, .force = none};
+        if (balance)
+            *balance = (kt_effect_balance){.energy = 0.0};
+        return;
+    }
+    const kt_vec3 down = kt_vec3_scale(-effect->radius, n), arm = kt_vec3_add(from_plane, down);
+    const kt_vec3 s = kt_vec3_sub(velocity_at(&end[0], down), velocity_at(&end[1], arm));
+    const double deeper = -kt_vec3_dot(n, s), elastic = effect->stiffness * pow(x, effect->exponent);
+    const double normal = elastic * fmax(0.0, 1.0 + 1.5 * effect->dissipation * deeper);
+    const kt_vec3 across = kt_vec3_add(s, kt_vec3_scale(deeper, n));
+    const double speed = kt_vec3_norm(across), ratio = speed / effect->slip;
+    const double rub = effect->friction * normal / effect->slip * (ratio > 0.0 ? tanh(ratio) / ratio : 1.0);
+    const kt_vec3 force = kt_vec3_sub(kt_vec3_scale(normal, n), kt_vec3_scale(rub, across));
+    const kt_vec3 back = kt_vec3_scale(-1.0, force);
+    wrench[0] = (kt_wrench){.moment = kt_vec3_cross(down, force), .force = force};
+    wrench[1] = (kt_wrench){.moment = kt_vec3_cross(arm, back), .force = back};
+    if (balance)
+        *balance = (kt_effect_balance){.energy = elastic * x / (effect->exponent + 1.0),
+                                       .dissipated = (normal - elastic) * deeper + rub * speed * speed};
+}
+
+const kt_effect_kind kt_effect_contact = {.ends = 2, .turned = true, .check = check, .push = push};

@@ -1,0 +1,21 @@
+/* Drag on a point that moves with v through a medium at rest: f = -(c1 + c2 |v|) v, dissipated = (c1 + c2 |v|) |v|^2.
+ * Stokes' law for slow flow and Newton's for fast; f is continuously differentiable, at rest too. */
+#include "effect/kind.h"
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_end(checker, "on", &effect->between[0]);
+    kt_checker_not_negative(checker, "linear", "", effect->linear);
+    kt_checker_not_negative(checker, "quadratic", "", effect->quadratic);
+}
+
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                 kt_wrench *wrench, kt_effect_balance *balance) {
+    (void)numbers, (void)t;
+    const kt_vec3 v = end[0].velocity;
+    const double square = kt_vec3_dot(v, v), c = effect->linear + effect->quadratic * sqrt(square);
+    wrench[0] = (kt_wrench){.moment = {0.0, 0.0, 0.0}, .force = kt_vec3_scale(-c, v)};
+    if (balance)
+        *balance = (kt_effect_balance){.dissipated = c * square};
+}
+
+const kt_effect_kind kt_effect_drag = {.ends = 1, .check = check, .push = push};

@@ -1,0 +1,39 @@
+/* Friction in a joint: Coulomb's, with more of it at rest (Stribeck 1902) and a viscous part,
+ *     force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v,   dissipated = -force v >= 0,
+ * after Armstrong-Helouvry, Dupont and Canudas de Wit (1994), eq. 2, with the sign of v made smooth over v0.
+ *
+ * The force is smooth (no events), a function of the speed alone; the price is that nothing rests: under a load f < S
+ * the joint creeps, at v0 artanh(f / S) where v0 << vs. At rest it is a damper of S / v0, and this is what limits the
+ * steps of an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors against dry friction are proportional to v0.
+ */
+#include "effect/kind.h"
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    const bool slides = kt_checker_not_negative(checker, "coulomb", "", effect->coulomb);
+    const bool sticks = kt_checker_not_negative(checker, "static", "", effect->breakaway);
+    kt_checker_not_negative(checker, "viscous", "", effect->viscous);
+    if (slides && sticks && effect->breakaway > 0.0 && effect->breakaway < effect->coulomb)
+        kt_checker_fault(checker, "static", -1,
+                         "static is %g, less than coulomb, which is %g; friction at rest is not less than in motion: "
+                         "raise static, or leave it out to have both alike",
+                         effect->breakaway, effect->coulomb);
+    kt_checker_positive(checker, "stribeck", effect->stribeck);
+    kt_checker_positive(checker, "smoothing", effect->smoothing);
+}
+
+static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                    kt_effect_balance *balance) {
+    (void)numbers, (void)q, (void)t;
+    double dry = effect->coulomb;
+    if (effect->breakaway > dry) {
+        const double ratio = v / effect->stribeck;
+        dry += (effect->breakaway - dry) * exp(-ratio * ratio);
+    }
+    const double force = -dry * tanh(v / effect->smoothing) - effect->viscous * v;
+    if (balance)
+        *balance = (kt_effect_balance){.dissipated = -force * v};
+    return force;
+}
+
+const kt_effect_kind kt_effect_joint_friction = {.check = check, .drive = drive};

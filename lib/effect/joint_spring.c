@@ -1,0 +1,21 @@
+/* Spring and damper in a joint: force = -k (q - q0) - c v, V = k (q - q0)^2 / 2, dissipated = c v^2. */
+#include "effect/kind.h"
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    kt_checker_not_negative(checker, "stiffness", "", effect->stiffness);
+    kt_checker_number(checker, "rest", effect->rest);
+    kt_checker_not_negative(checker, "damping", "", effect->damping);
+}
+
+static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                    kt_effect_balance *balance) {
+    (void)numbers, (void)t;
+    const double stretch = q - effect->rest;
+    if (balance)
+        *balance = (kt_effect_balance){.energy = 0.5 * effect->stiffness * stretch * stretch,
+                                       .dissipated = effect->damping * v * v};
+    return -effect->stiffness * stretch - effect->damping * v;
+}
+
+const kt_effect_kind kt_effect_joint_spring = {.check = check, .drive = drive};

@@ -1,0 +1,113 @@
+/* Every key of the effects that act in joints, on bodies and between them, and what reading makes of it; what is meant
+ * where a key is missing. */
+#include <math.h>
+
+#include "check.h"
+#include "collect.h"
+#include "expect.h"
+
+#define HEAD                                                                                                           \
+    "kinetree: 1\n"                                                                                                    \
+    "bodies:\n"                                                                                                        \
+    "  - {name: crank, joint: {type: revolute}, markers: {tip: [1, 0, 0]}}\n"                                          \
+    "  - {name: slide, joint: {type: prismatic}}\n"                                                                    \
+    "effects:\n"
+
+KT_TEST(effects_in_joints_take_their_keys) {
+    static const char text[] =
+        HEAD "  - {type: joint_spring, joint: crank, stiffness: 2, rest: 90 deg, damping: 3}\n"
+             "  - {type: joint_friction, joint: crank, coulomb: 1, viscous: 2, static: 3, stribeck: 90 deg, "
+             "smoothing: 0.5}\n"
+             "  - {type: joint_limit, joint: slide, lower: -1, upper: 2, stiffness: 3, damping: 4}\n"
+             "  - {type: joint_limit, joint: crank, upper: 90 deg, stiffness: 3}\n";
+    kt_scene scene;
+    if (!kt_parse_right(false, text, &scene))
+        return;
+    const kt_effect *e = scene.description.effects;
+    kt_check_equal_int("type", e[0].type, KT_EFFECT_JOINT_SPRING);
+    kt_check_text("joint", e[0].joint, "crank");
+    CHECK_NUMBERS("stiffness", &e[0].stiffness, 2);
+    CHECK_NUMBERS("rest, an angle", &e[0].rest, PI / 2);
+    CHECK_NUMBERS("damping", &e[0].damping, 3);
+    kt_check_equal_int("type", e[1].type, KT_EFFECT_JOINT_FRICTION);
+    CHECK_NUMBERS("coulomb", &e[1].coulomb, 1);
+    CHECK_NUMBERS("viscous", &e[1].viscous, 2);
+    CHECK_NUMBERS("static", &e[1].breakaway, 3);
+    CHECK_NUMBERS("stribeck, of an angle", &e[1].stribeck, PI / 2);
+    CHECK_NUMBERS("smoothing", &e[1].smoothing, 0.5);
+    kt_check_equal_int("type", e[2].type, KT_EFFECT_JOINT_LIMIT);
+    CHECK_NUMBERS("lower", &e[2].lower, -1);
+    CHECK_NUMBERS("upper", &e[2].upper, 2);
+    CHECK_NUMBERS("stiffness", &e[2].stiffness, 3);
+    CHECK_NUMBERS("damping", &e[2].damping, 4);
+    kt_check_true("no lower stop", isinf(e[3].lower) && e[3].lower < 0.0);
+    CHECK_NUMBERS("upper, an angle", &e[3].upper, PI / 2);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(effects_on_bodies_take_their_keys) {
+    static const char text[] =
+        HEAD "  - {type: bushing, between: [crank.tip, slide], stiffness: [1, 2, 3, 4, 5, 6], damping: [6, 5, 4, 3, 2, "
+             "1]}\n"
+             "  - {type: torque, on: crank, value: [1, {sine: {amplitude: 2, frequency: 3}}, 0], frame: body}\n"
+             "  - {type: drag, on: crank, at: [1, 2, 3], linear: 4, quadratic: 5}\n"
+             "  - {type: drag, on: crank.tip}\n"
+             "  - {type: attraction, between: [crank, slide], strength: -2}\n"
+             "  - {type: contact, point: crank.tip, radius: 0.1, plane: slide, axis: -x, stiffness: 2, exponent: 3, "
+             "dissipation: 4, friction: 5, slip: 6}\n";
+    kt_scene scene;
+    if (!kt_parse_right(false, text, &scene))
+        return;
+    const kt_effect *e = scene.description.effects;
+    for (int i = 0; i < 6; i++) {
+        kt_check_near("stiffness", e[0].stiffnesses[i], i + 1.0, 0.0);
+        kt_check_near("damping", e[0].dampings[i], 6.0 - i, 0.0);
+    }
+    kt_check_text("on", e[1].between[0].body, "crank");
+    kt_check_equal_int("value", e[1].value[1].type, KT_FUNCTION_SINE);
+    kt_check_equal_int("frame", e[1].frame, KT_FRAME_BODY);
+    kt_check_text("on", e[2].between[0].body, "crank");
+    CHECK_VECTOR("at", e[2].between[0].at, 1, 2, 3);
+    CHECK_NUMBERS("linear", &e[2].linear, 4);
+    CHECK_NUMBERS("quadratic", &e[2].quadratic, 5);
+    kt_check_text("marker", e[3].between[0].marker, "tip");
+    kt_check_equal_int("type", e[4].type, KT_EFFECT_ATTRACTION);
+    CHECK_NUMBERS("strength", &e[4].strength, -2);
+    kt_check_text("point", e[5].between[0].marker, "tip");
+    kt_check_text("plane", e[5].between[1].body, "slide");
+    CHECK_VECTOR("axis", e[5].axis, -1, 0, 0);
+    CHECK_NUMBERS("radius", &e[5].radius, 0.1);
+    CHECK_NUMBERS("stiffness", &e[5].stiffness, 2);
+    CHECK_NUMBERS("exponent", &e[5].exponent, 3);
+    CHECK_NUMBERS("dissipation", &e[5].dissipation, 4);
+    CHECK_NUMBERS("friction", &e[5].friction, 5);
+    CHECK_NUMBERS("slip", &e[5].slip, 6);
+    kt_scene_free(&scene);
+}
+
+/* As the header says, and what a C caller starts from. */
+KT_TEST(effects_have_defaults) {
+    static const char text[] = HEAD "  - {type: joint_spring, joint: crank, stiffness: 2}\n"
+                                    "  - {type: joint_friction, joint: crank, coulomb: 1}\n"
+                                    "  - {type: contact, point: crank, plane: world, stiffness: 1}\n"
+                                    "  - {type: drag, on: crank, linear: 1}\n";
+    const kt_effect rest = kt_effect_default();
+    kt_scene scene;
+    if (!kt_parse_right(false, text, &scene))
+        return;
+    const kt_effect *e = scene.description.effects;
+    CHECK_NUMBERS("rest", &e[0].rest, 0);
+    CHECK_NUMBERS("static: as coulomb", &e[1].breakaway, 0);
+    CHECK_NUMBERS("stribeck", &e[1].stribeck, 0.01);
+    CHECK_NUMBERS("smoothing", &e[1].smoothing, 0.001);
+    CHECK_NUMBERS("radius", &e[2].radius, 0);
+    CHECK_NUMBERS("exponent", &e[2].exponent, 1.5);
+    CHECK_NUMBERS("dissipation", &e[2].dissipation, 0);
+    CHECK_NUMBERS("friction", &e[2].friction, 0);
+    CHECK_NUMBERS("slip", &e[2].slip, 0.001);
+    CHECK_VECTOR("axis", e[2].axis, 0, 0, 1);
+    CHECK_VECTOR("at", e[3].between[0].at, 0, 0, 0);
+    CHECK_NUMBERS("of the struct", &rest.exponent, 1.5);
+    kt_check_true("no stops", isinf(rest.lower) && isinf(rest.upper) && rest.lower < rest.upper);
+    kt_scene_free(&scene);
+}
