@@ -100,6 +100,8 @@ static void place_groups(kt_model *m) {
         }
         m->n.dense += kt_group_dense_count(group);
         m->link[group->parent].branches = true;
+        if ((size_t)group->parent >= m->n.spatial)
+            m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
         group->loop_count = group->link_count = 0; /* counted again as they come */
     }
 }

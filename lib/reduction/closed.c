@@ -95,7 +95,8 @@ static void way_out(const kt_model *model, kt_data *data, double *a, size_t end)
     }
 }
 
-size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
+size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
+                                        double *a) {
     const size_t failed = way_back(model, data, tau, end);
     if (!failed)
         way_out(model, data, a, end);

@@ -14,9 +14,9 @@
  * kt_group_factor: near a singular position the directions that are about to be lost are left out where `regular` is
  * asked for; -1: a number is not finite.
  * kt_groups_factor: all of them; false: a number is not finite.
- * kt_group_look: adds the violations of equations that have been filled, with -(A v + phi_t) in `right` (v may be NULL);
- * held coordinates (NULL: none) count as constants from then on.
- * kt_groups_close: the least step in coordinates; whatever is not part of a group stays. */
+ * kt_group_look: adds the violations of equations that have been filled, with -(A v + phi_t) in `right` (v may be
+ * NULL); held coordinates (NULL: none) count as constants from then on. kt_groups_close: the least step in coordinates;
+ * whatever is not part of a group stays. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
     void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \

@@ -1,6 +1,6 @@
 /* Dynamics and closure where some or all links are planar: closed.c for the spatial links and the groups among them,
- * and the same in the plane for the others (planar_forward.c, planar_group.h, planar_rows.h). No joint is between, and a
- * group is of one kind.
+ * and the same in the plane for the others (planar_forward.c, planar_group.h, planar_rows.h). No joint is between, and
+ * a group is of one kind.
  *
  * Reactions also hold what the plane cannot move; they are left to the spatial kernels (reaction.c).
  */
@@ -201,8 +201,5 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
     return accelerate(model, data, model->zero, true, step) == 0;
 }
 
-const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
-                                                                     .look = look,
-                                                                     .factor = KT_KERNEL(kt_groups_factor),
-                                                                     .fill = fill,
-                                                                     .close = close_groups};
+const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {
+    .forward = forward, .look = look, .factor = KT_KERNEL(kt_groups_factor), .fill = fill, .close = close_groups};

@@ -29,7 +29,8 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
                        : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
     if (status == KT_OK && model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
-        if (crossed || model->sweep != KT_SWEEP_SPATIAL) /* the equations are those of a position beside, or in a plane */
+        if (crossed ||
+            model->sweep != KT_SWEEP_SPATIAL) /* the equations are those of a position beside, or in a plane */
             (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
         kernels->multipliers(model, data, v, a);
         kernels->react(model, data, t, on_bodies, data->loop_wrench);
