@@ -82,8 +82,12 @@ static inline void kt_group_reduce(const kt_group_work *w, int freedoms, double 
             size[c] += n[i] * n[i] * w->mass[i * (m + 1)];
         for (int r = c; r < freedoms; r++)
             w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] = kt_dense_dot(w->basis + (size_t)r * m, half, w->m);
-        z[c] = kt_dense_dot(n, w->bias, w->m) - kt_dense_dot(half, w->base, w->m);
     }
+    kt_dense_apply(w->mass, w->m, w->m, w->base, half);
+    for (size_t i = 0; i < m; i++)
+        half[i] = w->bias[i] - half[i];
+    for (int c = 0; c < freedoms; c++)
+        z[c] = kt_dense_dot(w->basis + (size_t)c * m, half, w->m);
 }
 
 /* y (base) and K (slope) from the factored equations with right-hand side `right`; false where N' M N is singular.
