@@ -182,7 +182,7 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         if (m->n.planar && !kt_attach_is_relation(r->type) &&
             (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
             m->planar_loop[i] = a->flat[i];
-            kt_planar_arms(m, r, &m->planar_loop[i]);
+            kt_planar_ends(m, r, &m->planar_loop[i]);
         }
         const kt_function function = function_of(a, loop, r);
         r->curve = kt_curve_compile(&function, m->number, *number);

@@ -123,6 +123,12 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         if (link->group < 0)
             continue;
         kt_group *group = &m->group[link->group];
+        if (i >= m->n.spatial) {
+            kt_planar_link *planar = &m->planar[i - m->n.spatial + 1];
+            planar->group = link->group;
+            planar->local = link->local;
+            planar->tops = group->link_count == 0;
+        }
         m->group_link[group->link + group->link_count++] = (int32_t)i;
         for (int k = 0; k < kt_link_freedoms(link); k++) {
             m->group_v[group->v + link->local + k] = link->v + k;

@@ -251,6 +251,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
         .size = link->size,
         .sign = entry(own.z, k) < 0.0 ? -1.0 : 1.0,
         .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
+        .group = -1,
         .q = link->q,
         .v = link->v,
         .angle = slides ? 0 : link->angle - (int32_t)m->n.spatial_angle,

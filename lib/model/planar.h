@@ -40,10 +40,13 @@ typedef struct kt_planar_link {
     double size;    /* as in kt_link */
     double sign;    /* of turns: 1 about n, -1 about -n */
     int32_t parent; /* place */
+    int32_t group;  /* of loops that it is part of, or -1 */
+    int32_t local;  /* its coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
     uint8_t motion;                /* KT_MOTION_TURN or KT_MOTION_SLIDE */
     bool follows, branches, leads; /* as in kt_link */
+    bool tops;                     /* it is the first of its group */
 } kt_planar_link;
 
 /* Back to the world. */
@@ -102,7 +105,7 @@ typedef struct kt_ordered {
 
 /* Finds the planar trees: fills all but source and parent of bodies 0 to count (a parent precedes its children), and
  * the bases of the planes, which have room for count; returns their number. Trees that loops connect are planar
- * together or not at all; flat (one a loop): how the loops of planar trees lie in their plane, but for the arms.
+ * together or not at all; flat (one a loop): how the loops of planar trees lie in their plane, but for kt_planar_ends.
  * O(count) but for many different planes. */
 size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane, kt_planar_loop *flat);
 
@@ -112,9 +115,9 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body);
 /* Components of which a loop cannot be closed in their plane lose it; the others' loops are laid flat. */
 void kt_loops_flatten(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat);
 
-/* The arms of a loop's ends, which are on planar links or the ground. */
+/* Places and arms of a loop's ends, which are on planar links or the ground. */
 struct kt_loop_record;
-void kt_planar_arms(const kt_model *model, const struct kt_loop_record *loop, kt_planar_loop *flat);
+void kt_planar_ends(const kt_model *model, const struct kt_loop_record *loop, kt_planar_loop *flat);
 
 /* Fills planar and planar_rest of a model whose links are strung, and the rest of its planes. */
 void kt_planar_place(kt_model *model, const kt_body_plane *body);

@@ -29,6 +29,8 @@ typedef struct kt_planar_row {
 /* Of relations nothing is used. */
 typedef struct kt_planar_loop {
     double arm[2][2]; /* from the ends' links' origins to their points, at q = 0 */
+    int32_t place[2]; /* of the ends' links */
+    int32_t ancestor; /* place of the link that carries both */
     double c, s;      /* of end 2's direction against end 1's, at q = 0 */
     double height;    /* of point 2 over point 1 */
     int32_t count;    /* rows in the plane; they come first */
@@ -36,9 +38,9 @@ typedef struct kt_planar_loop {
     kt_planar_row row[KT_FLAT_MAX];
 } kt_planar_loop;
 
-/* Supplied by lib/loop: fills all but the arms from the ends' poses in the plane's basis (e1, e2, n) at q = 0; false
- * where the type, or what it holds out of the plane, cannot be had in the plane. `direction` and `length`: what passes
- * for zero. Of relations it is true, and nothing is filled. */
+/* Supplied by lib/loop: fills all but arms and places from the ends' poses in the plane's basis (e1, e2, n) at q = 0;
+ * false where the type, or what it holds out of the plane, cannot be had in the plane. `direction` and `length`: what
+ * passes for zero. Of relations it is true, and nothing is filled. */
 bool kt_loop_flatten(kt_loop_type type, const kt_pose end[2], double direction, double length, kt_planar_loop *flat);
 
 #endif

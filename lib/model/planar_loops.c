@@ -114,16 +114,16 @@ void kt_loops_flatten(const kt_ordered *o, kt_body_plane *body, const kt_plane *
     }
 }
 
-void kt_planar_arms(const kt_model *m, const struct kt_loop_record *loop, kt_planar_loop *flat) {
-    const int32_t some = loop->link[loop->link[0] ? 0 : 1];
-    const int32_t plane = m->planar_rest[some - (int32_t)m->n.spatial + 1].plane;
+void kt_planar_ends(const kt_model *m, const struct kt_loop_record *loop, kt_planar_loop *flat) {
+    const int32_t shift = (int32_t)m->n.spatial - 1, some = loop->link[loop->link[0] ? 0 : 1] - shift;
+    kt_v4 basis[3];
+    kt_v4_from_mat3(m->plane[m->planar_rest[some].plane].basis, basis);
+    flat->ancestor = loop->ancestor ? loop->ancestor - shift : 0;
     for (int k = 0; k < 2; k++) {
         const kt_v4 at = kt_v4_from(loop->frame[k].position);
-        const int32_t i = loop->link[k];
-        kt_v4 basis[3];
-        kt_v4_from_mat3(m->plane[plane].basis, basis);
+        flat->place[k] = loop->link[k] ? loop->link[k] - shift : 0;
         const kt_v4 arm =
-            i ? kt_v4_apply(m->planar_rest[i - (int32_t)m->n.spatial + 1].axes, at) : kt_v4_apply_transposed(basis, at);
+            flat->place[k] ? kt_v4_apply(m->planar_rest[flat->place[k]].axes, at) : kt_v4_apply_transposed(basis, at);
         flat->arm[k][0] = arm[0];
         flat->arm[k][1] = arm[1];
     }

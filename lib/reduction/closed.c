@@ -42,7 +42,7 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, const d
     const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
-    if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent ? 6 : 0))
+    if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], group->parent ? 6 : 0))
         return false;
     if (group->parent)
         kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);

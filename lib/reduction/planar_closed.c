@@ -45,51 +45,45 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
     }
 }
 
-static bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *gravity, const double *tau) {
+/* One group on the way back; its parent has the place `top`. */
+static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                        const double *tau) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
     kt_planar_inertia total;
-    kt_planar_group_bias(model, data, group, -gravity[0], -gravity[1]);
-    kt_planar_group_assemble(model, data, group, &w, tau, &total);
-    if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent ? KT_PLANAR_WIDTH : 0))
+    kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
+    kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
+    if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
         return false;
-    if (group->parent)
-        kt_planar_group_onto_parent(&w, &total, &data->planar_inertia[kt_place_of(model, group->parent)]);
+    if (top)
+        kt_planar_group_onto_parent(&w, &total, &data->planar_inertia[top]);
     return true;
 }
 
-/* Whether the link of this index is the highest of its group. */
-static inline bool is_first(const kt_model *model, const kt_link *record, size_t index) {
-    return model->group_link[model->group[record->group].link] == (int32_t)index;
-}
-
-/* Returns a link at which the inertia is singular, or 0. */
-static size_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
-                       const double *tau) {
-    const size_t shift = model->n.spatial - 1;
+/* Returns the place of a link at which the inertia is singular, or 0. */
+static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
+                        const double *tau) {
     kt_planar_inertia x, carried = {.j = 0.0};
     for (int32_t k = plane->last - 1; k >= plane->first; k--) {
-        const size_t index = (size_t)k + shift;
         const kt_planar_link *link = &model->planar[k];
-        const kt_link *record = &model->link[index];
         const kt_planar_motion *m = &data->planar[k];
         kt_planar_response *response = &data->planar_response[k];
         kt_planar_rigid(link, m, &x);
-        if (link->leads && record[1].group < 0)
+        if (link->leads && link[1].group < 0)
             kt_planar_add(&x, &carried);
         if (link->branches)
             kt_planar_add(&x, &data->planar_inertia[k]);
-        if (record->group >= 0) {
+        if (link->group >= 0) {
             data->planar_inertia[k] = x;
-            if (is_first(model, record, index) && !close_group(model, data, record->group, gravity, tau))
-                return index;
+            if (link->tops && !close_group(model, data, link->group, link->parent, gravity, tau))
+                return k;
             continue;
         }
         const bool done = link->motion == KT_MOTION_TURN
                               ? kt_absorb_turn(link, m, link->sign * tau[link->v], &x, response)
                               : kt_absorb_slide(link, m, tau[link->v], &x, response);
         if (!done)
-            return index;
+            return k;
         if (link->parent == 0)
             continue;
         kt_planar_shift(&x, m->offset);
@@ -102,18 +96,16 @@ static size_t way_back(const kt_model *model, kt_data *data, const kt_plane *pla
 }
 
 static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, double *a) {
-    const size_t shift = model->n.spatial - 1;
     kt_planar_ground_set(gravity, &data->planar[0]);
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
-        const kt_link *record = &model->link[(size_t)k + shift];
-        if (record->group < 0) {
+        if (link->group < 0) {
             kt_planar_respond(link, &data->planar_response[k], &data->planar[link->parent], &data->planar[k], a);
             continue;
         }
-        if (is_first(model, record, (size_t)k + shift)) {
-            const kt_group_work w = kt_group_place(model, data, (size_t)record->group, KT_ROWS_ALL);
-            kt_planar_group_respond(model, data, &model->group[record->group], &w, a);
+        if (link->tops) {
+            const kt_group_work w = kt_group_place(model, data, (size_t)link->group, KT_ROWS_ALL);
+            kt_planar_group_respond(model, data, &model->group[link->group], &w, link->parent, a);
         }
         if (link->leads || link->branches)
             kt_planar_acceleration(link, &data->planar[link->parent], a, &data->planar[k]);
@@ -125,9 +117,9 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *tau
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         const double *gravity = weightless ? none : plane->gravity;
-        const size_t failed = way_back(model, data, plane, gravity, tau);
+        const int32_t failed = way_back(model, data, plane, gravity, tau);
         if (failed)
-            return failed;
+            return (size_t)failed + model->n.spatial - 1;
         way_out(model, data, plane, gravity, a);
     }
     return 0;

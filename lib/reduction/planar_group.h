@@ -14,9 +14,8 @@ enum { KT_PLANAR_WIDTH = 3 };
 
 /* Accelerations that the velocities alone give, the parent's being zero (in response->linear), and the wrenches that go
  * with them: the bias becomes IA_i A0_i + bias. (ax, ay): of the ground, minus gravity. */
-static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, double ax,
-                                        double ay) {
-    const int32_t top = kt_place_of(model, group->parent);
+static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
+                                        double ax, double ay) {
     for (int l = 0; l < group->link_count; l++) {
         const int32_t place = kt_place_of(model, model->group_link[group->link + l]);
         const int32_t up = model->planar[place].parent;
@@ -38,45 +37,49 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
     }
 }
 
-/* A link's freedom: a unit turn, its sign; or a unit slide along u. */
-typedef struct kt_planar_freedom {
-    double n, u[2];
-} kt_planar_freedom;
-
-KT_INLINE kt_planar_freedom kt_planar_freedom_of(const kt_planar_link *link, const kt_planar_motion *m) {
-    kt_planar_freedom s = {0.0, {0.0, 0.0}};
+/* (moment, force) along the freedom of the link at `place`. */
+KT_INLINE double kt_planar_along_freedom(const kt_model *model, const kt_data *data, int32_t place, double moment,
+                                         double fx, double fy) {
+    const kt_planar_link *link = &model->planar[place];
+    double u[2];
     if (link->motion == KT_MOTION_TURN)
-        s.n = link->sign;
-    else
-        kt_planar_along(link, m, s.u);
-    return s;
+        return link->sign * moment;
+    kt_planar_along(link, &data->planar[place], u);
+    return u[0] * fx + u[1] * fy;
 }
 
-/* Columns of M, and of F where the parent accelerates, for the freedom s of the link at `place`, whose composite c is
- * complete. */
-KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group *group,
-                                      const kt_group_work *w, int32_t place, const kt_planar_freedom *s,
-                                      const kt_planar_inertia *c) {
-    const size_t m = (size_t)w->m;
-    const int32_t shift = (int32_t)model->n.spatial - 1, top = kt_place_of(model, group->parent);
-    const size_t own = (size_t)model->link[place + shift].local;
-    double moment = s->n * c->j + (c->h[0] * s->u[0] + c->h[1] * s->u[1]);
-    const double fx = s->n * c->h[0] + (c->xx * s->u[0] + c->xy * s->u[1]);
-    const double fy = s->n * c->h[1] + (c->xy * s->u[0] + c->yy * s->u[1]);
-    w->mass[own * (m + 1)] = s->n * moment + (s->u[0] * fx + s->u[1] * fy);
+/* Columns of M, and of F where the parent (top) accelerates, for the freedom of the link at `place`, whose composite c
+ * is complete. */
+KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
+                                      int32_t place, const kt_planar_inertia *c) {
+    const kt_planar_link *link = &model->planar[place];
+    const int m = w->m, own = link->local;
+    double moment, fx, fy, u[2];
+    if (link->motion == KT_MOTION_TURN) {
+        moment = link->sign * c->j;
+        fx = link->sign * c->h[0];
+        fy = link->sign * c->h[1];
+        w->mass[own * (m + 1)] = c->j;
+    } else {
+        kt_planar_along(link, &data->planar[place], u);
+        moment = c->h[0] * u[0] + c->h[1] * u[1];
+        fx = c->xx * u[0] + c->xy * u[1];
+        fy = c->xy * u[0] + c->yy * u[1];
+        w->mass[own * (m + 1)] = u[0] * fx + u[1] * fy;
+    }
     for (int32_t j = place;;) {
-        moment += data->planar[j].offset[0] * fy - data->planar[j].offset[1] * fx;
+        const double *r = data->planar[j].offset;
         j = model->planar[j].parent;
+        if (j == 0)
+            return;
+        moment += r[0] * fy - r[1] * fx;
         if (j == top)
             break;
-        const kt_planar_freedom at = kt_planar_freedom_of(&model->planar[j], &data->planar[j]);
-        const size_t other = (size_t)model->link[j + shift].local;
-        const double x = at.n * moment + (at.u[0] * fx + at.u[1] * fy);
+        const double x = kt_planar_along_freedom(model, data, j, moment, fx, fy);
+        const int other = model->planar[j].local;
         w->mass[own * m + other] = x;
         w->mass[other * m + own] = x;
     }
-    if (!top)
-        return;
     double *carry = w->carry + KT_PLANAR_WIDTH * own;
     carry[0] = moment;
     carry[1] = fx;
@@ -85,23 +88,22 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
 
 /* M, F, tau - h; where the parent accelerates, `total` is what it feels while x = 0: (Ic, W). */
 static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
-                                            const kt_group_work *w, const double *tau, kt_planar_inertia *total) {
-    const int32_t top = kt_place_of(model, group->parent);
+                                            const kt_group_work *w, int32_t top, const double *tau,
+                                            kt_planar_inertia *total) {
     *total = (kt_planar_inertia){.j = 0.0};
     for (int i = 0; i < w->m * w->m; i++)
         w->mass[i] = 0.0;
     for (int l = group->link_count - 1; l >= 0; l--) {
-        const int32_t index = model->group_link[group->link + l], place = kt_place_of(model, index);
+        const int32_t place = kt_place_of(model, model->group_link[group->link + l]);
         const kt_planar_link *link = &model->planar[place];
-        const kt_planar_freedom s = kt_planar_freedom_of(link, &data->planar[place]);
-        kt_planar_inertia x = data->planar_inertia[place];
-        w->bias[model->link[index].local] =
-            tau[link->v] - (s.n * x.moment + (s.u[0] * x.force[0] + s.u[1] * x.force[1]));
-        kt_planar_group_column(model, data, group, w, place, &s, &x);
+        kt_planar_inertia *x = &data->planar_inertia[place];
+        w->bias[link->local] =
+            tau[link->v] - kt_planar_along_freedom(model, data, place, x->moment, x->force[0], x->force[1]);
+        kt_planar_group_column(model, data, w, top, place, x);
         if (link->parent == 0)
             continue;
-        kt_planar_shift(&x, data->planar[place].offset);
-        kt_planar_add(link->parent == top ? total : &data->planar_inertia[link->parent], &x);
+        kt_planar_shift(x, data->planar[place].offset);
+        kt_planar_add(link->parent == top ? total : &data->planar_inertia[link->parent], x);
     }
 }
 
@@ -125,15 +127,15 @@ static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar
     kt_planar_add(parent, total);
 }
 
-/* Accelerations of the group's coordinates, the parent's known, into a. */
+/* Accelerations of the group's coordinates, the parent's (of place `top`) known, into a. */
 static inline void kt_planar_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
-                                           const kt_group_work *w, double *a) {
-    const size_t m = (size_t)w->m;
+                                           const kt_group_work *w, int32_t top, double *a) {
+    const int m = w->m;
     const int32_t *v = model->group_v + group->v;
-    const kt_planar_motion *p = &data->planar[kt_place_of(model, group->parent)];
-    for (size_t i = 0; i < m; i++)
+    const kt_planar_motion *p = &data->planar[top];
+    for (int i = 0; i < m; i++)
         a[v[i]] = w->base[i];
-    for (size_t i = 0; i < m && group->parent; i++)
+    for (int i = 0; i < m && top; i++)
         a[v[i]] -= w->slope[i] * p->alpha + (w->slope[m + i] * p->linear[0] + w->slope[2 * m + i] * p->linear[1]);
 }
 

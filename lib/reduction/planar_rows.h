@@ -28,16 +28,15 @@ typedef struct kt_planar_wrench {
     int32_t slot;
 } kt_planar_wrench;
 
-KT_INLINE int32_t kt_place_of(const kt_model *model, int32_t link) {
-    return link ? link - (int32_t)model->n.spatial + 1 : 0;
-}
+/* Place of a link that is not the ground. */
+KT_INLINE int32_t kt_place_of(const kt_model *model, int32_t link) { return link - (int32_t)model->n.spatial + 1; }
 
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                     const kt_planar_loop *flat, int k, bool moving, const double *v,
                                     kt_planar_end *end) {
     const int32_t *path = model->path + loop->path[k];
     double x = 0.0, y = 0.0, vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
-    double w = moving ? data->planar[kt_place_of(model, loop->ancestor)].omega : 0.0;
+    double w = moving ? data->planar[flat->ancestor].omega : 0.0;
     for (int i = 0; i < loop->length[k]; i++) {
         const int32_t place = kt_place_of(model, path[i]);
         const kt_planar_link *link = &model->planar[place];
@@ -58,7 +57,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
             vy += v[link->v] * u[1];
         }
     }
-    kt_planar_turn(&data->planar[kt_place_of(model, loop->link[k])], flat->arm[k], end->arm);
+    kt_planar_turn(&data->planar[flat->place[k]], flat->arm[k], end->arm);
     end->omega = w;
     end->point[0] = x + end->arm[0];
     end->point[1] = y + end->arm[1];
@@ -71,26 +70,33 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
 /* What the rows of a loop have in common. */
 typedef struct kt_planar_relative {
     double d[2], rate[2], linear[2]; /* d; d'; a2 - a1 */
-    double w1, w;                    /* of end 1; of end 2 against it */
-    double c, s;                     /* of theta */
-    const kt_planar_motion *first;   /* the link of end 1 */
+    double seen[2];                  /* a2 - a1 - 2 w1 J u + w1^2 d */
+    double w;                        /* w2 - w1 */
+    const kt_planar_motion *first, *second;
 } kt_planar_relative;
 
-KT_INLINE void kt_planar_relate(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
-                                const kt_planar_loop *flat, const kt_planar_end end[2], kt_planar_relative *r) {
-    const kt_planar_motion *first = &data->planar[kt_place_of(model, loop->link[0])];
-    const kt_planar_motion *second = &data->planar[kt_place_of(model, loop->link[1])];
+KT_INLINE void kt_planar_relate(const kt_data *data, const kt_planar_loop *flat, const kt_planar_end end[2],
+                                kt_planar_relative *r) {
     for (int k = 0; k < 2; k++) {
         r->d[k] = end[1].point[k] - end[0].point[k];
         r->rate[k] = end[1].velocity[k] - end[0].velocity[k];
         r->linear[k] = end[1].linear[k] - end[0].linear[k];
     }
-    r->w1 = end[0].omega;
-    r->w = end[1].omega - end[0].omega;
-    const double c = first->c * second->c + first->s * second->s, s = first->c * second->s - first->s * second->c;
-    r->c = c * flat->c - s * flat->s;
-    r->s = s * flat->c + c * flat->s;
-    r->first = first;
+    const double w1 = end[0].omega, twice = 2.0 * w1, ww = w1 * w1;
+    const double ux = r->rate[0] + w1 * r->d[1], uy = r->rate[1] - w1 * r->d[0];
+    r->seen[0] = r->linear[0] + (twice * uy + ww * r->d[0]);
+    r->seen[1] = r->linear[1] - (twice * ux - ww * r->d[1]);
+    r->w = end[1].omega - w1;
+    r->first = &data->planar[flat->place[0]];
+    r->second = &data->planar[flat->place[1]];
+}
+
+/* theta: cosine and sine. */
+KT_INLINE void kt_planar_angle(const kt_planar_loop *flat, const kt_planar_relative *r, double *cosine, double *sine) {
+    const kt_planar_motion *a = r->first, *b = r->second;
+    const double c = a->c * b->c + a->s * b->s, s = a->c * b->s - a->s * b->c;
+    *cosine = c * flat->c - s * flat->s;
+    *sine = s * flat->c + c * flat->s;
 }
 
 /* phi, phi_t and phi'' for zero joint accelerations. */
@@ -102,28 +108,31 @@ KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt
                                               kt_planar_wrench *w) {
     kt_planar_turn(r->first, row->e, w->force);
     w->moment = 0.0;
-    const double ex = w->force[0], ey = w->force[1], w1 = r->w1, *d = r->d;
-    const double ux = r->rate[0] + w1 * d[1], uy = r->rate[1] - w1 * d[0];
-    const double ax = r->linear[0] + 2.0 * w1 * uy + w1 * w1 * d[0], ay = r->linear[1] - 2.0 * w1 * ux + w1 * w1 * d[1];
-    return (kt_planar_value){.residual = ex * d[0] + ey * d[1] + row->constant, .bend = ex * ax + ey * ay};
+    return (kt_planar_value){.residual = (w->force[0] * r->d[0] + w->force[1] * r->d[1]) + row->constant,
+                             .bend = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
 }
 
 /* sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
-KT_INLINE kt_planar_value kt_planar_row_turn(const kt_planar_row *row, const kt_planar_relative *r,
-                                             kt_planar_wrench *w) {
-    const double large = sqrt(0.5 * (1.0 + fabs(r->c))), small = 0.5 * fabs(r->s) / large;
-    const double cosine = r->c >= 0.0 ? large : small, sine = copysign(r->c >= 0.0 ? small : large, r->s);
+KT_INLINE kt_planar_value kt_planar_row_turn(const kt_planar_loop *flat, const kt_planar_row *row,
+                                             const kt_planar_relative *r, kt_planar_wrench *w) {
+    double c, s;
+    kt_planar_angle(flat, r, &c, &s);
+    const double large = sqrt(0.5 * (1.0 + fabs(c))), small = 0.5 * fabs(s) / large;
+    const double cosine = c >= 0.0 ? large : small, sine = copysign(c >= 0.0 ? small : large, s);
     const double p = 4.0 * sine / (1.0 + cosine), slope = 1.0 + p * p / 16.0;
     w->force[0] = w->force[1] = 0.0;
     w->moment = row->constant * slope;
     return (kt_planar_value){.residual = row->constant * p, .bend = 0.125 * p * w->moment * (r->w * r->w)};
 }
 
-KT_INLINE kt_planar_value kt_planar_row_orthogonal(const kt_planar_relative *r, kt_planar_wrench *w) {
-    const double one = 1.0 + fabs(r->s);
+KT_INLINE kt_planar_value kt_planar_row_orthogonal(const kt_planar_loop *flat, const kt_planar_relative *r,
+                                                   kt_planar_wrench *w) {
+    double c, s;
+    kt_planar_angle(flat, r, &c, &s);
+    const double one = 1.0 + fabs(s);
     w->force[0] = w->force[1] = 0.0;
-    w->moment = -copysign(2.0 / one, r->s);
-    return (kt_planar_value){.residual = 2.0 * r->c / one, .bend = 2.0 * r->c / (one * one) * (r->w * r->w)};
+    w->moment = -copysign(2.0 / one, s);
+    return (kt_planar_value){.residual = 2.0 * c / one, .bend = 2.0 * c / (one * one) * (r->w * r->w)};
 }
 
 KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt_loop_record *loop,
@@ -166,10 +175,10 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
             x = kt_planar_row_along(row, r, out);
             break;
         case KT_FLAT_TURN:
-            x = kt_planar_row_turn(row, r, out);
+            x = kt_planar_row_turn(flat, row, r, out);
             break;
         case KT_FLAT_ORTHOGONAL:
-            x = kt_planar_row_orthogonal(r, out);
+            x = kt_planar_row_orthogonal(flat, r, out);
             break;
         case KT_FLAT_DISTANCE:
             x = kt_planar_row_distance(model, loop, flat, row, r, t, out);
@@ -205,24 +214,22 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
                                    double ax, double ay) {
     const double sign = k ? 1.0 : -1.0;
+    const int32_t *path = model->path + loop->path[k];
     for (int i = loop->length[k] - 1; i >= 0; i--) {
-        const int32_t index = model->path[loop->path[k] + i], place = kt_place_of(model, index);
+        const int32_t place = kt_place_of(model, path[i]);
         const kt_planar_link *link = &model->planar[place];
         const kt_planar_motion *m = &data->planar[place];
-        double *column = w->a + model->link[index].local;
-        double n = 0.0, u[2];
+        double *column = w->a + link->local;
         if (link->motion == KT_MOTION_TURN) {
-            n = sign * link->sign;
-            u[0] = -n * ay;
-            u[1] = n * ax;
+            const double n = sign * link->sign;
+            for (int r = 0; r < count; r++)
+                column[rows[r].slot * w->m] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
         } else {
+            double u[2];
             kt_planar_along(link, m, u);
-            u[0] *= sign;
-            u[1] *= sign;
+            for (int r = 0; r < count; r++)
+                column[rows[r].slot * w->m] = sign * (rows[r].force[0] * u[0] + rows[r].force[1] * u[1]);
         }
-        for (int r = 0; r < count; r++)
-            column[(size_t)rows[r].slot * (size_t)w->m] =
-                rows[r].moment * n + (rows[r].force[0] * u[0] + rows[r].force[1] * u[1]);
         ax += m->offset[0];
         ay += m->offset[1];
     }
@@ -236,7 +243,7 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
     kt_planar_wrench rows[KT_FLAT_MAX];
     for (int k = 0; k < 2; k++)
         kt_planar_end_follow(model, data, loop, flat, k, moving, v, &end[k]);
-    kt_planar_relate(model, data, loop, flat, end, &r);
+    kt_planar_relate(data, flat, end, &r);
     const int count = kt_planar_rows_evaluate(model, w, loop, flat, slot, &r, t, rows);
     kt_planar_rows_void(w, flat, slot);
     kt_planar_rows_path(model, data, w, loop, 0, rows, count, end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]);

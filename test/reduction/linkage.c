@@ -11,7 +11,7 @@ void linkage_begin(linkage *l) {
     l->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     l->description.bodies = l->body;
     l->description.loops = l->loop;
-    l->options = kt_model_options_default(); if (getenv("SP")) l->options.plan = KT_PLAN_SPATIAL;
+    l->options = kt_model_options_default();
 }
 
 kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 at, kt_vec3 to, double angle,
