@@ -50,7 +50,7 @@ static bool read_seconds(const char *text, double *seconds) {
 
 static void help(const char *program, const char *about, const kt_bench_options *defaults) {
     printf("%s\nUsage: %s [OPTION...]\n\n"
-           "  --max N       longest chain (%d)\n"
+           "  --max N       longest chain, or most loops (%d)\n"
            "  --seconds S   processor time for one line of the table (%g)\n"
            "  --csv FILE    writes the figures there\n"
            "  --level L     instruction set: auto, base, v3, v4 (auto)\n"

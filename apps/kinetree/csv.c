@@ -179,6 +179,38 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
     return KT_EXIT_INTEGRATION;
 }
 
+/* Whether the file begins with this header. */
+static bool begins_with_line(const kt_csv *csv) {
+    char *text = malloc(csv->used + 1);
+    bool same = text != NULL && pread(csv->file, text, csv->used + 1, 0) >= (ssize_t)csv->used &&
+                memcmp(text, csv->line, csv->used) == 0 && text[csv->used] == '\n';
+    free(text);
+    return same;
+}
+
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long lines) {
+    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model), .path = path, .whole = lines};
+    struct stat status;
+    csv->file = open(path, O_RDWR | O_CLOEXEC);
+    if (csv->file < 0) {
+        kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
+        return KT_EXIT_USAGE;
+    }
+    csv->is_regular = true;
+    add_line(csv, NULL);
+    const char *wrong = NULL;
+    if (fstat(csv->file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size < lines || csv->full ||
+        !begins_with_line(csv))
+        wrong = "these are not the records until the checkpoint; give the --out of the run that wrote it";
+    else if (ftruncate(csv->file, lines) != 0 || lseek(csv->file, lines, SEEK_SET) != lines)
+        wrong = strerror(errno);
+    if (wrong == NULL)
+        return -1;
+    kt_say("%s: %s", path, wrong);
+    (void)kt_csv_close(csv);
+    return KT_EXIT_USAGE;
+}
+
 int kt_csv_write(kt_csv *csv, const kt_record *record) {
     csv->used = 0;
     add_line(csv, record);

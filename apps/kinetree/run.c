@@ -1,5 +1,5 @@
 /* kinetree run: a scene from its file to its records. */
-#include "run.h"
+#include "checkpoint.h"
 
 #include "plot_run.h"
 
@@ -26,8 +26,10 @@ typedef struct kt_sinks {
     kt_plot_run *plot; /* NULL: none */
     kt_progress *progress;
     kt_outcome *outcome;
+    const kt_checkpoint *checkpoint;
     double aside; /* CPU time that writing took, s: no part of the simulation's cost */
     bool failed;  /* a line could not be written */
+    bool pauses;  /* for a checkpoint */
 } kt_sinks;
 
 static double larger(double a, double b) { return a > b ? a : b; }
@@ -68,17 +70,27 @@ static int take_record(const kt_record *record, void *user) {
     }
     kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
     sinks->aside += cpu_now() - start;
-    return 0;
+    sinks->pauses = kt_checkpoint_is_due(sinks->checkpoint);
+    return sinks->pauses ? 1 : 0;
 }
 
 /* Runs to the end or to the first failure, which is said. */
-static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, bool quiet) {
+static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_checkpoint *checkpoint, bool quiet) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
-    kt_sinks sinks = {.csv = csv, .plot = plot, .progress = &progress, .outcome = outcome};
-    double start = cpu_now();
-    kt_status status = kt_simulation_run(outcome->simulation, take_record, &sinks, &error);
-    outcome->cpu_seconds = cpu_now() - start - sinks.aside;
+    kt_sinks sinks = {.csv = csv, .plot = plot, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint};
+    double before = outcome->cpu_seconds, start = cpu_now();
+    kt_status status;
+    for (;;) {
+        status = kt_simulation_run(outcome->simulation, take_record, &sinks, &error);
+        outcome->cpu_seconds = before + cpu_now() - start - sinks.aside;
+        if (!sinks.pauses)
+            break;
+        sinks.pauses = false;
+        sinks.failed = kt_checkpoint_write(checkpoint, outcome, csv->whole) != 0;
+        if (sinks.failed)
+            break;
+    }
     kt_progress_end(&progress);
     if (status == KT_OK)
         return KT_EXIT_DONE;
@@ -97,7 +109,7 @@ static bool is_same_file(const char *a, const char *b) {
 }
 
 static int check_files(const kt_run_arguments *arguments, const char *path, const char *out) {
-    const char *const results[] = {out, arguments->summary, arguments->plot};
+    const char *const results[] = {out, arguments->summary, arguments->plot, arguments->checkpoint};
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
         if (is_same_file(results[i], path)) {
             kt_say("run: %s is the scene itself; give the results another file", results[i]);
@@ -121,8 +133,19 @@ static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, 
     return code;
 }
 
+/* The file of records: a new one, or the one that a checkpoint belongs to. */
+static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
+                        const char *out, kt_csv *csv) {
+    long long lines = 0;
+    if (arguments->resume == NULL)
+        return kt_csv_open(csv, out, outcome->model, outcome->run);
+    int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome, &lines);
+    return code >= 0 ? code : kt_csv_reopen(csv, out, outcome->model, outcome->run, lines);
+}
+
 /* With the simulation made and the files' names known. */
-static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out) {
+static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out,
+                          kt_checkpoint *checkpoint) {
     kt_csv csv;
     kt_plot_run *plot = NULL;
     if (arguments->plot != NULL) {
@@ -132,9 +155,9 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
             return KT_EXIT_INTEGRATION;
         }
     }
-    int code = kt_csv_open(&csv, out, outcome->model, outcome->run);
+    int code = open_records(arguments, outcome, checkpoint, out, &csv);
     if (code < 0) {
-        code = simulate(outcome, &csv, plot, arguments->quiet);
+        code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
         if (kt_csv_close(&csv) != 0 && code == KT_EXIT_DONE)
             code = KT_EXIT_INTEGRATION;
         int rest = finish(arguments, outcome, out, plot);
@@ -172,8 +195,15 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
         kt_status status = kt_simulation_create(model, &run, &options, &outcome.simulation, &error);
         if (status != KT_OK)
             kt_say_error(&error);
-        code = status != KT_OK ? kt_exit_code(status) : run_simulation(arguments, &outcome, out);
+        code = status != KT_OK ? kt_exit_code(status) : -1;
     }
+    kt_checkpoint checkpoint = {.path = NULL};
+    if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
+        code =
+            kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, &outcome, &options);
+    if (code < 0)
+        code = run_simulation(arguments, &outcome, out, &checkpoint);
+    kt_checkpoint_close(&checkpoint);
     kt_simulation_free(outcome.simulation);
     free(csv_name);
     free(markers);

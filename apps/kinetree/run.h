@@ -13,8 +13,9 @@
 typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
-    int formulation, reduction, metric;
-    const char *out, *summary, *plot;
+    int formulation, reduction, metric, plan;
+    const char *out, *summary, *plot, *checkpoint, *resume;
+    double checkpoint_interval;
     bool unprojected, quiet;
 } kt_run_arguments;
 
@@ -46,6 +47,8 @@ typedef struct kt_csv {
 
 /* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
+/* The same for a file of which the first `lines` bytes stand; what follows them is cut off. */
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long lines);
 /* Returns 0, or -1 where the line could not be written, which has been said. */
 int kt_csv_write(kt_csv *csv, const kt_record *record);
 /* Returns 0, or -1 where the file could not be closed, which has been said. */

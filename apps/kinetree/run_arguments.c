@@ -21,12 +21,19 @@ static const kt_option options[] = {
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
     {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
     {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "of the projections", "identity|mass"},
+    {"plan", KT_OPTION_CHOICE, KT_AT(plan), "NAME", "trees in planes: in the plane, or like all others",
+     "auto|spatial"},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV; '-': standard output; default: NAME.csv, here", NULL},
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
      NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE", "a picture of positions and energy: FILE.svg or FILE.png", NULL},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
      NULL},
+    {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "every so often, keep there what --resume needs", NULL},
+    {"checkpoint-interval", KT_OPTION_POSITIVE, KT_AT(checkpoint_interval), "S",
+     "seconds of the clock between two checkpoints; default: 10", NULL},
+    {"resume", KT_OPTION_TEXT, KT_AT(resume), "FILE",
+     "go on from a checkpoint of the same run: the records continue in --out", NULL},
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
 };
 
@@ -35,6 +42,7 @@ static const kt_usage usage = {
     .examples = "  kinetree run pendulum.yaml\n"
                 "  kinetree run pendulum.yaml --duration 5 --tolerance 1e-12 --plot pendulum.svg\n"
                 "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3 --summary - --out /dev/null\n"
+                "  kinetree run pendulum.yaml --checkpoint p.state       and after a break: --resume p.state\n"
                 "  kinetree make chain --links 100 | kinetree run - --interval 0.1 --out - | head\n",
     .operands = "SCENE",
     .least = 1,
@@ -52,7 +60,9 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
                                     .interval = (double)NAN,
                                     .formulation = -1,
                                     .reduction = -1,
-                                    .metric = -1};
+                                    .metric = -1,
+                                    .plan = -1,
+                                    .checkpoint_interval = 10.0};
     int operands;
     int code = kt_arguments_read(&usage, argc, argv, arguments, &operands);
     if (code >= 0)
@@ -61,6 +71,15 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
                     (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
     if (to_stdout > 1) {
         kt_say("run: --out and --summary cannot both be standard output; give one of them a file");
+        return KT_EXIT_USAGE;
+    }
+    if ((arguments->checkpoint != NULL || arguments->resume != NULL) && arguments->out != NULL &&
+        strcmp(arguments->out, "-") == 0) {
+        kt_say("run: records on standard output cannot be taken up again: --checkpoint and --resume need a file");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->resume != NULL && arguments->plot != NULL) {
+        kt_say("run: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records");
         return KT_EXIT_USAGE;
     }
     if (!isnan(arguments->step) && arguments->tolerance != NULL) {
@@ -241,6 +260,8 @@ int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
         run->reduction = (kt_reduction)arguments->reduction;
     if (arguments->metric >= 0)
         run->metric = (kt_metric)arguments->metric;
+    if (arguments->plan >= 0)
+        run->plan = (kt_plan)arguments->plan;
     if (arguments->integrator != NULL)
         code = override_integrator(arguments->integrator, run);
     if (code < 0 && arguments->tolerance != NULL)

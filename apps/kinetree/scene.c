@@ -76,6 +76,7 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     options.reduction = scene->run.reduction;
     options.metric = scene->run.metric;
     options.formulation = scene->run.formulation;
+    options.plan = scene->run.plan;
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
     if (status != KT_OK)
         kt_say_error(&error);

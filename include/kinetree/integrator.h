@@ -37,7 +37,8 @@ extern "C" {
 enum {
     KT_METHOD_STAGES_MAX = 32, /* stages, the slope at the new point and the stages of the dense output together */
     KT_METHOD_ORDER_MAX = 12,
-    KT_METHOD_DENSE_TERMS_MAX = 8
+    KT_METHOD_DENSE_TERMS_MAX = 8,
+    KT_STABILISED_STAGES_MAX = 250 /* of a stabilised method */
 };
 
 /* An explicit Runge-Kutta method, HNW II.1:
@@ -81,6 +82,11 @@ typedef struct kt_method {
     const double *dense_a; /* their rows of a, each over all slopes before it: w, w + 1, ... long, w = s + !fsal */
     const double *dense_c; /* dense_stages */
     const double *dense_d; /* dense_terms x (w + dense_stages), by rows */
+
+    /* Built-in methods only: the stages follow from a recurrence, and a step takes as many of them, up to
+     * KT_STABILISED_STAGES_MAX, as the fastest decay of the right-hand side needs. The table is that of the member
+     * with the fewest. */
+    bool stabilised;
 } kt_method;
 
 /* The number of built-in methods. */
@@ -89,8 +95,8 @@ KT_API int kt_method_count(void);
 /* The built-in method at 0 <= index < kt_method_count(), in order of rising order; NULL outside. Static storage. */
 KT_API const kt_method *kt_method_at(int index);
 
-/* The built-in method of this name: euler, midpoint, heun, ralston, kutta3, bs32, rk4, rk38, dopri5, tsit5, dop853;
- * NULL if there is none. Static storage. */
+/* The built-in method of this name: euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, dopri5, tsit5,
+ * dop853; NULL if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
 /* The order of the method's dense output, uniformly in theta: the interpolated value is off by O(h^(q+1)). An order q
@@ -106,6 +112,67 @@ KT_API int kt_method_dense_order(const kt_method *method);
  *
  * Cost: 8 trees for order 4, 200 for order 8, each O(nodes s^2). Allocates nothing; 40 kB of stack. */
 KT_CHECKED KT_API kt_status kt_method_check(const kt_method *method, kt_error *error);
+
+/* ---- linear stability -------------------------------------------------------------------------------------------- */
+
+/* re + i im */
+typedef struct kt_complex {
+    double re, im;
+} kt_complex;
+
+/* What a method makes of y' = lambda y: y1 = R(h lambda) y0, R a polynomial; Hairer and Wanner, Solving ODE II, IV.2.
+ * A tableau has R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 + w1 z). Plain; copy it. */
+typedef struct kt_stability {
+    int degree;                                   /* of R */
+    double coefficient[KT_METHOD_STAGES_MAX + 1]; /* tableau: of z^0 .. z^degree */
+    bool stabilised;
+    double w0, w1, a, b; /* stabilised */
+} kt_stability;
+
+/* The stability polynomial of a method, a caller's own table included (which kt_method_check has passed). `stages` is
+ * read for a stabilised method alone: 2 to KT_STABILISED_STAGES_MAX. O(s^3).
+ *
+ * Errors: KT_ERROR_ARGUMENT (sizes, or stages, out of range). */
+KT_CHECKED KT_API kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability,
+                                              kt_error *error);
+
+/* R(z); |R(z)|. O(degree). */
+KT_API kt_complex kt_stability_value(const kt_stability *stability, kt_complex z);
+KT_API double kt_stability_gain(const kt_stability *stability, kt_complex z);
+
+/* |R| on a grid of columns x rows points, both 2 or more, from `low` (gain[0]) to `high`, row by row: row i has the
+ * imaginary part low.im + i (high.im - low.im) / (rows - 1). For contours: the boundary of stability is |R| = 1. */
+KT_API void kt_stability_grid(const kt_stability *stability, kt_complex low, kt_complex high, int columns, int rows,
+                              double *gain);
+
+/* The largest x for which |R| <= 1 on [-x, 0] of the real axis; the largest y for which |R| <= 1 on [-iy, iy] of the
+ * imaginary axis, 0 where there is none (Euler, Heun, midpoint). To a few roundings. */
+KT_API double kt_stability_real_limit(const kt_stability *stability);
+KT_API double kt_stability_imaginary_limit(const kt_stability *stability);
+
+/* How much a step makes of a mode what the motion does not: the factor, over a run of `duration`, by which a solution
+ * of y' = lambda y grows beyond what it does in truth, or beyond its start where in truth it decays:
+ *
+ *     growth = (|R(h lambda)| / max(1, e^(h Re lambda)))^(duration / h)
+ *
+ * At most 1 where the method damps the mode. So an undamped mode, on the imaginary axis, is no matter of rounding: a
+ * method that is not stable there (Euler, Heun, midpoint) makes it grow slowly, and whether that shows depends on how
+ * long one looks. A mode that grows in truth is followed for no more than the time 1 / Re lambda in which it grows by
+ * e: what comes after is no longer linear. HUGE_VAL where the factor cannot be told. `step`, `duration` > 0. */
+KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lambda, double step, double duration);
+
+/* How much growth over a run still counts as stable: twice. A damped mode's limit hardly depends on it (a run has many
+ * steps); an undamped one of Heun's method is then off by more than a radian in phase before it has doubled. */
+#define KT_STABILITY_GROWTH 2.0
+
+/* The largest step up to which kt_stability_growth stays within `growth` (> 1; KT_STABILITY_GROWTH) for every
+ * eigenvalue; HUGE_VAL where none bounds it, 0 where the method's sizes are out of range. *index (or NULL): the
+ * eigenvalue that bounds it, or -1. An eigenvalue that is zero, or on the imaginary axis, up to rounding makes no
+ * difference. A stabilised method is taken as it runs: with the stages that it takes for each step; the step is within
+ * that for which it has stages enough. To 1e-12. Allocates nothing. Cost: some hundred values of R for the fastest
+ * eigenvalue, fewer for the others; for a stabilised method a thousand for each. */
+KT_API double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,
+                                double growth, ptrdiff_t *index);
 
 /* ---- integrator -------------------------------------------------------------------------------------------------- */
 
@@ -160,8 +227,8 @@ typedef struct kt_integrator_options {
 KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
- * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal. The memory needs no
- * alignment. */
+ * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal, 2 n more where stabilised.
+ * The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Lays an integrator out in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -203,7 +270,11 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * became too small, or max_steps are used up), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the
  * step is fixed).
  *
- * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try. */
+ * Stabilised (rkc2): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an adaptive
+ * step is kept so short that it does not. How fast the right-hand side decays is estimated by a power method, at the
+ * start, every 25 steps (5 where the step is fixed), and where a try was rejected: some five evaluations.
+ *
+ * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
 /* y(t), n values, at a time within the last accepted step, its ends included (at the ends the very states, bit for
@@ -245,6 +316,8 @@ typedef struct kt_integrator_memory {
     double next_step;     /* adaptive: proposed size, > 0; 0: not yet chosen */
     double last_error;    /* adaptive: weighted norm of the last accepted step's error estimate; NaN: none */
     double control_error; /* adaptive: err_last of the PI control */
+    double radius;        /* stabilised: spectral radius of f_y, 1/s, with its margin; negative: not yet estimated */
+    int64_t radius_age;   /* stabilised: steps since it was estimated */
     int32_t on_grid;      /* fixed step: whether t is t0 + grid h */
     int32_t has_previous; /* whether previous_y is known */
     kt_integrator_counts counts;

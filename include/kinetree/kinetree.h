@@ -3,7 +3,9 @@
 #define KINETREE_KINETREE_H
 
 #include "kinetree/algebra.h"
+#include "kinetree/analysis.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/effect.h"
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"
 #include "kinetree/model.h"

@@ -1,7 +1,9 @@
 /* Mechanisms as a whole: loops reduced, effects acting. What a simulation calls at every stage and after every step.
  *
  * A model without loops and effects pays for neither: its accelerations are those of kt_dynamics_forward, its
- * projection renormalises quaternions where there are some. No call allocates. t is in s.
+ * projection renormalises quaternions where there are some. No call allocates, but for OpenBLAS where it may use more
+ * than one thread: sharing a group of some 90 coordinates or more among them it allocates what that takes
+ * (OPENBLAS_NUM_THREADS=1 or openblas_set_num_threads(1), which are the caller's to set, prevent it). t is in s.
  *
  * Method: phi(u, t) = 0, A v = b', A a = b'' [MSD 7.4, 7.28]; A' P = [Q1 Q2][R1; 0], a = Q1 R1^-T b'' + Q2 z with
  * (Q2' M Q2) z = Q2' (tau - h - M a0) [MSD 7.33, 7.34], for each group of loops that share links, inside the
@@ -42,7 +44,8 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 /* Accelerations a (nv) at (t, q, v): forward dynamics of the whole mechanism, with its loops and effects, joint forces
  * tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). At a singular position of the
  * loops, where equations depend on each other for an instant, the accelerations on both sides along the motion are
- * averaged, so that the motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(bodies) +
+ * averaged, so that the motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's own
+ * effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK. O(bodies) +
  * O(coordinates^3) of each group. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
@@ -97,9 +100,9 @@ KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data 
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);
 
-/* Potential energy of the effects at (t, q, v), J; needs kt_kinematics_update at q and v. Gravity's is
+/* Potential energy of the effects at (t, q, v), J; NaN where a caller's own cannot tell it. Gravity's is
  * kt_potential_energy. */
-KT_API double kt_effect_energy(const kt_model *model, const kt_data *data, double t, const double *q, const double *v);
+KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
 #ifdef __cplusplus
 }

@@ -73,15 +73,17 @@ typedef struct kt_run {
     double relative;        /* tolerances of an adaptive method */
     double absolute;
     kt_formulation formulation; /* absolute: of a model that was compiled for it (kt_model_options) */
-    kt_reduction reduction; /* these two are for kt_model_options: a simulation does what its model was compiled for */
+    kt_reduction
+        reduction; /* these three are for kt_model_options: a simulation does what its model was compiled for */
     kt_metric metric;
+    kt_plan plan;
     double interval; /* s between records; 0: about 1000 records */
     unsigned record; /* KT_RECORD_ bits */
     const kt_marker_pair *markers;
     int marker_count;
 } kt_run;
 
-/* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, default records. */
+/* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
 /* What a run records of this model: run->record, or what KT_RECORD_DEFAULT stands for. */
@@ -92,11 +94,31 @@ KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
 KT_API const char *kt_formulation_name(kt_formulation formulation);
 KT_API const char *kt_reduction_name(kt_reduction reduction);
 KT_API const char *kt_metric_name(kt_metric metric);
+KT_API const char *kt_plan_name(kt_plan plan);
 KT_API const char *kt_record_name(unsigned bit);
 
 /* ---- the simulation ---------------------------------------------------------------------------------------------- */
 
 typedef struct kt_simulation kt_simulation;
+
+/* An instant at which a right-hand side of the caller's is asked for. All of it is the simulation's. */
+typedef struct kt_instant {
+    const kt_model *model;     /* what is stepped: in the absolute formulation kt_model_absolute of the caller's */
+    kt_data *data;             /* scratch, of that model */
+    double t;                  /* s */
+    const double *q, *v;       /* nq, nv of that model */
+    const double *tau;         /* nv: torques that are set, without the effects'; NULL: none */
+    const kt_wrench *external; /* one a body: wrenches that are set; NULL: none */
+} kt_instant;
+
+/* v' = a (nv) instead of kt_acceleration_evaluate, at any stage of a step, of its arguments alone. `rate` (nv) comes
+ * filled with v and may be changed: positions move as q' = kt_position_rate(q, rate), v follows a. Returns 0; > 0:
+ * cannot be had here, a smaller step may help; < 0: stop. The words in *error, where it fills them, are told. */
+typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt_error *error, void *user);
+
+/* Moves the state q (nq), v (nv), which are at->q and at->v, as kt_state_project does: after each accepted step, and
+ * for records between steps. *changed comes false. Returns as a right-hand side does. */
+typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
 
 /* What a scene file does not say. */
 typedef struct kt_simulation_options {
@@ -107,6 +129,11 @@ typedef struct kt_simulation_options {
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
     bool unprojected;        /* loops are left to drift open: what projection costs, and what it is worth */
     bool kinematics;         /* a record's data answer the queries of kinematics, as they do where run has markers */
+    kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
+                                         those of the engine's all the same, and the start is assembled by the engine */
+    kt_projection
+        *projection; /* the caller's way back to the loops; NULL: the engine's. Not called where unprojected */
+    void *user;      /* for both */
 } kt_simulation_options;
 
 KT_API kt_simulation_options kt_simulation_options_default(void);

@@ -8,9 +8,9 @@
  *     control.c   the step size
  *     step.c      one accepted step
  *     dense.c     values within it
- *
- * A method that is no plain tableau (a stabilised one, whose stages follow from a recurrence) joins at kt_try_step,
- * which is all of a method that step.c sees, and by a term in the field list below for the vectors that it needs.
+ *     chebyshev.c the family of a stabilised method: coefficients, how far it is stable
+ *     stabilise.c a try with it, and the spectral radius that says how many stages that needs
+ *     stability.c linear stability of all of them
  */
 #ifndef KT_INTEGRATOR_INTERNAL_H
 #define KT_INTEGRATOR_INTERNAL_H
@@ -25,6 +25,7 @@
     X(midpoint)                                                                                                        \
     X(heun)                                                                                                            \
     X(ralston)                                                                                                         \
+    X(rkc2)                                                                                                            \
     X(kutta3)                                                                                                          \
     X(bs32)                                                                                                            \
     X(rk4)                                                                                                             \
@@ -67,6 +68,7 @@ typedef struct kt_integrator_sizes {
     size_t n;      /* equations */
     size_t stride; /* doubles from one slope to the next */
     size_t slots, rows, terms;
+    size_t moved; /* 2 n for a stabilised method, else 0 */
 } kt_integrator_sizes;
 
 /* Every array: type, name, count, what becomes of it between calls, meaning. One list declares, measures, places and
@@ -78,6 +80,7 @@ typedef struct kt_integrator_sizes {
     X(double, y, s->n, KEPT, "state at t")                                                                             \
     X(double, previous_y, s->n, KEPT, "state at previous_t")                                                           \
     X(double, trial, s->n, SCRATCH, "states of the stages; state at the end of the try")                               \
+    X(double, moved, s->moved, SCRATCH, "stabilised: two stages less y")                                               \
     X(double, slopes, s->slots * s->stride, SCRATCH, "the slopes")
 
 struct kt_integrator {
@@ -86,15 +89,18 @@ struct kt_integrator {
     kt_integrator_callbacks callbacks;
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
-    double error_order; /* err ~ h^error_order */
-    size_t counted;     /* equations that the error norms run over: all but the quadratures, which come last */
-    size_t fresh;       /* slot of f at the end of a step */
+    double error_order;   /* err ~ h^error_order */
+    size_t counted;       /* equations that the error norms run over: all but the quadratures, which come last */
+    size_t fresh;         /* slot of f at the end of a step */
+    bool gives_end_slope; /* a try leaves f(t1, y1) in slot `fresh` */
     bool started;
     /* What is known of the slopes. A try needs f(t, y) in slot 0; the dense output of the last step needs it in slot
      * `fresh`, beside the stages of that step. The two uses take turns and swap pointers. */
-    bool stages_known; /* the slots hold the stages of the last step, as far as its dense output needs them */
-    bool dense_known;  /* and the stages of the dense output */
-    int slope_slot;    /* where f(t, y) is: 0, fresh, or -1 where it is not known */
+    bool stages_known;     /* the slots hold the stages of the last step, as far as its dense output needs them */
+    bool dense_known;      /* and the stages of the dense output */
+    int slope_slot;        /* where f(t, y) is: 0, fresh, or -1 where it is not known */
+    double radius;         /* stabilised: the spectral radius that the tries of this step count on */
+    bool radius_is_of_now; /* and it was estimated at this step's beginning */
 #define KT_INTEGRATOR_DECLARE(type, name, count, kind, meaning) type *name;
     KT_INTEGRATOR_FIELDS(KT_INTEGRATOR_DECLARE)
 #undef KT_INTEGRATOR_DECLARE
@@ -111,7 +117,8 @@ typedef enum kt_try_result {
     KT_TRY_RECOVERABLE, /* a callback returned > 0 */
     KT_TRY_NOT_FINITE,
     KT_TRY_INACCURATE,
-    KT_TRY_STOPPED /* a callback returned < 0 */
+    KT_TRY_UNSTABLE, /* more stages would be needed than there are */
+    KT_TRY_STOPPED   /* a callback returned < 0 */
 } kt_try_result;
 
 /* What became of a try, and where. */
@@ -122,6 +129,8 @@ typedef struct kt_try {
     int code;         /* of the callback */
     size_t component; /* that is not finite */
     double error;     /* weighted norm, of an adaptive step */
+    double radius;    /* KT_TRY_UNSTABLE: the rate of decay, 1/s, ... */
+    double reach;     /* ... and the step that the most stages allow */
 } kt_try;
 
 /* From (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end` itself. */
@@ -145,6 +154,24 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval,
 
 /* Slot 0 holds f(t, y): all other slopes and `trial`; if adaptive, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
+
+/* Of a stabilised method: all slopes and `trial`, without an error estimate (stabilise.c). */
+kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *interval, kt_try *result);
+
+/* Its error estimate, weighted; y1 in `trial`, f(t1, y1) in slot `fresh`. */
+double kt_stabilised_error(const kt_integrator *it, double h);
+
+/* Stages are chosen for this times the spectral radius that was estimated. */
+#define KT_RADIUS_MARGIN 1.2
+
+/* Before a step with a stabilised method: `radius`, estimated anew where the memory's is too old or `again`. */
+kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result);
+
+/* The longest step for which the method has stages enough; HUGE_VAL for one that is not stabilised. */
+double kt_stabilised_reach(const kt_integrator *it);
+
+/* absolute_i + relative max(|y0|, |y1|) */
+double kt_scale(const kt_integrator *it, size_t i, double y0, double y1);
 
 /* sqrt(mean((u_i - v_i) / scale_i)^2)) with the scale of the current state; v may be NULL: 0. */
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);

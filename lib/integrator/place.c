@@ -20,6 +20,7 @@ static kt_integrator_sizes measure(const kt_method *method, size_t n) {
     sizes.slots = w + d;
     sizes.rows = s + KT_ROW_DENSE + d;
     sizes.terms = s * (s - 1) / 2 + KT_ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
+    sizes.moved = method->stabilised ? 2 * n : 0;
     return sizes;
 }
 
@@ -128,7 +129,7 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
     if (method->e == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
                             "method '%s' has no error estimate: give a step, or take one "
-                            "that has (heun, bs32, dopri5, tsit5, dop853)",
+                            "that has (heun, rkc2, bs32, dopri5, tsit5, dop853)",
                             method->name == NULL ? "" : method->name);
     if (!not_negative(o->initial_step) || !not_negative(o->min_step) || !not_negative(o->max_step))
         return refuse(error, "options",
@@ -152,7 +153,8 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
         return refuse(error, "kt_integrator_place", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK && !kt_method_is_built_in(method))
-        status = kt_method_check(method, error);
+        status = method->stabilised ? refuse(error, "method", "a stabilised method must be a built-in one: rkc2")
+                                    : kt_method_check(method, error);
     if (status != KT_OK)
         return status;
     const size_t needed = kt_integrator_size(method, n);
@@ -179,6 +181,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
     it->counted = n - options->quadratures;
     it->fresh = (size_t)kt_method_fresh(method);
     it->slope_slot = -1;
+    it->gives_end_slope = method->fsal && !(method->stabilised && options->step > 0.0); /* which has no use for it */
     it->error_order = method->embedded_order_low > 0
                           ? 2 * method->embedded_order - method->embedded_order_low + 1
                           : 1 + (method->embedded_order < method->order ? method->embedded_order : method->order);
@@ -223,6 +226,7 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
         .next_step = it->options.initial_step,
         .last_error = (double)NAN,
         .control_error = KT_CONTROL_ERROR_FLOOR,
+        .radius = -1.0,
         .on_grid = true,
     };
     it->memory = fresh;
@@ -241,6 +245,7 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     it->memory.last_step = 0.0;
     it->memory.last_error = (double)NAN;
     it->memory.control_error = KT_CONTROL_ERROR_FLOOR;
+    it->memory.radius = -1.0;
     it->memory.has_previous = false;
     set_state(it, y);
     return KT_OK;
@@ -266,7 +271,8 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     if (previous_y != NULL && kt_first_not_finite(previous_y, n) < n)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the previous state is not finite");
     if (!isfinite(memory->previous_t) || !isfinite(memory->origin) || !isfinite(memory->last_step) ||
-        !not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)))
+        !not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
+        !isfinite(memory->radius))
         return refuse(error, "kt_integrator_restore",
                       "the memory is damaged: a time, step or error in it is out of range");
     it->callbacks = *callbacks;

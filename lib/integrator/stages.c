@@ -139,13 +139,15 @@ static double error_norm(const kt_integrator *it, double h) {
     return fabs(h) * high / sqrt(high + 0.01 * low);
 }
 
-double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {
+double kt_scale(const kt_integrator *it, size_t i, double y0, double y1) {
     const double *each = it->options.absolute_tolerances;
+    return scale_of(each != NULL ? each[i] : it->options.absolute_tolerance, it->options.relative_tolerance, y0, y1);
+}
+
+double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        const double scale = scale_of(each != NULL ? each[i] : it->options.absolute_tolerance,
-                                      it->options.relative_tolerance, it->y[i], it->y[i]);
-        const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / scale;
+        const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / kt_scale(it, i, it->y[i], it->y[i]);
         sum += x * x;
     }
     return sqrt(sum / (double)it->counted);
@@ -153,12 +155,21 @@ double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v)
 
 /* ---- the try ----------------------------------------------------------------------------------------------------- */
 
-kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    const size_t s = (size_t)it->method->stages, n = it->sizes.n;
+/* The slopes of a tableau, and y1 in `trial`. */
+static kt_try_result tableau_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t s = (size_t)it->method->stages;
     if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
         return result->result;
     if (!it->method->fsal) /* else the last stage was at y1 */
-        kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, n);
+        kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, it->sizes.n);
+    return KT_TRY_PASSED;
+}
+
+kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const bool stabilised = it->method->stabilised;
+    if ((stabilised ? kt_stabilised_stages(it, in, result) : tableau_stages(it, in, result)) != KT_TRY_PASSED)
+        return result->result;
     result->result = KT_TRY_PASSED;
     result->what = "the new state";
     result->t = in->end;
@@ -167,7 +178,7 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
         result->result = KT_TRY_NOT_FINITE;
     else if (it->options.step == 0.0) {
         result->what = "the error estimate";
-        result->error = error_norm(it, in->h);
+        result->error = stabilised ? kt_stabilised_error(it, in->h) : error_norm(it, in->h);
         if (!(result->error <= 1.0)) /* an estimate that overflowed, too */
             result->result = KT_TRY_INACCURATE;
     }

@@ -30,6 +30,11 @@ kt_status kt_try_report(const kt_try *r, const char *advice, kt_error *error) {
     case KT_TRY_NOT_FINITE:
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "component %zu of %s is not finite; %s", r->component,
                             r->what, advice);
+    case KT_TRY_UNSTABLE:
+        return kt_error_set(error, KT_ERROR_STEP, where,
+                            "the right-hand side decays at %.3g /s, for which this step needs more than the %d stages "
+                            "that there are: take steps below %.3g s",
+                            r->radius, KT_STABILISED_STAGES_MAX, r->reach);
     default:
         return KT_OK;
     }
@@ -119,7 +124,7 @@ static void commit(kt_integrator *it, const plan *p, bool changed, double next_s
     it->y = it->trial;
     it->trial = spare;
     it->stages_known = true;
-    it->slope_slot = it->method->fsal && !changed ? (int)it->fresh : -1;
+    it->slope_slot = it->gives_end_slope && !changed ? (int)it->fresh : -1;
 
     m->previous_t = m->t;
     m->t = p->interval.end;
@@ -129,6 +134,10 @@ static void commit(kt_integrator *it, const plan *p, bool changed, double next_s
     m->on_grid = p->on_grid;
     m->next_step = next_step;
     m->last_error = error;
+    if (it->method->stabilised) {
+        m->radius = it->radius;
+        m->radius_age = it->radius_is_of_now ? 1 : m->radius_age + 1;
+    }
     m->counts.steps++;
 }
 
@@ -140,8 +149,8 @@ static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) 
         return status;
     kt_try r;
     bool changed = false;
-    if (need_slope(it, &r) != KT_TRY_PASSED || kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED ||
-        project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
+    if (need_slope(it, &r) != KT_TRY_PASSED || kt_need_radius(it, false, &r) != KT_TRY_PASSED ||
+        kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED || project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
         return kt_try_report(&r, advice, error);
     commit(it, &p, changed, it->memory.next_step, (double)NAN);
     return KT_OK;
@@ -162,7 +171,7 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
         "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
     static const char motion[] =
         "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
-        "stiff (a strong damper, a light body on a hard spring), no explicit method serves";
+        "stiff by a strong damper, take rkc2; by a light body on a hard spring, no explicit method serves";
     char where[64], reason[160];
     snprintf(where, sizeof where, "t = %.17g", it->memory.t);
     if (r->result == KT_TRY_NOT_FINITE)
@@ -179,7 +188,7 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
 static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     const double t = it->memory.t, left = fabs(t_limit - t);
-    const double most = o->max_step > 0.0 ? o->max_step : HUGE_VAL;
+    const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, kt_stabilised_reach(it));
     double h = it->memory.next_step;
     if (h == 0.0) {
         kt_try r;
@@ -207,7 +216,7 @@ static double accept(const kt_integrator *it, const plan *p, bool retried, doubl
 static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     kt_try r;
-    if (need_slope(it, &r) != KT_TRY_PASSED)
+    if (need_slope(it, &r) != KT_TRY_PASSED || kt_need_radius(it, false, &r) != KT_TRY_PASSED)
         return kt_try_report(&r, "the motion cannot go on from this state: look at what the model does here", error);
     double proposed = 0.0, least = 0.0;
     kt_status status = choose_first(it, t_limit, &proposed, &least, error);
@@ -228,11 +237,16 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
             it->memory.control_error = control_error;
             return KT_OK;
         }
-        if (r.result == KT_TRY_STOPPED)
+        if (r.result == KT_TRY_STOPPED || r.result == KT_TRY_UNSTABLE)
             return kt_try_report(&r, "", error);
         it->memory.counts.rejected++;
         proposed =
             fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error) : o->factor_min);
+        const kt_try failed = r;
+        if (kt_need_radius(it, true, &r) != KT_TRY_PASSED)
+            return kt_try_report(&r, "", error);
+        proposed = fmin(proposed, kt_stabilised_reach(it));
+        r = failed;
         if (proposed < least)
             return report_too_small(it, least, &r, error);
     }

@@ -23,4 +23,26 @@ static inline int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u,
     return LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'O', m, n, a, m, s, u, m, NULL, 1, work, size);
 }
 
+/* Eigenvalues and the left and right vectors of A (n x n, overwritten; balanced first), as LAPACK packs them; norm: of
+ * the balanced matrix; condition: |w' x| for unit vectors of the balanced matrix; scale: n numbers of scratch. */
+static inline int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *left, double *right,
+                                  double *scale, double *norm, double *condition, double *work, int size) {
+    int low, high;
+    return LAPACKE_dgeevx_work(LAPACK_COL_MAJOR, 'B', 'V', 'V', 'E', n, a, n, real, imaginary, left, n, right, n, &low,
+                               &high, scale, norm, condition, NULL, work, size, NULL);
+}
+
+/* A = L L' over the lower triangle of A (n x n); returns LAPACK's info: > 0 where A is not positive definite. */
+static inline int kt_lapack_potrf(int n, double *a) { return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n); }
+
+/* X = L^-1 X ('N') or L^-T X ('T') for the lower triangle L (n x n) and n x columns X. */
+static inline int kt_lapack_trtrs(char trans, int n, int columns, const double *l, double *x) {
+    return LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n);
+}
+
+/* x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or LAPACK's info where A is singular. */
+static inline int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
+    return LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n);
+}
+
 #endif

@@ -24,6 +24,7 @@ typedef struct kt_simulation_memory {
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
+    X(double, rate, size->rate, "velocities that positions follow, of a right-hand side of the caller's")              \
     X(double, torque, size->face_nv, "held during the last step")                                                      \
     X(double, torque_next, size->face_nv, "to be held from the next step on")                                          \
     X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
@@ -46,6 +47,7 @@ typedef struct kt_simulation_sizes {
     size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
     size_t face_nq, face_nv;
     size_t body, reaction, loop_reaction, quaternion, data, integrator;
+    size_t rate;                                          /* 0 but with a right-hand side of the caller's */
     size_t seen, shown, pushed, free_reaction, face_data; /* 0 but in the absolute formulation */
 } kt_simulation_sizes;
 
@@ -61,7 +63,10 @@ struct kt_simulation {
     const kt_wrench *external; /* one a body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
-    double step; /* fixed, or 0 */
+    kt_right_hand_side *acceleration; /* the caller's, or NULL */
+    kt_projection *projection;        /* the caller's, or NULL */
+    void *user;                       /* of these two */
+    double step;                      /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
@@ -92,6 +97,12 @@ static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
 
 /* What the integrator calls. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
+
+/* What moves at (t, y): accelerations a (nv), and where `slope` is not NULL the rates of positions (nq), by the
+ * engine's equations or the caller's. Returns as a callback does. */
+KT_CHECKED int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                                      const kt_wrench *external, double *slope, double *a, kt_power *power,
+                                      kt_error *error);
 
 /* Points tau and external at the pushes of the last step. */
 void kt_simulation_use_pushes(kt_simulation *simulation);

@@ -77,6 +77,7 @@ static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_siz
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     size->integrator = kt_integrator_size(wish->method, size->n);
+    size->rate = wish->options.acceleration != NULL ? size->nv : 0;
     size->seen = absolute ? size->face_nq + size->face_nv : 0;
     size->shown = absolute ? size->face_nq + 2 * size->face_nv : 0;
     size->pushed = absolute ? (size_t)kt_model_body_count(model) : 0;
@@ -173,6 +174,9 @@ static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *
         return status;
     simulation->groups = kt_loop_group_count(simulation->model);
     simulation->unprojected = wish->options.unprojected;
+    simulation->acceleration = wish->options.acceleration;
+    simulation->projection = wish->options.projection;
+    simulation->user = wish->options.user;
     find_quaternions(simulation);
     set_records(simulation, wish);
     status = place_integrator(simulation, wish, error);

@@ -92,12 +92,9 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     kt_status status = KT_OK;
-    if (accelerates) {
-        const double *tau = simulation->tau;
-        const kt_wrench *external = simulation->external;
-        kt_simulation_push(simulation, q, &tau, &external);
-        status = kt_acceleration_evaluate(model, simulation->data, t, q, v, tau, external, simulation->a, error);
-    }
+    if (accelerates && kt_simulation_evaluate(simulation, t, q, simulation->tau, simulation->external, NULL,
+                                              simulation->a, NULL, error) != 0)
+        return error->code;
     if (status == KT_OK)
         kt_simulation_show(simulation, t, q, accelerates ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if (status == KT_OK && (simulation->record & KT_RECORD_CONSTRAINT) != 0)

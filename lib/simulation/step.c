@@ -3,7 +3,7 @@
  * The state is y = (q, v), and the right-hand side is
  *
  *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
- *     v' = a(t, q, v)    kt_acceleration_evaluate
+ *     v' = a(t, q, v)    kt_acceleration_evaluate, or the caller's
  *
  * Where a balance is kept, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
  * (kt_power_evaluate).
@@ -19,46 +19,85 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- what the integrator calls ----------------------------------------------------------------------------------- */
-
 /* A smaller step may lead around these. */
 static bool is_recoverable(kt_status status) {
-    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT;
+    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT ||
+           status == KT_ERROR_EFFECT;
 }
 
-/* q' where v' has been found, or not: what the integrator is told. */
-static int finish_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_status status) {
-    simulation->memory.factorizations += (uint64_t)simulation->groups;
-    if (status != KT_OK) /* at the present state every step begins: no smaller one helps */
-        return is_recoverable(status) && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
+/* ---- the caller's equations -------------------------------------------------------------------------------------- */
+
+static kt_instant instant_at(const kt_simulation *simulation, double t, const double *y, const double *tau,
+                             const kt_wrench *external) {
+    const kt_instant at = {simulation->model, simulation->data, t, y, y + simulation->size.nq, tau, external};
+    return at;
+}
+
+/* Words where the caller found none. */
+static int tell(int result, const char *what, kt_error *made, kt_error *error) {
+    if (made->code == KT_OK)
+        (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "%s of the caller's returned %d", what, result);
+    if (error != NULL)
+        *error = *made;
+    return result;
+}
+
+static kt_status accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                            const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
+    const double *q = y, *v = y + simulation->size.nq;
+    return power != NULL
+               ? kt_power_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, power, error)
+               : kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, error);
+}
+
+int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                           const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
+    const double *q = y, *v = y + simulation->size.nq;
+    kt_simulation_push(simulation, q, &tau, &external);
+    if (simulation->acceleration == NULL || power != NULL) {
+        const kt_status status = accelerate(simulation, t, y, tau, external, a, power, error);
+        simulation->memory.factorizations += slope != NULL ? (uint64_t)simulation->groups : 0;
+        if (status != KT_OK)
+            return is_recoverable(status) ? 1 : -1;
+    }
+    if (simulation->acceleration != NULL) {
+        const kt_instant at = instant_at(simulation, t, y, tau, external);
+        kt_error made = {0};
+        memcpy(simulation->rate, v, simulation->size.nv * sizeof(double));
+        const int result = simulation->acceleration(&at, simulation->rate, a, &made, simulation->user);
+        if (result != 0)
+            return tell(result, "a right-hand side", &made, error);
+        v = simulation->rate;
+    }
+    if (slope != NULL)
+        kt_position_rate(simulation->model, q, v, slope);
+    return 0;
+}
+
+/* ---- what the integrator calls ----------------------------------------------------------------------------------- */
+
+/* What the integrator is told; power: to be found too, or NULL. */
+static int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
+    const int result = kt_simulation_evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
+                                              dydt + simulation->size.nq, power, &simulation->cause);
+    if (result != 0) /* at the present state every step begins: no smaller one helps */
+        return result > 0 && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
     if (simulation->size.nq == 0)
         dydt[0] = 0.0; /* the integrator's one number where nothing moves */
-    else
-        kt_position_rate(simulation->model, y, y + simulation->size.nq, dydt);
     return 0;
 }
 
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
-    kt_simulation *simulation = user;
-    const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
-    const kt_wrench *external = simulation->external;
-    kt_simulation_push(simulation, q, &tau, &external);
-    kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
-                                                dydt + simulation->size.nq, &simulation->cause);
-    return finish_slope(simulation, t, y, dydt, status);
+    return find_slope(user, t, y, dydt, NULL);
 }
 
 static int evaluate_slope_and_powers(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
-    const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
-    const kt_wrench *external = simulation->external;
     kt_power power = {0.0, 0.0};
-    kt_simulation_push(simulation, q, &tau, &external);
-    kt_status status = kt_power_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
-                                         dydt + simulation->size.nq, &power, &simulation->cause);
+    const int result = find_slope(simulation, t, y, dydt, &power);
     dydt[simulation->size.work] = power.dissipated;
     dydt[simulation->size.work + 1] = power.supplied;
-    return finish_slope(simulation, t, y, dydt, status);
+    return result;
 }
 
 /* |p|^2 - 1 within four roundings is as near to one as scaling would bring it. */
@@ -69,9 +108,22 @@ static bool is_unit(const double *p) {
     return fabs(defect) <= unit_defect;
 }
 
+static kt_status project_as_told(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    const kt_instant at = instant_at(simulation, t, y, NULL, NULL);
+    kt_error made = {0};
+    const int result = simulation->projection(&at, y, y + simulation->size.nq, changed, &made, simulation->user);
+    if (result == 0)
+        return KT_OK;
+    return tell(result, "a projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
+}
+
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     *changed = false;
-    if (simulation->groups > 0 && !simulation->unprojected) {
+    if (simulation->projection != NULL && !simulation->unprojected) {
+        const kt_status status = project_as_told(simulation, t, y, changed, error);
+        if (status != KT_OK)
+            return status;
+    } else if (simulation->groups > 0 && !simulation->unprojected) {
         simulation->memory.factorizations += (uint64_t)simulation->groups;
         return kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
     }
@@ -308,15 +360,12 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
     const kt_simulation_memory *memory = &simulation->memory;
-    const double *y = kt_integrator_state(simulation->integrator), *q = y, *v = y + simulation->size.nq, *shown;
+    const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
     const double *tau = memory->next.torque ? simulation->torque_next : NULL;
     const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
     double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
-    kt_simulation_push(simulation, q, &tau, &external);
-    kt_status status = kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external,
-                                                simulation->a, &simulation->cause);
-    if (status != KT_OK)
+    if (kt_simulation_evaluate(simulation, t, y, tau, external, NULL, simulation->a, NULL, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_show(simulation, t, y, simulation->a, &q, &v, &shown);
     memcpy(a, shown, simulation->size.face_nv * sizeof(double));

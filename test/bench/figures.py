@@ -56,6 +56,7 @@ def main():
     if rows and "allocations" in rows[0]:
         claim("nothing_allocates_after_set_up",
               [f"n = {row['n']} {row['call']}: {row['allocations']}" for row in rows if row["allocations"] != "0"])
+    if rows and "model_bytes" in rows[0]:
         claim("memory_is_linear", memory_problems(rows))
 
     claim("help_is_no_mistake", [] if run(program, "--help").returncode == 0 else ["--help fails"])

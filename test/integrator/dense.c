@@ -105,8 +105,9 @@ KT_TEST(values_at_the_ends_are_the_states_to_the_bit) {
         is_ok("end", kt_integrator_interpolate(it, kt_integrator_time(it), y, &error), &error);
         kt_check_equal_bits("end", y, y1, 4);
         const kt_method *m = kt_method_at(i);
-        kt_check_equal_int("evaluations", (long long)kt_integrator_counts_get(it).evaluations,
-                           2 * (m->stages - m->fsal) + m->fsal);
+        if (!m->stabilised) /* whose number of stages varies */
+            kt_check_equal_int("evaluations", (long long)kt_integrator_counts_get(it).evaluations,
+                               2 * (m->stages - m->fsal) + m->fsal);
         integrator_free(it);
     }
 }
@@ -170,6 +171,8 @@ KT_TEST(interpolation_evaluates_no_more_than_it_needs) {
     kt_error error;
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
+        if (m->stabilised) /* see stabilised.c */
+            continue;
         const kt_integrator_options options = fixed_step(0.02);
         kt_integrator *it = integrator_begin(m, &problem_kepler, &options);
         for (int k = 0; k < 10; k++) {

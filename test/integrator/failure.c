@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const adaptive[] = {"heun", "bs32", "dopri5", "tsit5", "dop853"};
+static const char *const adaptive[] = {"heun", "rkc2", "bs32", "dopri5", "tsit5", "dop853"};
 enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
 
 /* A problem that can be told to go wrong: at the call `at` (counted from 1), or beyond a time. */
@@ -161,7 +161,7 @@ static void check_stopped_step(const kt_method *m, const kt_integrator_options *
     kt_check_true(m->name, as_before);
     kt_check_equal_int("status in the end", status, KT_OK);
     /* With looks the new slope is known before the step; without, one stage more is asked for unless it is fsal. */
-    kt_check_above("stops", stops, m->stages - 1);
+    kt_check_above("stops", stops, m->stages - (m->stabilised ? 2 : 1)); /* of rkc2 as few as two evaluations */
     is_ok("step", kt_integrator_step(undisturbed, 4.0, &error), &error);
     look(undisturbed, &before);
     look(it, &after);
@@ -265,7 +265,8 @@ KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
         kt_check_contains("words", error.message, "Look for a jump or a pole of a force");
         kt_check_contains("words", error.message, "stiff");
         kt_check_contains("time", error.where, "t = ");
-        kt_check_near("time", kt_integrator_time(it), 1.0, 1e-3); /* the global error, magnified by y */
+        kt_check_near("time", kt_integrator_time(it), 1.0,
+                      strcmp(adaptive[i], "rkc2") == 0 ? 2e-3 : 1e-3); /* the global error, magnified by y */
         const double y = kt_integrator_state(it)[0], next = kt_integrator_memory_get(it)->next_step;
         kt_check_equal_int("again", kt_integrator_step(it, 2.0, &error), KT_ERROR_STEP);
         kt_check_near("state", kt_integrator_state(it)[0], y, 0.0);

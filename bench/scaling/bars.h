@@ -1,0 +1,31 @@
+/* Closed mechanisms of any number of loops: four-bars hung on a chain, each a group of its own, and a row of windows
+ * that share their cranks, one group.
+ */
+#ifndef KT_BENCH_BARS_H
+#define KT_BENCH_BARS_H
+
+#include "kinetree/reduction.h"
+
+typedef enum kt_bars_shape { KT_BARS_SEPARATE = 0, KT_BARS_CHAINED, KT_BARS_SHAPES } kt_bars_shape;
+extern const char *const kt_bars_shape_name[KT_BARS_SHAPES];
+
+/* Ready to be evaluated, assembled and moving, in one formulation. */
+typedef struct kt_bars {
+    int loops;
+    kt_model *model;         /* as described */
+    const kt_model *stepped; /* this, or its absolute formulation */
+    kt_data *data;
+    double *q, *v, *a; /* nq, nv, nv of `stepped` */
+    double set_up;     /* seconds of processor time to describe and to compile it */
+    kt_error error;    /* the first failure of a call below; KT_OK: none */
+} kt_bars;
+
+/* Allocates all of it; open: without the loops. On failure *bars is empty and *error says why. */
+KT_CHECKED kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation, kt_level level,
+                                  kt_bars *bars, kt_error *error);
+void kt_bars_free(kt_bars *bars);
+
+/* Task for kt_bench_measure, on kt_bars: a from the state, once. */
+void kt_bars_accelerate(void *bars, long repetitions);
+
+#endif

@@ -1,0 +1,292 @@
+/* Small motions about a state: state, input and output matrices, modes, static equilibrium. At the end: other
+ * coordinate sets, to compare with.
+ *
+ *     kt_linearization *linearization = NULL;
+ *     status = kt_linearization_create(model, NULL, &linearization, &error);
+ *     status = kt_linearization_evaluate(linearization, 0.0, q, v, NULL, &error);
+ *     const kt_linear_system *s = kt_linearization_system(linearization);
+ *     ... s->state[j * s->states + i] ...
+ *     kt_linearization_free(linearization);
+ *
+ * The states of a mechanism with loops, phi(q, t) = 0 and A(q, t) v = b', are a manifold of (nv - rank of the equations
+ * with a residual) + (nv - rank of all) dimensions; rolling makes the two numbers differ. Its coordinates here, the
+ * *states*, are the differences of some of the joints' own coordinates from those of the given state: first
+ * `positions` of q (+) dq, then `velocities` of v + dv. Which ones is chosen by elimination with full pivoting, so that
+ * all others follow from them with small factors. A position coordinate is counted as velocities are: along the joint's
+ * exponential map (kt_position_add), which for quaternions is a small rotation in body axes.
+ *
+ * A difference from a state that moves is one from the whole motion through that state: the rotation of a ball or free
+ * body is counted in the axes of the body as it moves along, d/dt dq = dv - omega x dq. So steady motions (a sleeping
+ * top, a bicycle that rolls straight on) have constant matrices; about any other motion they hold for an instant.
+ *
+ * Matrices are column-major. Calls allocate nothing but where they say so.
+ */
+#ifndef KINETREE_ANALYSIS_H
+#define KINETREE_ANALYSIS_H
+
+#include "kinetree/simulation.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- linearisation ----------------------------------------------------------------------------------------------- */
+
+/* A marker of a body, by index. */
+typedef struct kt_marker_index {
+    int body, marker;
+} kt_marker_index;
+
+/* What the matrices are about. Lists stay the caller's and are read by _size, _place and _create only. */
+typedef struct kt_linearization_options {
+    const int *inputs; /* velocity coordinates whose joint forces are inputs; NULL: those of all motors, in the order of
+                          the description (kt_motor_coordinates) */
+    int input_count;
+    const kt_marker_index *outputs; /* markers whose positions and velocities are outputs; NULL: all, body by body */
+    int output_count;
+} kt_linearization_options;
+
+KT_API kt_linearization_options kt_linearization_options_default(void);
+
+/* Velocity coordinates that the motors of the description drive, in its order; returns their number. coordinates (as
+ * many as that) may be NULL. */
+KT_API int kt_motor_coordinates(const kt_model *model, int *coordinates);
+
+/* x' = state x + input u and y = output x about a state. All arrays live in the linearisation and are valid until its
+ * next evaluation. A coordinate is an index into v; units are its own (rad or m, and per second). */
+typedef struct kt_linear_system {
+    int states;                     /* positions + velocities */
+    int positions, velocities;      /* dimensions of the position manifold, and of the velocities at one position */
+    int coordinates;                /* nv */
+    int inputs, outputs;            /* outputs: six a marker, x, y, z and x', y', z' in the world */
+    const int *position_coordinate; /* positions: the coordinate that a state is; ascending */
+    const int *velocity_coordinate; /* velocities: the same */
+    const double *state;            /* states x states */
+    const double *input;            /* states x inputs: by unit forces in the coordinates asked for */
+    const double *output;           /* outputs x states */
+    const double *positions_of;     /* coordinates x states: dq of all joints, from the states */
+    const double *velocities_of;    /* coordinates x states: dv of all joints */
+    const double *rate;             /* states: x' of the state itself, zero at an equilibrium */
+    const double *state_error;      /* states x states: estimated error of each number of `state` */
+    const double *input_error;      /* states x inputs */
+    const double *output_error;     /* outputs x states */
+    const double *unit;  /* coordinates: what counts as a large change: 1 rad, or a length of the mechanism */
+    double error;        /* largest of state_error against the largest of `state`, both by units */
+    double speed;        /* largest |v| against its unit, 1/s: zero at rest */
+    double acceleration; /* largest |a| against its unit, 1/s^2: zero in equilibrium and in steady motion */
+    bool near_singular;  /* loops are near a singular position: expect large errors */
+} kt_linear_system;
+
+typedef struct kt_linearization kt_linearization;
+
+/* Bytes that a linearisation takes; 0 where options are wrong, which _place then says in words. options may be NULL. */
+KT_API size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options);
+
+/* Lays a linearisation out in the caller's memory (KT_ALIGNMENT). The model must outlive it. Errors: KT_ERROR_ARGUMENT
+ * (an index that is none), KT_ERROR_MEMORY. */
+KT_API KT_CHECKED kt_status kt_linearization_place(const kt_model *model, const kt_linearization_options *options,
+                                                   void *memory, size_t size, kt_linearization **linearization,
+                                                   kt_error *error);
+
+/* The same in memory of its own, released with kt_linearization_free. */
+KT_API KT_CHECKED kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
+                                                    kt_linearization **linearization, kt_error *error);
+KT_API void kt_linearization_free(kt_linearization *linearization);
+
+/* Linearises about (t, q, v) under joint forces tau (nv, may be NULL) and the effects as they are at t. A state that is
+ * not closed is projected first (kt_state_project); q and v themselves are not touched.
+ *
+ * Derivatives are central differences along the manifold, extrapolated from a sequence of halved steps (Ridders 1982,
+ * Advances in Engineering Software 4, 75-76), each number from the steps that suit it best; what the last steps of the
+ * extrapolation and rounding leave is the estimated error. Angles are first moved by 0.1 rad. A scene with a kink at
+ * the state itself (a spring of no length, a table's corner) has no derivative: its estimate says so.
+ * Errors: KT_ERROR_SINGULAR at a singular position of the loops, where the states are no manifold, and as
+ * kt_acceleration_evaluate; KT_ERROR_CONSTRAINT; KT_ERROR_NOT_FINITE; the system is then as before. About 12 states
+ * evaluations of the acceleration, and O(nv^3). */
+KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *linearization, double t, const double *q,
+                                                      const double *v, const double *tau, kt_error *error);
+
+/* What the last evaluation found; without one all counts are zero. */
+KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *linearization);
+
+/* ---- static equilibrium ------------------------------------------------------------------------------------------ */
+
+typedef struct kt_equilibrium_options {
+    bool nearest; /* false: where the mechanism would come to rest if it moved through honey, a minimum of its potential
+                     energy; true: Newton's way to an equilibrium near the start, stable or not */
+    int most;     /* steps; 0: 300 */
+} kt_equilibrium_options;
+
+KT_API kt_equilibrium_options kt_equilibrium_options_default(void);
+
+/* An equilibrium that was found. */
+typedef struct kt_equilibrium {
+    int steps;
+    double distance;     /* length of the last step, against the units of the coordinates */
+    double acceleration; /* largest that is left, against the units, 1/s^2 */
+} kt_equilibrium;
+
+/* Moves q (nq) to a position in which the mechanism stays at rest under its effects as they are at t and joint forces
+ * tau (nv, may be NULL). A start that is an equilibrium is kept, even an unstable one: modes tell which it is. Only
+ * steps that the loops allow are taken, so that a wheel rolls to its place; freedoms that no force acts in keep their
+ * positions. q is untouched on failure. found may be NULL.
+ *
+ * Steps d solve (H + mu M) d = g with the force g = M a in the freedoms that are left and H the negative of its
+ * derivative; mu is the least for which H + mu M is positive definite (0 near a stable equilibrium: Newton), and a step
+ * is shortened until the force still does work along it. Nearest: mu = 0, shortened until |a| falls. The linearisation
+ * serves as workspace; its system stays what it was.
+ * Errors: KT_ERROR_STEP where none is found, which names the joint that is still pushed most, or that runs away;
+ * KT_ERROR_CONSTRAINT where a loop drives the mechanism at t; as kt_linearization_evaluate. About 12 (nv - rank)
+ * evaluations of the acceleration a step. */
+KT_API KT_CHECKED kt_status kt_equilibrium_find(kt_linearization *linearization, const kt_equilibrium_options *options,
+                                                double t, double *q, const double *tau, kt_equilibrium *found,
+                                                kt_error *error);
+
+/* ---- modes ------------------------------------------------------------------------------------------------------- */
+
+/* A solution exp(lambda t) of x' = state x; of two conjugate ones the one with imaginary > 0 stands for both. */
+typedef struct kt_mode {
+    double real, imaginary; /* lambda, 1/s and rad/s */
+    double frequency;       /* imaginary / (2 pi), Hz */
+    double damping;         /* -real / |lambda|: 1 creeps back, 0 swings for ever, below 0 grows; 0 where lambda is 0 */
+    double error;           /* estimated error of lambda, 1/s */
+    int count;              /* eigenvalues that this stands for: 2 for a conjugate pair, else 1 */
+} kt_mode;
+
+typedef struct kt_modes kt_modes;
+
+/* Bytes for the modes of any state of a model; placing and releasing as above. */
+KT_API size_t kt_modes_size(const kt_model *model);
+KT_API KT_CHECKED kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes,
+                                           kt_error *error);
+KT_API KT_CHECKED kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error);
+KT_API void kt_modes_free(kt_modes *modes);
+
+/* All modes of a linear system of the same model, by rising |lambda|. Numbers of the state matrix that are below their
+ * estimated error count as zero. Eigenvalues by LAPACK's dgeevx; their error is, to first order, |w| (state_error +
+ * rounding) |x| / |w' x| with the left and right vectors: large where eigenvalues with one shape coincide, as those of
+ * a body that drifts or of critical damping. Errors: KT_ERROR_NOT_FINITE where the eigenvalues do not converge;
+ * KT_ERROR_ARGUMENT where the system is of another size. O(states^3). */
+KT_API KT_CHECKED kt_status kt_modes_evaluate(kt_modes *modes, const kt_linear_system *system, kt_error *error);
+
+/* Modes found by the last evaluation. */
+KT_API int kt_modes_count(const kt_modes *modes);
+KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
+
+/* The shape of a mode: dq (nv complex numbers: re, im, re, im, ...) of all joints, or dv. Scaled so that the largest
+ * |dq| against its unit is 1 and that number is real; where no position moves, the same of dv. Valid until the next
+ * evaluation. */
+KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
+KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
+
+/* ---- other coordinate sets, for comparison ----------------------------------------------------------------------- */
+
+/* Ways to keep loops closed that do not reduce coordinates: right-hand sides for kt_simulation_options, with dense
+ * algebra in tree coordinates. They are here to be compared with the reduction, which does the same faster and loses
+ * less. With M a = f + A' lambda (f = tau - h of the tree, effects included), phi(u, t) = 0, A v = b', A a = b'':
+ *
+ *   gauss       a least in (a - M^-1 f)' M (a - M^-1 f) with A a = b'' [MSD 4.22, 4.29]; loops drift open
+ *   baumgarte   the same with A a = b'' - 2 alpha (A v - b') - beta^2 phi [MSD 8.38]
+ *   augmented   (M + A' s A) a = f + A' s (b'' - 2 alpha (A v - b') - beta^2 phi) - A' lambda*, lambda* iterated
+ *               [MSD 9.6; Bayo, Garcia de Jalon, Serna 1988]
+ *   projection  u' = w - A^+ (A w - b'), w' as gauss at u', positions put back after each step [MSD 9.11, 9.17]; what a
+ *               simulation calls velocities is w
+ *
+ * id, name */
+#define KT_SET_LIST(X)                                                                                                 \
+    X(KT_SET_GAUSS, gauss)                                                                                             \
+    X(KT_SET_BAUMGARTE, baumgarte)                                                                                     \
+    X(KT_SET_AUGMENTED, augmented)                                                                                     \
+    X(KT_SET_PROJECTION, projection)
+
+typedef enum kt_set_type {
+#define KT_SET_ENUM(id, name) id,
+    KT_SET_LIST(KT_SET_ENUM)
+#undef KT_SET_ENUM
+        KT_SET_TYPE_COUNT
+} kt_set_type;
+
+/* "gauss"; NULL for a value that is none. */
+KT_API const char *kt_set_type_name(kt_set_type type);
+
+typedef struct kt_set_options {
+    kt_set_type type;
+
+    /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0, rolling and its like
+     * psi' + 2 alpha psi = 0. These are eigenvalues of the equations that an explicit method must be stable for: with
+     * alpha = beta, the double one -alpha (and -2 alpha for rolling) asks for steps below 2 / alpha with euler, heun or
+     * midpoint, 2.78 / alpha with rk4, 3.3 / alpha with dopri5, whatever the tolerance. */
+    double alpha, beta;
+
+    /* Augmented: s = penalty / (smallest independent eigenvalue of A M^-1 A' in the state where the set is placed), so
+     * that an iteration divides the equations' residual by 1 + penalty there; rounding grows with penalty, too. */
+    double penalty;
+    int iterations;   /* augmented: at most */
+    double tolerance; /* augmented: the last change of the forces against the forces, where the iteration ends; and
+                         where it no longer gets less */
+
+    /* Directions of the equations that are smaller than this fraction of the largest count as dependent, and so do
+     * those beyond the rank that the loops have at generic positions (kt_model_freedom), unless `uncapped`: then
+     * whatever looks independent is trusted, as textbooks have it. Not read by the augmented set, which decides no
+     * rank. */
+    double rank_tolerance;
+    bool uncapped;
+} kt_set_options;
+
+/* For steps of this length (adaptive: the longest that is expected), s, > 0: alpha = beta = 0.1 / step, penalty 1e4, 12
+ * iterations, tolerances 1e-11 and 1e-12. On the bundled linkages, alpha = 1 / step made rk4's errors 3 to 100 times
+ * larger (the stabilising forces disturb the motion) and dopri5's evaluations 5 to 17 times as many. */
+KT_API kt_set_options kt_set_options_default(kt_set_type type, double step);
+
+typedef struct kt_set kt_set;
+
+/* Bytes that a set takes. */
+KT_API size_t kt_set_size(const kt_model *model);
+
+/* Lays a set out in the caller's memory (KT_ALIGNMENT). The model must outlive it; for simulations in the absolute
+ * formulation it is kt_model_absolute of theirs. A set is scratch and belongs to one thread at a time. data are scratch
+ * of this model.
+ * Errors: KT_ERROR_ARGUMENT (an option), KT_ERROR_MEMORY, KT_ERROR_CONSTRAINT (the initial state cannot be assembled),
+ * KT_ERROR_SINGULAR where a tree coordinate has no inertia: reduction asks for inertia only along what loops leave
+ * free, these sets along every coordinate. */
+KT_API KT_CHECKED kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_options *options,
+                                         void *memory, size_t size, kt_set **set, kt_error *error);
+/* The same in memory of its own, released with kt_set_free. */
+KT_API KT_CHECKED kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt_set **set,
+                                          kt_error *error);
+KT_API void kt_set_free(kt_set *set);
+
+/* Accelerations a (nv) as kt_acceleration_evaluate has them, by this set; rate (nv; may be NULL) is the velocity that
+ * positions follow: v but for force projection. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(nv^3 + nv^2
+ * equations). */
+KT_API KT_CHECKED kt_status kt_set_evaluate(kt_set *set, kt_data *data, double t, const double *q, const double *v,
+                                            const double *tau, const kt_wrench *external, double *rate, double *a,
+                                            kt_error *error);
+
+/* Makes simulations with these options use the set, which must outlive them: one simulation at a time. */
+KT_API void kt_set_use(kt_set *set, kt_simulation_options *options);
+
+/* What a set has met since it was placed or reset. */
+typedef struct kt_set_findings {
+    uint64_t evaluations;
+    double least, least_time; /* the last independent direction of the equations, smallest against largest seen; when.
+                                 1 for the augmented set, which does not know */
+    uint64_t dropped;         /* evaluations where the rank fell below that of generic positions */
+    uint64_t trusted;         /* uncapped: evaluations where it exceeded it */
+    double open, open_time;   /* the largest |phi|, m or rad; when */
+    int iterations;           /* augmented: the most */
+    double residual;          /* augmented: the largest |A a - c| left, against its terms */
+} kt_set_findings;
+
+KT_API kt_set_findings kt_set_findings_get(const kt_set *set);
+KT_API void kt_set_reset(kt_set *set);
+
+/* Whether what the set has met lets its results be believed: KT_OK, or KT_ERROR_CONSTRAINT (loops came apart, redundant
+ * equations were trusted) or KT_ERROR_SINGULAR (a singular position was passed, which this set has no means to cross),
+ * in words. */
+KT_API KT_CHECKED kt_status kt_set_verdict(const kt_set *set, kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

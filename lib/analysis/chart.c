@@ -1,0 +1,220 @@
+/* Coordinates of the manifold of states: which of the joints' coordinates are independent, and what follows from them.
+ *
+ * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: those with a residual) and, at one position,
+ * changes of velocity dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into [1 R1] on as many
+ * dependent coordinates as A1 has rank, and going on with the other equations A into [1 R]:
+ *     dq = [-R1; 1] dq_independent,    dv = [-R; 1] dv_independent,
+ * and coordinates that are independent velocities are independent positions, too. Equations are scaled to size one and
+ * coordinates to their units; joints that are driven by a motor or held are dependent only where their column is more
+ * than ten times larger than the others.
+ */
+#include "analysis/internal.h"
+
+#include "reduction/kernel.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- units ------------------------------------------------------------------------------------------------------- */
+
+/* The longest way from joint to joint or from joint to centre of mass; what hangs on the world may be far away, that
+ * says nothing about size. */
+static double size_of(const kt_model *model) {
+    double size = 0.0;
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        if (link->mass > 0.0)
+            size = fmax(size, sqrt(kt_v4_dot(link->moment, link->moment)) / link->mass);
+        if (link->parent > 0)
+            size = fmax(size, sqrt(kt_v4_dot(link->at, link->at)));
+    }
+    if (!(size > 0.0) && model->n.loop)
+        size = model->length;
+    return size > 0.0 ? size : 1.0;
+}
+
+void kt_chart_units(const kt_model *model, double *unit) {
+    const double size = size_of(model);
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const int slides = link->motion == KT_MOTION_SLIDE ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
+        for (int k = 0; k < kt_link_freedoms(link); k++)
+            unit[link->v + k] = k < slides ? size : 1.0;
+    }
+}
+
+/* ---- elimination ------------------------------------------------------------------------------------------------- */
+
+enum { UNUSED = -1 };
+
+typedef struct elimination {
+    double *a; /* rows x columns, column-major */
+    size_t rows, columns;
+    int32_t *pivot_row; /* of each column; UNUSED: independent */
+    const double *weight;
+    double first; /* the first pivot */
+} elimination;
+
+static bool is_taken(const elimination *e, size_t row) {
+    for (size_t c = 0; c < e->columns; c++)
+        if (e->pivot_row[c] == (int32_t)row)
+            return true;
+    return false;
+}
+
+/* The largest number in free columns of those rows that `holonomic` says; 0 where there is none. */
+static double find_pivot(const elimination *e, const bool *holonomic, bool kind, size_t *row, size_t *column) {
+    double best = 0.0, size = 0.0;
+    for (size_t r = 0; r < e->rows; r++) {
+        if (holonomic[r] != kind || is_taken(e, r))
+            continue;
+        for (size_t c = 0; c < e->columns; c++) {
+            const double x = fabs(e->a[c * e->rows + r]);
+            if (e->pivot_row[c] != UNUSED || !(x * e->weight[c] > best))
+                continue;
+            best = x * e->weight[c];
+            size = x;
+            *row = r;
+            *column = c;
+        }
+    }
+    return size;
+}
+
+static void eliminate(elimination *e, size_t row, size_t column) {
+    double *pivot = e->a + column * e->rows;
+    const double whole = pivot[row];
+    for (size_t c = 0; c < e->columns; c++)
+        e->a[c * e->rows + row] /= whole;
+    for (size_t c = 0; c < e->columns; c++) {
+        const double x = e->a[c * e->rows + row];
+        if (c == column || x == 0.0)
+            continue;
+        for (size_t r = 0; r < e->rows; r++)
+            if (r != row)
+                e->a[c * e->rows + r] -= x * pivot[r];
+    }
+    for (size_t r = 0; r < e->rows; r++)
+        pivot[r] = r == row ? 1.0 : 0.0;
+    e->pivot_row[column] = (int32_t)row;
+}
+
+/* Takes `rank` dependent coordinates from rows of one kind; false where fewer are independent. */
+static bool reduce(elimination *e, const bool *holonomic, bool kind, int rank) {
+    for (int k = 0; k < rank; k++) {
+        size_t row = 0, column = 0;
+        const double size = find_pivot(e, holonomic, kind, &row, &column);
+        if (!(e->first > 0.0))
+            e->first = size;
+        if (!(size > KT_RANK_TOLERANCE * e->first))
+            return false;
+        eliminate(e, row, column);
+    }
+    return true;
+}
+
+/* The basis of what is left free, and its coordinates; returns their number. */
+static int write_basis(const elimination *e, const double *unit, int *coordinate, double *basis) {
+    int count = 0;
+    for (size_t j = 0; j < e->columns; j++) {
+        if (e->pivot_row[j] != UNUSED)
+            continue;
+        double *x = basis + (size_t)count * e->columns;
+        for (size_t d = 0; d < e->columns; d++)
+            x[d] = e->pivot_row[d] == UNUSED ? (d == j ? 1.0 : 0.0)
+                                             : -e->a[j * e->rows + (size_t)e->pivot_row[d]] * unit[d] / unit[j];
+        coordinate[count++] = (int)j;
+    }
+    return count;
+}
+
+/* ---- choice ------------------------------------------------------------------------------------------------------ */
+
+/* Each row against its largest number, coordinates in their units. */
+static void scale(kt_linearization *l) {
+    const size_t rows = l->size.rows, nv = l->size.v;
+    for (size_t r = 0; r < rows; r++) {
+        double largest = 0.0;
+        for (size_t c = 0; c < nv; c++) {
+            l->equation[c * rows + r] *= l->unit[c];
+            largest = fmax(largest, fabs(l->equation[c * rows + r]));
+        }
+        for (size_t c = 0; c < nv && largest > 0.0; c++)
+            l->equation[c * rows + r] /= largest;
+    }
+}
+
+static void find_holonomic(kt_linearization *l) {
+    const kt_model *model = l->model;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        const kt_group *group = &model->group[loop->group];
+        for (int r = 0; r < loop->row_count; r++)
+            l->holonomic[loop->equation + r] = model->slot[group->row + loop->row + r] < group->count[KT_ROWS_CLOSED];
+    }
+}
+
+static kt_status refuse_singular(const kt_linearization *l, size_t g, kt_error *error) {
+    const kt_loop_group group = kt_loop_group_at(l->model, (int)g);
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "loop '%.60s'%s, t = %.9g s", kt_loop_name(l->model, group.loops[0]),
+                   group.loop_count > 1 ? " and those that share its links" : "", l->t);
+    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                        "a singular position: equations depend on each other for an instant, the mechanism can go on "
+                        "in more than one way, and there is no linearisation; take a position beside it");
+}
+
+/* Whether all groups have their usual ranks here. */
+static kt_status look_at_ranks(const kt_linearization *l, bool *near, kt_error *error) {
+    const kt_model *model = l->model;
+    *near = false;
+    for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
+        if (!kt_reduction_kernels_of(model)->factor(model, l->data, (kt_rows)rows, false))
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an equation of the loops is not finite");
+        for (size_t g = 0; g < model->n.group; g++) {
+            if (l->data->rank[g] < model->group[g].rank[rows])
+                return refuse_singular(l, g, error);
+            *near |= l->data->near[g];
+        }
+    }
+    return KT_OK;
+}
+
+/* How much a coordinate offers itself as dependent, into `weight`. */
+static void weigh(const kt_linearization *l, double *weight) {
+    for (size_t c = 0; c < l->size.v; c++)
+        weight[c] = l->model->held[c] ? 0.1 : 1.0;
+    for (size_t i = 0; i < l->model->n.effect; i++)
+        if (l->model->effect[i].type == KT_EFFECT_MOTOR)
+            weight[l->model->link[l->model->effect[i].link[0]].v] = 0.1;
+}
+
+kt_status kt_chart_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system, kt_error *error) {
+    const kt_model *model = l->model;
+    elimination e = {
+        .a = l->equation, .rows = l->size.rows, .columns = l->size.v, .pivot_row = l->pivot_row, .weight = l->way};
+    int rank[KT_ROWS_COUNT] = {0, 0};
+    for (size_t c = 0; c < e.columns; c++)
+        l->pivot_row[c] = UNUSED;
+    system->near_singular = false;
+    if (model->n.group) {
+        kt_status status = kt_loop_equations(model, l->data, l->t, l->q0, l->v0, l->equation, NULL, NULL, NULL, error);
+        if (status == KT_OK)
+            status = look_at_ranks(l, &system->near_singular, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t g = 0; g < model->n.group; g++)
+            for (int k = 0; k < KT_ROWS_COUNT; k++)
+                rank[k] += model->group[g].rank[k];
+        scale(l);
+        find_holonomic(l);
+    }
+    weigh(l, l->way);
+    bool fine = reduce(&e, l->holonomic, true, rank[KT_ROWS_CLOSED]);
+    system->positions = write_basis(&e, l->unit, out->position_coordinate, l->free_position);
+    fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
+    system->velocities = write_basis(&e, l->unit, out->velocity_coordinate, l->free_velocity);
+    system->states = system->positions + system->velocities;
+    return fine ? KT_OK : refuse_singular(l, 0, error);
+}

@@ -1,0 +1,140 @@
+/* Derivatives of a probe along a direction: central differences extrapolated to a step of nothing.
+ *
+ *     T[k][0] = (f(h_k) - f(-h_k)) / (2 h_k),  h_k = h_0 / 2^k
+ *     T[k][j] = T[k][j-1] + (T[k][j-1] - T[k-1][j-1]) / (4^j - 1)
+ *
+ * Its error is the larger of |T[k][j] - T[k][j-1]| and |T[k][j] - T[k-1][j-1]| (C. J. F. Ridders, Advances in
+ * Engineering Software 4, 1982, 75-76), to which is added what rounding of f leaves, eps |f| / h_k. Each number takes
+ * the T[k][j] with the least error: an acceleration that is stiff in one joint and soft in another wants different
+ * steps. The least of many may be small by chance; how far f is really rounded, which depends on how well the loops are
+ * conditioned, shows in the last and shortest step, where it is all that is left, and the error is not taken for less
+ * than that step's times h_last / h_taken. Steps that lead off the mechanism's reach are left out. Halving goes on
+ * until nothing gets better any more and all is good, or to 2^-30.
+ *
+ * Against finite differences with one step this needs no guess of the scale on which f changes; the first step must
+ * only not be smaller than that scale times about 1e-3, below which rounding takes over.
+ */
+#include "analysis/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { HALVINGS = 30, IDLE_MOST = 2 };
+
+#define GOOD 1e-14   /* of its row's size: nothing better is asked for */
+#define PASSES 1e-5  /* of its row's size: worse errors keep the halving going */
+#define NOTHING 1e-4 /* so little change over the first step, against the value, is none */
+
+typedef struct extrapolation {
+    kt_linearization *l;
+    double *last, *now; /* KT_TABLEAU_DEPTH rows of f numbers each */
+    double *slope, *error;
+    double first;
+    int held; /* steps in the tableau */
+} extrapolation;
+
+/* One more row of the tableau for a number. */
+static void extrapolate(const extrapolation *x, size_t i, double difference) {
+    const size_t f = x->l->size.f;
+    double power = 1.0;
+    x->now[i] = difference;
+    for (int j = 1; j <= x->held && j < KT_TABLEAU_DEPTH; j++) {
+        power *= 4.0;
+        const double finer = x->now[(size_t)(j - 1) * f + i], coarser = x->last[(size_t)(j - 1) * f + i];
+        x->now[(size_t)j * f + i] = finer + (finer - coarser) / (power - 1.0);
+    }
+}
+
+/* Takes the best of the new row, if it is better than what there is; returns whether it was. */
+static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
+    const size_t f = x->l->size.f;
+    bool better = false;
+    for (int j = 1; j <= x->held && j < KT_TABLEAU_DEPTH; j++) {
+        const double now = x->now[(size_t)j * f + i];
+        const double error =
+            fmax(fabs(now - x->now[(size_t)(j - 1) * f + i]), fabs(now - x->last[(size_t)(j - 1) * f + i])) + rounding;
+        if (!(error < x->error[i]))
+            continue;
+        better = true;
+        x->error[i] = error;
+        x->l->best_step[i] = h;
+        x->slope[i] = now;
+    }
+    return better;
+}
+
+/* What the last step says of rounding. The tableau's rows have changed places since. */
+static void expect_rounding(const extrapolation *x, double h) {
+    const size_t f = x->l->size.f;
+    const int deepest = x->held - 1 < KT_TABLEAU_DEPTH - 1 ? x->held - 1 : KT_TABLEAU_DEPTH - 1;
+    for (size_t i = 0; i < f && deepest > 1; i++) {
+        const double last = x->last[(size_t)deepest * f + i];
+        const double apart = fmax(fabs(last - x->last[(size_t)(deepest - 1) * f + i]),
+                                  fabs(last - x->now[(size_t)(deepest - 1) * f + i]));
+        x->error[i] = fmax(x->error[i], apart * h / x->l->best_step[i]);
+    }
+}
+
+/* Which part of a probe a number is of, and what it is held against within it. */
+static size_t part_of(const kt_linearization *l, size_t i) { return i < 3 * l->size.v ? i / l->size.v : 3; }
+static double unit_of(const kt_linearization *l, size_t i) { return i < 3 * l->size.v ? l->unit[i % l->size.v] : 1.0; }
+
+/* One step; tells whether a number that is not good yet became better, and the largest error against its size. */
+static bool go_on(extrapolation *x, double h, double *worst) {
+    kt_linearization *l = x->l;
+    bool better = false;
+    double size[4] = {0.0, 0.0, 0.0, 0.0};
+    *worst = 0.0;
+    for (size_t i = 0; i < l->size.f; i++) {
+        extrapolate(x, i, (l->ahead[i] - l->behind[i]) / (2.0 * h));
+        size[part_of(l, i)] = fmax(size[part_of(l, i)], fabs(x->now[i]) / unit_of(l, i));
+    }
+    for (size_t i = 0; i < l->size.f && x->held; i++) {
+        const double whole = fmax(size[part_of(l, i)] * unit_of(l, i), NOTHING * l->floor[i] / x->first);
+        const bool was_good = x->error[i] <= GOOD * whole;
+        better |= take_best(x, i, h, 2.0 * DBL_EPSILON * l->floor[i] / h) && !was_good;
+        if (whole > 0.0)
+            *worst = fmax(*worst, x->error[i] / whole);
+    }
+    double *last = x->last;
+    x->last = x->now;
+    x->now = last;
+    x->held++;
+    return better;
+}
+
+kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error) {
+    extrapolation x = {.l = l,
+                       .last = l->tableau,
+                       .now = l->tableau + KT_TABLEAU_DEPTH * l->size.f,
+                       .slope = slope,
+                       .error = slope_error,
+                       .first = first};
+    kt_error cause = {.code = KT_OK};
+    bool known = false;
+    int idle = 0;
+    for (size_t i = 0; i < l->size.f; i++)
+        slope_error[i] = HUGE_VAL;
+    double h = first;
+    for (int k = 0; k < HALVINGS && idle < IDLE_MOST; k++) {
+        double worst;
+        h = ldexp(first, -k);
+        if (kt_probe(l, h, l->ahead, &cause) != KT_OK || kt_probe(l, -h, l->behind, &cause) != KT_OK) {
+            x.held = 0; /* out of reach: longer steps are no guide */
+            continue;
+        }
+        const bool better = go_on(&x, h, &worst);
+        known |= x.held > 1;
+        if (x.held > 1 && worst <= GOOD)
+            break;
+        idle = x.held > 1 && !better && worst <= PASSES ? idle + 1 : 0;
+    }
+    if (known) {
+        expect_rounding(&x, h);
+        return KT_OK;
+    }
+    if (error)
+        *error = cause;
+    return cause.code;
+}

@@ -1,0 +1,126 @@
+/* The inside of a linearisation, for the files of this folder. */
+#ifndef KT_ANALYSIS_INTERNAL_H
+#define KT_ANALYSIS_INTERNAL_H
+
+#include "kinetree/analysis.h"
+#include "model/internal.h"
+
+/* n: states at most; v, q: coordinates; f: numbers that are differenced (probe.c). */
+typedef struct kt_linearization_sizes {
+    size_t q, v, n, f, inputs, markers, rows, data;
+} kt_linearization_sizes;
+
+/* Steps that one extrapolation looks back on. */
+enum { KT_TABLEAU_DEPTH = 6 };
+
+/* What an evaluation hands out, twice: the last one that succeeded, and the one under way. */
+#define KT_SYSTEM_FIELDS(X)                                                                                            \
+    X(int, position_coordinate, s->v, "independent positions")                                                         \
+    X(int, velocity_coordinate, s->v, "independent velocities")                                                        \
+    X(double, state, s->n * s->n, "matrix")                                                                            \
+    X(double, input, s->n * s->inputs, "matrix")                                                                       \
+    X(double, output, 6 * s->markers * s->n, "matrix")                                                                 \
+    X(double, positions_of, s->v * s->n, "all positions from the states")                                              \
+    X(double, velocities_of, s->v * s->n, "all velocities from the states")                                            \
+    X(double, rate, s->n, "x' of the state itself")                                                                    \
+    X(double, state_error, s->n * s->n, "of state")                                                                    \
+    X(double, input_error, s->n * s->inputs, "of input")                                                               \
+    X(double, output_error, 6 * s->markers * s->n, "of output")
+
+typedef struct kt_system_arrays {
+#define KT_SYSTEM_DECLARE(type, name, count, meaning) type *name;
+    KT_SYSTEM_FIELDS(KT_SYSTEM_DECLARE)
+#undef KT_SYSTEM_DECLARE
+} kt_system_arrays;
+
+/* Every other array: type, name, count, meaning. */
+#define KT_LINEARIZATION_FIELDS(X)                                                                                     \
+    X(int, input_coordinate, s->inputs, "what is driven")                                                              \
+    X(kt_marker_index, marker, s->markers, "what is looked at")                                                        \
+    X(double, unit, s->v, "a large change of each coordinate")                                                         \
+    X(double, q0, s->q, "the state")                                                                                   \
+    X(double, v0, s->v, "the state")                                                                                   \
+    X(double, a0, s->v, "its acceleration")                                                                            \
+    X(double, tau, s->v, "joint forces")                                                                               \
+    X(double, tau_moved, s->v, "joint forces beside these")                                                            \
+    X(double, q, s->q, "a state beside")                                                                               \
+    X(double, v, s->v, "a state beside")                                                                               \
+    X(double, way, 2 * s->v, "direction of a derivative: dq, dv")                                                      \
+    X(double, equation, s->rows * s->v, "A, eliminated")                                                               \
+    X(bool, holonomic, s->rows, "equations with a residual")                                                           \
+    X(int32_t, pivot_row, s->v, "row that a dependent coordinate is taken from, or -1")                                \
+    X(double, free_position, s->v * s->v, "basis of allowed steps: nv x positions")                                    \
+    X(double, free_velocity, s->v * s->v, "basis of allowed changes of velocity: nv x velocities")                     \
+    X(double, ahead, s->f, "probed ahead")                                                                             \
+    X(double, behind, s->f, "probed behind")                                                                           \
+    X(double, tableau, 2 * KT_TABLEAU_DEPTH * s->f, "two rows of an extrapolation")                                    \
+    X(double, slope, s->f * s->n, "derivatives of what is probed")                                                     \
+    X(double, slope_error, s->f * s->n, "their errors")                                                                \
+    X(double, best_step, s->f, "that a derivative was taken from")                                                     \
+    X(double, floor, s->f, "rounding of what is probed")                                                               \
+    X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
+    X(double, chart, s->n * s->n, "derivatives of the states along the directions taken")                              \
+    X(double, mass, s->v * s->v, "M")                                                                                  \
+    X(double, half, s->v * s->v, "M times a basis")                                                                    \
+    X(double, reduced, s->v * s->v, "M in the freedoms that are left")                                                 \
+    X(double, stiffness, s->v * s->v, "H in the freedoms that are left")                                               \
+    X(double, factor, s->v * s->v, "to be factored")                                                                   \
+    X(int32_t, pivot, s->v, "of LU")                                                                                   \
+    X(double, force, s->v, "g in the freedoms that are left")                                                          \
+    X(double, step, s->v, "step in the freedoms that are left")                                                        \
+    X(double, tried_q, s->q, "a position tried")                                                                       \
+    X(double, tried_a, s->v, "its acceleration")                                                                       \
+    X(char, data_memory, s->data, "the model's data")
+
+struct kt_linearization {
+    size_t bytes;
+    void *owned; /* memory of kt_linearization_create, or NULL */
+    kt_linearization_sizes size;
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    kt_system_arrays arrays[2];
+    int next; /* of these, which the next evaluation may write */
+    kt_linear_system system;
+#define KT_LINEARIZATION_DECLARE(type, name, count, meaning) type *name;
+    KT_LINEARIZATION_FIELDS(KT_LINEARIZATION_DECLARE)
+#undef KT_LINEARIZATION_DECLARE
+};
+
+/* ---- chart.c ----------------------------------------------------------------------------------------------------- */
+
+/* A large change of each coordinate: a radian, or a length of the mechanism. */
+void kt_chart_units(const kt_model *model, double *unit);
+
+/* The independent coordinates at (t, q0, v0) into `out`, and bases of what the equations leave free. Fills the counts
+ * of *system and near_singular. KT_ERROR_SINGULAR where equations depend on each other for an instant. */
+kt_status kt_chart_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system, kt_error *error);
+
+/* ---- probe.c ----------------------------------------------------------------------------------------------------- */
+
+/* Where the parts of a probe lie: dq, dv, a, and of each marker position and velocity. */
+static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv + 6 * markers; }
+
+/* The state at a distance `step` along l->way, projected, and what is looked at there. */
+kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);
+
+/* Size of what rounding is proportional to, for each number of a probe, into l->floor. */
+void kt_probe_floor(kt_linearization *l);
+
+/* ---- difference.c ------------------------------------------------------------------------------------------------ */
+
+/* Derivatives of the probe along l->way and their estimated errors (f numbers each), from steps of `first` on. */
+kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error);
+
+/* ---- linearize.c ------------------------------------------------------------------------------------------------- */
+
+/* The state (q, v) under tau, closed, and its acceleration, into q0, v0, tau and a0. */
+kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
+                                 kt_linear_system *system, kt_error *error);
+
+/* Derivatives of the probe along (dq, dv), either of which may be NULL (zero), into this column of slope and
+ * slope_error; `scale` is a large change along it in units, per second for velocities. */
+kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
+                                         size_t column, kt_error *error);
+
+#endif

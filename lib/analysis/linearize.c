@@ -1,0 +1,297 @@
+/* The matrices of small motions about a state.
+ *
+ * Neighbouring motions x(t) = (q (+) dq, v + dv) obey, to first order and along any direction in the manifold of
+ * states, dq' = dv + C(v) dq,   dv' = da,   C: -omega x, on the rotations of balls and free bodies, else 0 (a rotation
+ * in body axes is carried along: R' = R (omega x), so that dR = R (dq x) has dq' = domega - omega x dq), and da is what
+ * the acceleration changes by along the direction (probe.c, difference.c). With directions e_j, j = 1 .. n, the probes
+ * yield G = (dq, dv, da, ..)_j; S picks the states out of dq, dv. A projection moves the states themselves a little, so
+ * that S G = W is only nearly 1 (its lower left part is what velocities change by to stay on the manifold as the
+ * position goes along): G W^-1 are the derivatives by the states, and state = S (dv + C dq, da) W^-1.
+ *
+ * Directions: (free_position_j, 0), and (0, free_velocity_j), see chart.c.
+ */
+#include "analysis/internal.h"
+
+#include "dynamics/kernel.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define FIRST 0.1 /* step, in units: radians, lengths, or these in the time that the motion takes */
+
+/* ---- derivatives along the manifold ------------------------------------------------------------------------------ */
+
+kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
+                                         size_t column, kt_error *error) {
+    const size_t nv = l->size.v;
+    double largest = 0.0;
+    for (size_t i = 0; i < nv; i++) {
+        l->way[i] = dq ? dq[i] : 0.0;
+        l->way[nv + i] = dv ? dv[i] : 0.0;
+        largest = fmax(largest, fmax(fabs(l->way[i]), fabs(l->way[nv + i])) / l->unit[i]);
+    }
+    return kt_difference(l, FIRST * scale / largest, l->slope + column * l->size.f, l->slope_error + column * l->size.f,
+                         error);
+}
+
+static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
+    const size_t nv = l->size.v, positions = (size_t)system->positions;
+    kt_status status = KT_OK;
+    for (size_t j = 0; j < positions && status == KT_OK; j++)
+        status = kt_linearization_differentiate(l, l->free_position + j * nv, NULL, 1.0, j, error);
+    for (size_t j = 0; j < (size_t)system->velocities && status == KT_OK; j++)
+        status = kt_linearization_differentiate(l, NULL, l->free_velocity + j * nv, fmax(1.0, system->speed),
+                                                positions + j, error);
+    return status;
+}
+
+/* The number of a probe that a state is. */
+static size_t place_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                       size_t state) {
+    const size_t positions = (size_t)system->positions;
+    return state < positions ? (size_t)out->position_coordinate[state]
+                             : l->size.v + (size_t)out->velocity_coordinate[state - positions];
+}
+
+/* column_j -= factor * column_c, errors added up. */
+static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, double factor) {
+    const size_t f = l->size.f;
+    for (size_t i = 0; i < f; i++) {
+        l->slope[j * f + i] -= factor * l->slope[c * f + i];
+        l->slope_error[j * f + i] += fabs(factor) * l->slope_error[c * f + i];
+    }
+    for (size_t i = 0; i < n; i++)
+        l->chart[j * n + i] -= factor * l->chart[c * n + i];
+}
+
+/* G <- G W^-1 by columns, W = S G being nearly lower triangular with a unit diagonal. */
+static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t n = (size_t)system->states, f = l->size.f;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            l->chart[j * n + i] = l->slope[j * f + place_of(l, out, system, i)];
+    for (size_t c = n; c-- > 0;) {
+        const double whole = l->chart[c * n + c];
+        for (size_t i = 0; i < f; i++) {
+            l->slope[c * f + i] /= whole;
+            l->slope_error[c * f + i] /= fabs(whole);
+        }
+        for (size_t i = 0; i < n; i++)
+            l->chart[c * n + i] /= whole;
+        for (size_t j = 0; j < n; j++)
+            if (j != c && l->chart[j * n + c] != 0.0)
+                subtract_column(l, n, j, c, l->chart[j * n + c]);
+    }
+}
+
+/* ---- matrices ---------------------------------------------------------------------------------------------------- */
+
+/* dq and dv of all joints by the states: what is known exactly is put in the place of what was measured. */
+static void write_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
+    for (size_t j = 0; j < (size_t)system->states; j++) {
+        double *dq = out->positions_of + j * nv, *dv = out->velocities_of + j * nv;
+        if (j >= positions) {
+            memset(dq, 0, nv * sizeof *dq);
+            memcpy(dv, l->free_velocity + (j - positions) * nv, nv * sizeof *dv);
+            continue;
+        }
+        memcpy(dq, l->free_position + j * nv, nv * sizeof *dq);
+        memcpy(dv, l->slope + j * f + nv, nv * sizeof *dv);
+        for (int k = 0; k < system->velocities; k++)
+            dv[out->velocity_coordinate[k]] = 0.0;
+    }
+}
+
+/* x += C(v) dq for one column. */
+static void carry_along(const kt_linearization *l, const double *dq, double *x) {
+    for (size_t i = 1; i < l->model->n.link; i++) {
+        const kt_link *link = &l->model->link[i];
+        if (link->motion < KT_MOTION_BALL)
+            continue;
+        const int first = link->v + (link->motion == KT_MOTION_FREE ? 3 : 0);
+        const double *w = l->v0 + first, *d = dq + first;
+        const kt_vec3 c = kt_vec3_cross(kt_vec3_make(w[0], w[1], w[2]), kt_vec3_make(d[0], d[1], d[2]));
+        x[first] -= c.x;
+        x[first + 1] -= c.y;
+        x[first + 2] -= c.z;
+    }
+}
+
+static void write_state(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
+    double *rate = l->way;
+    for (size_t j = 0; j < n; j++) {
+        const double *slope = l->slope + j * f, *error = l->slope_error + j * f;
+        memcpy(rate, out->velocities_of + j * nv, nv * sizeof *rate);
+        carry_along(l, out->positions_of + j * nv, rate);
+        for (size_t i = 0; i < positions; i++) {
+            const size_t k = (size_t)out->position_coordinate[i];
+            out->state[j * n + i] = rate[k];
+            out->state_error[j * n + i] = j < positions && l->pivot_row[k] >= 0 ? error[nv + k] : 0.0;
+        }
+        for (size_t i = positions; i < n; i++) {
+            const size_t k = 2 * nv + (size_t)out->velocity_coordinate[i - positions];
+            out->state[j * n + i] = slope[k];
+            out->state_error[j * n + i] = error[k];
+        }
+    }
+}
+
+/* What the errors of the states' own derivatives add: |state| times these. */
+static void add_chart_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
+    for (size_t j = 0; j < n; j++)
+        for (size_t k = 0; k < n; k++) {
+            const double chart = l->slope_error[j * f + place_of(l, out, system, k)];
+            for (size_t i = first; i < n; i++)
+                out->state_error[j * n + i] += fabs(out->state[k * n + i]) * chart;
+        }
+}
+
+static void write_output(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, rows = 6 * l->size.markers;
+    for (size_t m = 0; m < l->size.markers; m++) {
+        const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
+        kt_point_jacobian(l->model, l->data, l->marker[m].body, at, l->jacobian);
+        for (size_t j = 0; j < n; j++)
+            for (size_t i = 0; i < 3; i++) {
+                double position = 0.0, size = 0.0;
+                for (size_t k = 0; k < nv; k++) {
+                    const double x = l->jacobian[6 * k + 3 + i] * out->positions_of[j * nv + k];
+                    position += x;
+                    size += fabs(x);
+                }
+                const size_t place = j * rows + 6 * m + i;
+                out->output[place] = position;
+                out->output_error[place] = 4.0 * DBL_EPSILON * size;
+                out->output[place + 3] = l->slope[j * f + 3 * nv + 3 * m + i];
+                out->output_error[place + 3] = l->slope_error[j * f + 3 * nv + 3 * m + i];
+            }
+    }
+}
+
+/* ---- inputs ------------------------------------------------------------------------------------------------------ */
+
+/* Change of the acceleration over a change 2 h of a joint force, into l->ahead. */
+static kt_status push(kt_linearization *l, int coordinate, double h, kt_error *error) {
+    const size_t nv = l->size.v;
+    double *push[2] = {l->ahead, l->behind};
+    for (int side = 0; side < 2; side++) {
+        memcpy(l->tau_moved, l->tau, nv * sizeof(double));
+        l->tau_moved[coordinate] += side ? -h : h;
+        const kt_status status =
+            kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau_moved, NULL, push[side], error);
+        if (status != KT_OK)
+            return status;
+    }
+    const double all = (l->tau[coordinate] + h) - (l->tau[coordinate] - h);
+    for (size_t i = 0; i < nv; i++)
+        l->ahead[i] = (l->ahead[i] - l->behind[i]) / all;
+    return KT_OK;
+}
+
+/* Accelerations are linear in forces: the step is only to be so large that its effect is not lost in the others'. */
+static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                             size_t input, kt_error *error) {
+    const size_t n = (size_t)system->states, nv = l->size.v, positions = (size_t)system->positions;
+    double *b = out->input + input * n, *b_error = out->input_error + input * n, effect = 0.0, pull = 0.0;
+    kt_status status = push(l, l->input_coordinate[input], 1.0, error);
+    for (size_t i = 0; i < nv && status == KT_OK; i++) {
+        effect = fmax(effect, fabs(l->ahead[i]) / l->unit[i]);
+        pull = fmax(pull, l->floor[2 * nv + i] / l->unit[i]);
+    }
+    const double h = effect > 0.0 && pull > 0.0 ? pull / effect : 1.0;
+    if (status == KT_OK)
+        status = push(l, l->input_coordinate[input], h, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < n; i++) {
+        const int coordinate = i < positions ? 0 : out->velocity_coordinate[i - positions];
+        b[i] = i < positions ? 0.0 : l->ahead[coordinate];
+        b_error[i] = i < positions ? 0.0 : 4.0 * DBL_EPSILON * (effect * l->unit[coordinate]);
+    }
+    return KT_OK;
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system) {
+    const size_t n = (size_t)system->states, positions = (size_t)system->positions;
+    double whole = 0.0, worst = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const size_t row = place_of(l, out, system, i) % l->size.v;
+        out->rate[i] = i < positions ? l->v0[row] : l->a0[row];
+        for (size_t j = 0; j < n; j++) {
+            const double unit = l->unit[place_of(l, out, system, j) % l->size.v] / l->unit[row];
+            whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
+            worst = fmax(worst, out->state_error[j * n + i] * unit);
+        }
+    }
+    system->error = whole > 0.0 ? worst / whole : 0.0;
+#define KT_SYSTEM_SHOW(type, name, count, meaning) system->name = out->name;
+    KT_SYSTEM_FIELDS(KT_SYSTEM_SHOW)
+#undef KT_SYSTEM_SHOW
+    system->coordinates = (int)l->size.v;
+    system->inputs = (int)l->size.inputs;
+    system->outputs = (int)(6 * l->size.markers);
+    system->unit = l->unit;
+}
+
+kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
+                                 kt_linear_system *system, kt_error *error) {
+    const size_t nv = l->size.v;
+    if (!isfinite(t))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+    l->t = t;
+    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque"};
+    kt_status status = kt_input_check(l->model, &input, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(l->q0, q, l->size.q * sizeof *q);
+    memcpy(l->v0, v, nv * sizeof *v);
+    if (tau)
+        memcpy(l->tau, tau, nv * sizeof *tau);
+    else
+        memset(l->tau, 0, nv * sizeof *l->tau);
+    status = kt_state_project(l->model, l->data, l->t, l->q0, l->v0, NULL, error);
+    if (status == KT_OK)
+        status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->a0, error);
+    system->speed = system->acceleration = 0.0;
+    for (size_t i = 0; i < nv && status == KT_OK; i++) {
+        system->speed = fmax(system->speed, fabs(l->v0[i]) / l->unit[i]);
+        system->acceleration = fmax(system->acceleration, fabs(l->a0[i]) / l->unit[i]);
+    }
+    return status;
+}
+
+kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
+                                    kt_error *error) {
+    const kt_system_arrays *out = &l->arrays[l->next];
+    kt_linear_system system = {0};
+    kt_status status = kt_linearization_begin(l, t, q, v, tau, &system, error);
+    if (status == KT_OK)
+        status = kt_chart_choose(l, &l->arrays[l->next], &system, error);
+    if (status != KT_OK)
+        return status;
+    kt_probe_floor(l);
+    status = differentiate_all(l, &system, error);
+    for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
+        status = write_input(l, out, &system, k, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    turn_to_states(l, out, &system);
+    write_bases(l, out, &system);
+    write_state(l, out, &system);
+    add_chart_errors(l, out, &system);
+    write_output(l, out, &system);
+    describe(l, out, &system);
+    l->system = system;
+    l->next = 1 - l->next;
+    return KT_OK;
+}
+
+const kt_linear_system *kt_linearization_system(const kt_linearization *l) { return &l->system; }

@@ -1,0 +1,162 @@
+/* Modes: the solutions x exp(lambda t) of x' = A x.
+ *
+ * Eigenvalues and vectors of A by LAPACK's dgeevx (balancing, Hessenberg form, QR). What a mode's lambda may be off by,
+ * to first order, is
+ *     |w|' E |x| / |w' x| + eps |A| / s,   A x = lambda x, w' A = lambda w'
+ * with E the estimated error of each number of A, |A| and s = |w' x| those of the balanced matrix (LAPACK Users' Guide,
+ * 3rd ed., section 4.8.1). Where eigenvalues with one shape coincide w' x vanishes; then it is L. Elsner's bound
+ * (2 |A|)^(1 - 1/n) |E|^(1/n) that holds (Linear Algebra and its Applications 47, 1982, 127-138). Numbers of A that are
+ * smaller than their estimated error are taken for zero: so a cyclic coordinate, on which nothing depends, has an
+ * eigenvalue of zero and not the square root of rounding.
+ */
+#include "analysis/modes.h"
+#include "reduction/lapack.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
+
+static bool solve(kt_modes *m, const kt_linear_system *system, double *norm) {
+    const size_t n = (size_t)system->states;
+    for (size_t i = 0; i < n * n; i++) {
+        m->matrix[i] = fabs(system->state[i]) > system->state_error[i] ? system->state[i] : 0.0;
+        if (!isfinite(system->state[i]))
+            return false;
+    }
+    return n == 0 || kt_lapack_geevx((int)n, m->matrix, m->real, m->imaginary, m->left, m->right, m->scale, norm,
+                                     m->condition, m->work, (int)kt_modes_work(m->n)) == 0;
+}
+
+/* The number i of vector k as LAPACK packs them: a real one in its column, of a pair re and im in two. */
+typedef struct packed {
+    const double *re, *im; /* im: NULL where real */
+} packed;
+
+static packed vector_at(const kt_modes *m, const double *all, size_t n, size_t k) {
+    packed x = {all + k * n, m->imaginary[k] > 0.0 ? all + (k + 1) * n : NULL};
+    return x;
+}
+
+static double size_at(packed x, size_t i) { return x.im ? hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
+
+/* What lambda may be off by, as above. */
+static double error_of(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
+    const size_t n = (size_t)system->states;
+    const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
+    double re = 0.0, im = 0.0, sum = 0.0;
+    for (size_t j = 0; j < n; j++) {
+        re += w.re[j] * x.re[j] + (w.im ? w.im[j] * x.im[j] : 0.0);
+        im += w.im ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
+        double column = 0.0;
+        for (size_t i = 0; i < n; i++)
+            column += size_at(w, i) * system->state_error[j * n + i];
+        sum += column * size_at(x, j);
+    }
+    const double whole = hypot(re, im), part = fmax(system->error, DBL_EPSILON);
+    const double most = 2.0 * norm * pow(0.5 * part, 1.0 / (double)n);
+    return fmin((sum > 0.0 ? sum / whole : 0.0) + DBL_EPSILON * norm / m->condition[k], most);
+}
+
+/* ---- modes ------------------------------------------------------------------------------------------------------- */
+
+/* The eigenvalues that stand for all, by rising |lambda|, into order; returns their number. */
+static int sort(const kt_modes *m, size_t n, int *order) {
+    int count = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (m->imaginary[k] < 0.0)
+            continue;
+        const double size = hypot(m->real[k], m->imaginary[k]);
+        int at = count++;
+        for (; at > 0; at--) {
+            const int before = order[at - 1];
+            const double other = hypot(m->real[before], m->imaginary[before]);
+            if (other < size || (other == size && m->real[before] <= m->real[k]))
+                break;
+            order[at] = before;
+        }
+        order[at] = (int)k;
+    }
+    return count;
+}
+
+static kt_mode describe(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
+    const double size = hypot(m->real[k], m->imaginary[k]);
+    return (kt_mode){.real = m->real[k],
+                     .imaginary = m->imaginary[k],
+                     .frequency = m->imaginary[k] / (2.0 * pi),
+                     .damping = size > 0.0 ? -m->real[k] / size : 0.0,
+                     .error = error_of(m, system, k, norm),
+                     .count = m->imaginary[k] > 0.0 ? 2 : 1};
+}
+
+/* out (coordinates, complex) = basis x */
+static void apply(const kt_linear_system *system, const double *basis, packed x, double *out) {
+    const size_t nv = (size_t)system->coordinates;
+    memset(out, 0, 2 * nv * sizeof *out);
+    for (size_t j = 0; j < (size_t)system->states; j++)
+        for (size_t i = 0; i < nv; i++) {
+            out[2 * i] += basis[j * nv + i] * x.re[j];
+            out[2 * i + 1] += x.im ? basis[j * nv + i] * x.im[j] : 0.0;
+        }
+}
+
+/* The complex number that makes the largest of a shape, by units, 1; false where nothing moves. */
+static bool find_largest(const kt_linear_system *system, const double *shape, double *re, double *im) {
+    double most = 0.0;
+    for (int i = 0; i < system->coordinates; i++) {
+        const double a = shape[2 * i] / system->unit[i], b = shape[2 * i + 1] / system->unit[i], size = hypot(a, b);
+        if (!(size > most * (1.0 + 1e-6))) /* of equals the first, whatever rounding says */
+            continue;
+        most = size;
+        *re = a / size / size;
+        *im = -b / size / size;
+    }
+    return most > 0.0;
+}
+
+static void turn(int count, double re, double im, double *shape) {
+    for (int i = 0; i < count; i++) {
+        const double a = shape[2 * i], b = shape[2 * i + 1];
+        shape[2 * i] = a * re - b * im;
+        shape[2 * i + 1] = a * im + b * re;
+    }
+}
+
+static void write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv) {
+    const packed x = vector_at(m, m->right, (size_t)system->states, k);
+    double re = 1.0, im = 0.0;
+    apply(system, system->positions_of, x, dq);
+    apply(system, system->velocities_of, x, dv);
+    if (!find_largest(system, dq, &re, &im) && !find_largest(system, dv, &re, &im))
+        return;
+    turn(system->coordinates, re, im, dq);
+    turn(system->coordinates, re, im, dv);
+}
+
+kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {
+    const size_t n = (size_t)system->states, nv = m->n / 2;
+    double norm = 0.0;
+    if ((size_t)system->coordinates != nv || n > m->n)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
+                            "the modes are for a model of %zu coordinates, the linear system is one of %d", nv,
+                            system->coordinates);
+    if (!solve(m, system, &norm))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the eigenvalues of the state matrix cannot be found: %s",
+                            "its numbers are too large, or the iteration did not converge");
+    m->count = sort(m, n, m->order);
+    for (int i = 0; i < m->count; i++) {
+        const size_t k = (size_t)m->order[i];
+        m->mode[i] = describe(m, system, k, norm);
+        write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv);
+    }
+    return KT_OK;
+}
+
+int kt_modes_count(const kt_modes *m) { return m->count; }
+kt_mode kt_modes_at(const kt_modes *m, int mode) { return m->mode[mode]; }
+const double *kt_modes_positions(const kt_modes *m, int mode) { return m->positions + (size_t)mode * m->n; }
+const double *kt_modes_velocities(const kt_modes *m, int mode) { return m->velocities + (size_t)mode * m->n; }

@@ -1,0 +1,208 @@
+/* Laying linearisations and modes out in memory. */
+#include "analysis/internal.h"
+#include "analysis/modes.h"
+#include "base/arena.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+kt_linearization_options kt_linearization_options_default(void) {
+    const kt_linearization_options options = {0};
+    return options;
+}
+
+int kt_motor_coordinates(const kt_model *model, int *coordinates) {
+    int count = 0;
+    for (size_t i = 0; i < model->n.effect; i++) {
+        if (model->effect[i].type != KT_EFFECT_MOTOR)
+            continue;
+        if (coordinates)
+            coordinates[count] = model->link[model->effect[i].link[0]].v;
+        count++;
+    }
+    return count;
+}
+
+/* ---- linearisation ----------------------------------------------------------------------------------------------- */
+
+static int count_markers(const kt_model *model) {
+    int count = 0;
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        count += kt_marker_count(model, body);
+    return count;
+}
+
+static kt_status check_options(const kt_model *model, const kt_linearization_options *options, kt_error *error) {
+    for (int i = 0; options->inputs && i < options->input_count; i++)
+        if (options->inputs[i] < 0 || options->inputs[i] >= (int)model->n.v)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "inputs",
+                                "%d is no velocity coordinate: they go from 0 to %d", options->inputs[i],
+                                (int)model->n.v - 1);
+    for (int i = 0; options->outputs && i < options->output_count; i++) {
+        const kt_marker_index *at = &options->outputs[i];
+        if (at->body < 0 || at->body >= kt_model_body_count(model))
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "outputs", "there is no body %d", at->body);
+        if (at->marker < 0 || at->marker >= kt_marker_count(model, at->body))
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "outputs", "body '%s' has no marker %d",
+                                kt_body_name(model, at->body), at->marker);
+    }
+    if (options->input_count < 0 || options->output_count < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "a count is negative");
+    return KT_OK;
+}
+
+static kt_linearization_sizes measure(const kt_model *model, const kt_linearization_options *options) {
+    kt_linearization_sizes s = {.q = model->n.q, .v = model->n.v, .n = 2 * model->n.v, .rows = model->n.row};
+    s.inputs = (size_t)(options->inputs ? options->input_count : kt_motor_coordinates(model, NULL));
+    s.markers = (size_t)(options->outputs ? options->output_count : count_markers(model));
+    s.f = kt_probe_count(s.v, s.markers);
+    s.data = kt_data_size(model);
+    return s;
+}
+
+static size_t lay_out(char *memory, const kt_linearization_sizes *s) {
+    kt_linearization scratch, *l;
+    size_t used = 0;
+    l = kt_arena_take(memory, &used, sizeof *l);
+    if (!l)
+        l = &scratch;
+#define KT_LINEARIZATION_PLACE(type, name, count, meaning)                                                             \
+    l->name = kt_arena_take(memory, &used, (count) * sizeof(type));
+    KT_LINEARIZATION_FIELDS(KT_LINEARIZATION_PLACE)
+#undef KT_LINEARIZATION_PLACE
+#define KT_SYSTEM_PLACE(type, name, count, meaning)                                                                    \
+    l->arrays[k].name = kt_arena_take(memory, &used, (count) * sizeof(type));
+    for (int k = 0; k < 2; k++) {
+        KT_SYSTEM_FIELDS(KT_SYSTEM_PLACE)
+    }
+#undef KT_SYSTEM_PLACE
+    l->bytes = used;
+    l->size = *s;
+    return used;
+}
+
+static void list_markers(const kt_model *model, kt_marker_index *list) {
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        for (int marker = 0; marker < kt_marker_count(model, body); marker++)
+            *list++ = (kt_marker_index){body, marker};
+}
+
+size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options) {
+    const kt_linearization_options wish = options ? *options : kt_linearization_options_default();
+    if (check_options(model, &wish, NULL) != KT_OK)
+        return 0;
+    const kt_linearization_sizes sizes = measure(model, &wish);
+    return lay_out(NULL, &sizes);
+}
+
+kt_status kt_linearization_place(const kt_model *model, const kt_linearization_options *options, void *memory,
+                                 size_t size, kt_linearization **linearization, kt_error *error) {
+    const kt_linearization_options wish = options ? *options : kt_linearization_options_default();
+    kt_status status = check_options(model, &wish, error);
+    if (status != KT_OK)
+        return status;
+    const kt_linearization_sizes sizes = measure(model, &wish);
+    const size_t needed = lay_out(NULL, &sizes);
+    const bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
+    if (!memory || size < needed || misaligned)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
+                            "a linearisation takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed,
+                            KT_ALIGNMENT, size, misaligned ? ", misaligned" : "");
+    kt_linearization *l = memory;
+    memset(l, 0, sizeof *l);
+    (void)lay_out(memory, &sizes);
+    l->model = model;
+    status = kt_data_place(model, l->data_memory, sizes.data, &l->data, error);
+    if (status != KT_OK)
+        return status;
+    if (wish.inputs)
+        memcpy(l->input_coordinate, wish.inputs, sizes.inputs * sizeof(int));
+    else
+        (void)kt_motor_coordinates(model, l->input_coordinate);
+    if (wish.outputs)
+        memcpy(l->marker, wish.outputs, sizes.markers * sizeof *l->marker);
+    else
+        list_markers(model, l->marker);
+    kt_chart_units(model, l->unit);
+    *linearization = l;
+    return KT_OK;
+}
+
+kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
+                                  kt_linearization **linearization, kt_error *error) {
+    const kt_linearization_options wish = options ? *options : kt_linearization_options_default();
+    kt_status status = check_options(model, &wish, error);
+    if (status != KT_OK)
+        return status;
+    const size_t needed = kt_linearization_size(model, options);
+    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    if (!memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a linearisation are not to be had", needed);
+    kt_linearization *placed = NULL;
+    status = kt_linearization_place(model, options, memory, needed, &placed, error);
+    if (status != KT_OK) {
+        free(memory);
+        return status;
+    }
+    placed->owned = memory;
+    *linearization = placed;
+    return KT_OK;
+}
+
+void kt_linearization_free(kt_linearization *linearization) {
+    if (linearization)
+        free(linearization->owned);
+}
+
+/* ---- modes ------------------------------------------------------------------------------------------------------- */
+
+static size_t lay_out_modes(char *memory, size_t n) {
+    kt_modes scratch, *m;
+    size_t used = 0;
+    m = kt_arena_take(memory, &used, sizeof *m);
+    if (!m)
+        m = &scratch;
+#define KT_MODES_PLACE(type, name, count, meaning) m->name = kt_arena_take(memory, &used, (count) * sizeof(type));
+    KT_MODES_FIELDS(KT_MODES_PLACE)
+#undef KT_MODES_PLACE
+    m->n = n;
+    return used;
+}
+
+size_t kt_modes_size(const kt_model *model) { return lay_out_modes(NULL, 2 * model->n.v); }
+
+kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
+    const size_t needed = kt_modes_size(model);
+    const bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
+    if (!memory || size < needed || misaligned)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
+                            "modes take %zu bytes at a multiple of %d; given: %zu bytes%s", needed, KT_ALIGNMENT, size,
+                            misaligned ? ", misaligned" : "");
+    kt_modes *m = memory;
+    memset(m, 0, sizeof *m);
+    (void)lay_out_modes(memory, 2 * model->n.v);
+    *modes = m;
+    return KT_OK;
+}
+
+kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error) {
+    const size_t needed = kt_modes_size(model);
+    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    if (!memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for modes are not to be had", needed);
+    kt_modes *placed = NULL;
+    const kt_status status = kt_modes_place(model, memory, needed, &placed, error);
+    if (status != KT_OK) {
+        free(memory);
+        return status;
+    }
+    placed->owned = memory;
+    *modes = placed;
+    return KT_OK;
+}
+
+void kt_modes_free(kt_modes *modes) {
+    if (modes)
+        free(modes->owned);
+}

@@ -1,0 +1,70 @@
+/* What is differenced: a state beside the given one, on the manifold, and what happens there.
+ *
+ * A probe at a distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and tells, in this order, how far it really
+ * has come, q (-) q0 and v - v0 (nv each), the acceleration there (nv), and the velocities of the markers (3 each).
+ */
+#include "analysis/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static kt_status look_at_markers(kt_linearization *l, double *out, kt_error *error) {
+    if (l->size.markers == 0)
+        return KT_OK;
+    const kt_status status = kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, error);
+    for (size_t m = 0; m < l->size.markers && status == KT_OK; m++) {
+        const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
+        const kt_vec3 rate = kt_point_velocity(l->model, l->data, l->marker[m].body, at);
+        out[3 * m] = rate.x;
+        out[3 * m + 1] = rate.y;
+        out[3 * m + 2] = rate.z;
+    }
+    return status;
+}
+
+kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error) {
+    const size_t nv = l->size.v;
+    for (size_t i = 0; i < nv; i++) {
+        out[i] = step * l->way[i];
+        l->v[i] = l->v0[i] + step * l->way[nv + i];
+    }
+    kt_position_add(l->model, l->q0, out, l->q);
+    kt_status status = kt_state_project(l->model, l->data, l->t, l->q, l->v, NULL, error);
+    if (status != KT_OK)
+        return status;
+    kt_position_subtract(l->model, l->q, l->q0, out);
+    for (size_t i = 0; i < nv; i++)
+        out[nv + i] = l->v[i] - l->v0[i];
+    status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q, l->v, l->tau, NULL, out + 2 * nv, error);
+    return status == KT_OK ? look_at_markers(l, out + 3 * nv, error) : status;
+}
+
+/* Plain positions are rounded as what they are, quaternions as one. */
+static void positions_floor(const kt_linearization *l, double *floor) {
+    for (size_t i = 1; i < l->model->n.link; i++) {
+        const kt_link *link = &l->model->link[i];
+        const int plain = link->motion == KT_MOTION_BALL ? 0 : link->motion == KT_MOTION_FREE ? 3 : 1;
+        for (int k = 0; k < kt_link_freedoms(link); k++)
+            floor[link->v + k] = k < plain ? fmax(fabs(l->q0[link->q + k]), l->unit[link->v + k]) : 1.0;
+    }
+}
+
+void kt_probe_floor(kt_linearization *l) {
+    const size_t nv = l->size.v;
+    const kt_vec3 gravity = kt_model_gravity(l->model);
+    double size = 0.0, speed = 0.0, pull = 0.0;
+    for (size_t i = 0; i < nv; i++) {
+        size = fmax(size, l->unit[i]);
+        speed = fmax(speed, fabs(l->v0[i]) / l->unit[i]);
+        pull = fmax(pull, fabs(l->a0[i]) / l->unit[i]);
+    }
+    pull = fmax(pull, fmax(speed * speed, kt_vec3_norm(gravity) / size));
+    positions_floor(l, l->floor);
+    for (size_t i = 0; i < nv; i++) {
+        l->floor[nv + i] = speed * l->unit[i];
+        l->floor[2 * nv + i] = pull * l->unit[i];
+    }
+    for (size_t i = 0; i < 3 * l->size.markers; i++)
+        l->floor[3 * nv + i] = speed * size;
+}

@@ -1,0 +1,114 @@
+/* The augmented Lagrangian [MSD 9.3 to 9.6; Bayo, Garcia de Jalon, Serna, A modified Lagrangian formulation for the
+ * dynamic analysis of constrained mechanical systems, Computer Methods in Applied Mechanics and Engineering 71, 1988].
+ *
+ * Constraint forces are penalties on the error e = A a - c, c = b'' - 2 alpha (A v - b') - beta^2 phi as Baumgarte's,
+ * and multipliers l that take up what the penalty leaves:
+ *
+ *     M a = f - A' (s (A a - c) + l):    (M + s A' A) a_i+1 = f + A' (s c - l_i),   l_0 = 0
+ *     l_i+1 = l_i + s (A a_i+1 - c).
+ *
+ * The first line with the second in it is M a_i+1 = f - A' l_i+1, so that only the equations are still off; and
+ * subtracting two iterates, M (a_i+1 - a_i) = -s A' e_i+1, whence e_i+1 - e_i = -s S e_i+1 with S = A M^-1 A':
+ *
+ *     e_i+1 = (I + s S)^-1 e_i.
+ *
+ * Redundant equations do no harm (S is singular along them, e has no part there while they agree) and no rank is
+ * decided, which is what the method is liked for. At a singular position an eigenvalue of S goes to zero, and with it
+ * the rate at which e vanishes: that equation is left open for a while. Rounding of M + s A' A and of s A' c enters
+ * along the freedoms, where M alone counts, multiplied by s S: a large penalty needs few iterations and loses its own
+ * digits.
+ */
+#include "analysis/set.h"
+#include "reduction/lapack.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The lower triangle of M + s A' A, factored. */
+static int factor(kt_set *set) {
+    const int n = set->n, k = set->k;
+    for (int j = 0; j < n; j++) {
+        const double *right = set->jacobian + (size_t)j * (size_t)k;
+        for (int i = j; i < n; i++) {
+            const double *left = set->jacobian + (size_t)i * (size_t)k;
+            double sum = 0.0;
+            for (int r = 0; r < k; r++)
+                sum += left[r] * right[r];
+            const size_t at = (size_t)j * (size_t)n + (size_t)i;
+            set->factor[at] = set->mass[at] + set->penalty * sum;
+        }
+    }
+    return n > 0 ? kt_lapack_potrf(n, set->factor) : 0;
+}
+
+static void solve(kt_set *set, double *a) {
+    const int n = set->n, k = set->k;
+    for (int i = 0; i < n; i++) {
+        a[i] = set->force[i];
+        for (int r = 0; r < k; r++)
+            a[i] +=
+                set->jacobian[(size_t)i * (size_t)k + (size_t)r] * (set->penalty * set->target[r] - set->multiplier[r]);
+    }
+    if (n == 0)
+        return;
+    (void)kt_lapack_trtrs('N', n, 1, set->factor, a);
+    (void)kt_lapack_trtrs('T', n, 1, set->factor, a);
+}
+
+/* l += s e; returns the largest |e| against the largest of what it is the difference of. */
+static double take_up(kt_set *set, const double *a) {
+    const int n = set->n, k = set->k;
+    double worst = 0.0, size = 0.0;
+    for (int r = 0; r < k; r++) {
+        double e = -set->target[r], terms = fabs(set->target[r]);
+        for (int i = 0; i < n; i++) {
+            const double term = set->jacobian[(size_t)i * (size_t)k + (size_t)r] * a[i];
+            e += term;
+            terms += fabs(term);
+        }
+        set->slip[r] = set->penalty * e;
+        set->multiplier[r] += set->slip[r];
+        worst = fmax(worst, fabs(e));
+        size = fmax(size, terms);
+    }
+    return worst > 0.0 ? worst / size : 0.0;
+}
+
+/* s A' e against f and A' l: what the iterate's forces are off by. Equations that contradict each other keep an e that
+ * pushes nothing. */
+static double correction(const kt_set *set) {
+    const size_t n = (size_t)set->n, k = (size_t)set->k;
+    double most = 0.0, size = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double pushed = 0.0, held = 0.0;
+        for (size_t r = 0; r < k; r++) {
+            pushed += set->jacobian[i * k + r] * set->slip[r];
+            held += set->jacobian[i * k + r] * set->multiplier[r];
+        }
+        most = fmax(most, fabs(pushed));
+        size = fmax(size, fmax(fabs(set->force[i]), fabs(held)));
+    }
+    return most > 0.0 ? most / size : 0.0;
+}
+
+kt_status kt_set_augment(kt_set *set, double t, double *a, kt_error *error) {
+    if (factor(set) != 0)
+        return kt_set_refuse(t, KT_ERROR_SINGULAR,
+                             "M + A' s A is singular or not finite: give the bodies that move inertia, or less penalty",
+                             error);
+    memset(set->multiplier, 0, (size_t)set->k * sizeof(double));
+    int done = 0;
+    double left, off = HUGE_VAL, before;
+    do { /* until nothing is gained any more */
+        solve(set, a);
+        left = take_up(set, a);
+        before = off;
+        off = correction(set);
+        done++;
+    } while (done < set->options.iterations && off > set->options.tolerance && off < 0.9 * before);
+    if (done > set->found.iterations)
+        set->found.iterations = done;
+    if (left > set->found.residual)
+        set->found.residual = left;
+    return KT_OK;
+}

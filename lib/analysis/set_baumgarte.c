@@ -1,0 +1,21 @@
+/* Baumgarte's stabilisation [MSD 8.37, 8.38; Baumgarte 1972].
+ *
+ * Instead of phi'' = A a - b'' = 0, whose solutions phi = c0 + c1 t drift away once rounding and steps have made a c0
+ * and a c1, what is asked for is
+ *
+ *     phi'' + 2 alpha phi' + beta^2 phi = 0,   phi' = A v - b':   A a = b'' - 2 alpha (A v - b') - beta^2 phi.
+ *
+ * Its solutions decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations that have no positions (rolling) are
+ * psi = A v - b' = 0, psi' = A a - b'': with phi = 0 the same line asks for psi' + 2 alpha psi = 0.
+ *
+ * The price: M a = f + A' lambda with these c is a motion of the mechanism only where phi and phi' are zero; elsewhere
+ * the stabilising forces act on the motion as well. The eigenvalues -alpha +- sqrt(alpha^2 - beta^2) join those of the
+ * mechanism, and an explicit method with step h must hold h alpha within its region of stability: gains are bought with
+ * steps. And on a mechanism with redundant equations phi is inconsistent as soon as it is not zero.
+ */
+#include "analysis/set.h"
+
+void kt_set_stabilize(kt_set *set, double alpha, double beta) {
+    for (int r = 0; r < set->k; r++)
+        set->target[r] = set->drift[r] - 2.0 * alpha * set->slip[r] - beta * beta * set->phi[r];
+}

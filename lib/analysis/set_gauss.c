@@ -1,0 +1,84 @@
+/* Gauss' principle of least constraint, with given second derivatives of the closures.
+ *
+ * Wanted is the a that is least in (a - a_f)' M (a - a_f), a_f = M^-1 f, with A a = c [MSD 4.22]. With M = L L', y = L'
+ * a and B = L^-1 A' that is: y nearest to y_f = L^-1 f with B' y = c. Column pivoting gives B P = [Q1 Q2][R1 S; 0 0] of
+ * rank r, so that B' y = c reads R1' Q1' y = (P' c)_1, the other equations depending on these, and
+ *
+ *     y = Q1 R1^-T (P' c)_1 + Q2 Q2' y_f,     a = L^-T y.
+ *
+ * Written out for full rank it is a = a_f - M^-1 A' (A M^-1 A')^-1 (A a_f - c) [MSD 4.29], without the squared
+ * condition of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are not looked at:
+ * the same as the pseudo-inverse wherever c contradicts itself nowhere, as it does not on the manifold.
+ */
+#include "analysis/set.h"
+#include "reduction/lapack.h"
+
+#include <math.h>
+
+static double diagonal(const kt_set *set, int i) { return fabs(set->factor[(size_t)i * (size_t)set->n + (size_t)i]); }
+
+/* The last independent direction, against the first, and what is to be told of it. */
+static void watch_rank(kt_set *set, double t, int rank) {
+    const double last = set->cap > 0 && set->cap <= set->n ? diagonal(set, set->cap - 1) : 1.0;
+    if (last > set->largest)
+        set->largest = last;
+    if (last < set->least) {
+        set->least = last;
+        set->found.least_time = t;
+    }
+    set->found.least = set->largest > 0.0 ? set->least / set->largest : 1.0;
+    set->found.dropped += rank < set->cap;
+    set->found.trusted += rank > set->cap;
+}
+
+int kt_set_factor(kt_set *set, double t, bool watch) {
+    const int n = set->n, k = set->k, most = n < k ? n : k;
+    int rank = 0;
+    if (most == 0)
+        return 0;
+    (void)kt_lapack_geqp3(n, k, set->factor, set->pivot, set->reflector, set->work, 34 * (n + k));
+    while (rank < most && diagonal(set, rank) > set->options.rank_tolerance * diagonal(set, 0))
+        rank++;
+    if (!set->options.uncapped && rank > set->cap)
+        rank = set->cap;
+    if (watch)
+        watch_rank(set, t, rank);
+    return rank;
+}
+
+void kt_set_constrain(kt_set *set, int rank, const double *b, double *x) {
+    const int n = set->n, most = n < set->k ? n : set->k;
+    if (rank == 0)
+        return;
+    (void)kt_lapack_ormqr('T', n, 1, most, set->factor, set->reflector, x, set->work, 65 * 64 + 64);
+    for (int i = 0; i < rank; i++) {
+        const double *column = set->factor + (size_t)i * (size_t)n;
+        double sum = b[set->pivot[i] - 1];
+        for (int j = 0; j < i; j++)
+            sum -= column[j] * x[j];
+        x[i] = sum / column[i];
+    }
+    (void)kt_lapack_ormqr('N', n, 1, most, set->factor, set->reflector, x, set->work, 65 * 64 + 64);
+}
+
+kt_status kt_set_least_constraint(kt_set *set, double t, double *a, kt_error *error) {
+    const int n = set->n, k = set->k;
+    if (n > 0 && kt_lapack_potrf(n, set->mass) != 0)
+        return kt_set_refuse(t, KT_ERROR_SINGULAR,
+                             "the mass matrix of the tree is singular: this set needs inertia along every joint, the "
+                             "reduction only along the freedoms that loops leave",
+                             error);
+    for (int r = 0; r < k; r++)
+        for (int i = 0; i < n; i++)
+            set->factor[(size_t)r * (size_t)n + (size_t)i] = set->jacobian[(size_t)i * (size_t)k + (size_t)r];
+    for (int i = 0; i < n; i++)
+        a[i] = set->force[i];
+    if (n == 0)
+        return KT_OK;
+    (void)kt_lapack_trtrs('N', n, 1, set->mass, a);
+    if (k > 0)
+        (void)kt_lapack_trtrs('N', n, k, set->mass, set->factor);
+    kt_set_constrain(set, kt_set_factor(set, t, true), set->target, a);
+    (void)kt_lapack_trtrs('T', n, 1, set->mass, a);
+    return KT_OK;
+}

@@ -1,0 +1,33 @@
+/* Force projection [MSD 9.7 to 9.17].
+ *
+ * Positions u and their rates are told apart: w is what the accelerations add up to, u' is what of it the loops allow,
+ *
+ *     u' + A' mu = w,  A u' = b':     u' = w - A' (A A')^+ (A w - b')                             [MSD 9.11a, W = I]
+ *     M w' + A' lambda = f,  A w' = b'':   w' by Gauss' principle, f and b'' at u'                [MSD 9.11b]
+ *
+ * The multiplier mu is zero for exact integration. With A' P = Q R of rank r, Q1' u' = R1^-T (P' b')_1 and Q2' u' = Q2'
+ * w.
+ *
+ * What becomes of an error e = A w - b' of the velocities: e' = A w' + A' w - b'' - A' u', where A' here is dA/dt,
+ * hence e' = (dA/dt) (w - u') = (dA/dt) A^+ e: w - u' grows and falls with the size of A, and nothing damps it; but
+ * positions do not follow it. Their own drift, of the steps' local errors, is put right after each step by the least
+ * step [MSD 9.16, 9.17] that closes the loops, which is the one of kt_state_project; w is left alone there.
+ */
+#include "analysis/set.h"
+
+#include <string.h>
+
+void kt_set_project_velocity(kt_set *set, double t, const double *v) {
+    const size_t n = (size_t)set->n, k = (size_t)set->k;
+    for (size_t r = 0; r < k; r++)
+        for (size_t i = 0; i < n; i++)
+            set->factor[r * n + i] = set->jacobian[i * k + r];
+    memcpy(set->velocity, v, n * sizeof *v);
+    kt_set_constrain(set, kt_set_factor(set, t, false), set->rate, set->velocity);
+}
+
+int kt_set_project(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
+    kt_set *set = user;
+    memcpy(set->state_v, v, (size_t)set->n * sizeof *v);
+    return kt_state_project(at->model, at->data, at->t, q, set->state_v, changed, error) == KT_OK ? 0 : 1;
+}

@@ -1,0 +1,191 @@
+/* One try with a stabilised method, and the spectral radius that says how many stages it needs.
+ *
+ * With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j (chebyshev.c), the three-term recurrence of T_j gives one for the
+ * stages. In d_j = Y_j - y0, which cancels less than Y_j:
+ *
+ *     d_0 = 0,  d_1 = b_1 w1 h f0
+ *     d_j = mu_j d_{j-1} + nu_j d_{j-2} + h (mut_j f(t0 + c_{j-1} h, Y_{j-1}) + gat_j f0),   j = 2 .. s
+ *     mu_j = 2 b_j w0 / b_{j-1},  nu_j = -b_j / b_{j-2},  mut_j = 2 b_j w1 / b_{j-1},  gat_j = -a_{j-1} mut_j
+ *     b_j = T_j''(w0) / T_j'(w0)^2,  b_0 = b_1 = b_2,  a_j = 1 - b_j T_j(w0)
+ *
+ * and c_j, d_j of y' = 1 over h, follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
+ *
+ * Source: B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315, (2.3) to (2.6).
+ */
+#include "integrator/chebyshev.h"
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+
+/* ---- the stages -------------------------------------------------------------------------------------------------- */
+
+/* Where the recurrence stands. */
+typedef struct recurrence {
+    kt_chebyshev_values values; /* at w0, of stage j */
+    double b, b1, b2;           /* b_j, b_{j-1}, b_{j-2} */
+    double a1;                  /* a_{j-1} */
+    double c, c1;               /* c_j, c_{j-1} */
+    double mu, nu, mut, gat;
+} recurrence;
+
+static recurrence begin(const kt_chebyshev *family) {
+    recurrence r = {.values = kt_chebyshev_first(family->w0)};
+    r.b = r.b1 = r.b2 = 1.0 / (4.0 * family->w0 * family->w0); /* T_2 = 2 x^2 - 1 */
+    r.mut = r.b * family->w1;
+    r.c = r.mut;
+    return r;
+}
+
+static void advance(recurrence *r, const kt_chebyshev *family) {
+    r->a1 = 1.0 - r->b * r->values.t;
+    r->b2 = r->b1;
+    r->b1 = r->b;
+    kt_chebyshev_next(&r->values, family->w0);
+    r->b = r->values.ddt / (r->values.dt * r->values.dt);
+    r->mu = 2.0 * r->b * family->w0 / r->b1;
+    r->nu = -r->b / r->b2;
+    r->mut = 2.0 * r->b * family->w1 / r->b1;
+    r->gat = -r->a1 * r->mut;
+    const double c = r->mu * r->c + r->nu * r->c1 + r->mut + r->gat;
+    r->c1 = r->c;
+    r->c = c;
+}
+
+/* d2 (which was d_{j-2}) becomes d_j, and trial y0 + d_j. */
+static void form_stage(kt_integrator *it, const recurrence *r, double h, const double *y0, const double *d1,
+                       double *d2) {
+    const double *f0 = it->k[0], *f = it->k[1];
+    double *stage = it->trial;
+    for (size_t i = 0; i < it->sizes.n; i++) {
+        d2[i] = r->mu * d1[i] + r->nu * d2[i] + h * (r->mut * f[i] + r->gat * f0[i]);
+        stage[i] = y0[i] + d2[i];
+    }
+}
+
+kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const int stages = kt_chebyshev_stages(fabs(in->h) * it->radius);
+    if (stages > KT_STABILISED_STAGES_MAX) {
+        result->t = in->t;
+        result->radius = it->radius;
+        result->reach = kt_stabilised_reach(it);
+        return result->result = KT_TRY_UNSTABLE;
+    }
+    const kt_chebyshev family = kt_chebyshev_make(stages);
+    recurrence r = begin(&family);
+    double *d1 = it->moved, *d2 = it->moved + n;
+    for (size_t i = 0; i < n; i++) {
+        d2[i] = 0.0;
+        d1[i] = in->h * r.mut * it->k[0][i];
+        it->trial[i] = in->y[i] + d1[i];
+    }
+    for (int j = 2; j <= stages; j++) {
+        if (kt_evaluate(it, in->t + r.c * in->h, it->trial, 1, result) != KT_TRY_PASSED)
+            return result->result;
+        advance(&r, &family);
+        form_stage(it, &r, in->h, in->y, d1, d2);
+        double *d = d1;
+        d1 = d2;
+        d2 = d;
+    }
+    if (it->gives_end_slope && kt_first_not_finite(it->trial, n) == n)
+        return kt_evaluate(it, in->end, it->trial, it->fresh, result);
+    return KT_TRY_PASSED;
+}
+
+/* 4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y''' + O(h^4) */
+double kt_stabilised_error(const kt_integrator *it, double h) {
+    const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double error = 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
+        const double u = error / kt_scale(it, i, y0[i], y1[i]);
+        sum += u * u;
+    }
+    return sqrt(sum / (double)it->counted);
+}
+
+/* ---- the spectral radius ----------------------------------------------------------------------------------------- */
+
+/* The power method on f_y without f_y: f(y + delta v) - f(y) = delta f_y v. Where one real decay rules, |f_y v| / |v|
+ * tends to it. Where a pair of complex eigenvalues does, that swings (an undamped oscillator of q and v gives omega^2
+ * and 1 in turn), while the geometric mean of two in a row, sqrt(|f_y f_y v| / |v|), hardly does; it converges in both
+ * cases. It begins with f and what no symmetry of the problem shares, begins anew each time so that a checkpoint needs
+ * no vector, and ends where two means differ by one in a hundred. KT_RADIUS_MARGIN covers that, the slower change until
+ * the next estimate, and the largest of the last means is taken where it does not settle. Estimates are made more often
+ * where the step is fixed, since no error estimate would notice then that the radius has grown.
+ *
+ * Source: the nonlinear power method of RKC (1998), section 3.3. */
+enum { RADIUS_AGE_MAX = 25, RADIUS_AGE_MAX_FIXED = 5, RADIUS_ITERATIONS = 24, RADIUS_SETTLED = 16 };
+
+static double norm(const double *x, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * x[i];
+    return sqrt(sum);
+}
+
+/* A direction with a part of everything: f, scaled, and fractional parts of multiples of the golden ratio. */
+static void first_direction(double *v, const double *f, size_t n) {
+    const double size = norm(f, n), scale = size > 0.0 && isfinite(size) ? 1.0 / size : 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const double x = 0.61803398874989485 * (double)(i + 1);
+        v[i] = scale * f[i] + (x - floor(x) - 0.5) / sqrt((double)n);
+    }
+}
+
+/* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1, moved and trial are scratch. */
+static kt_try_result estimate_radius(kt_integrator *it, double *radius, kt_try *result) {
+    const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
+    const double size = norm(it->y, n), delta = sqrt(DBL_EPSILON) * (size > 0.0 ? size : 1.0);
+    double *v = it->moved, last_ratio = 0.0, last_mean = 0.0, largest = 0.0;
+    first_direction(v, it->k[0], n);
+    for (size_t j = n; j < it->sizes.n; j++)
+        it->trial[j] = it->y[j];
+    *radius = 0.0;
+    for (int i = 0; i < RADIUS_ITERATIONS; i++) {
+        const double length = norm(v, n);
+        if (!(length > 0.0) || !isfinite(length))
+            break;
+        for (size_t j = 0; j < n; j++)
+            it->trial[j] = it->y[j] + delta / length * v[j];
+        if (kt_evaluate(it, it->memory.t, it->trial, 1, result) != KT_TRY_PASSED)
+            return result->result;
+        for (size_t j = 0; j < n; j++)
+            v[j] = it->k[1][j] - it->k[0][j];
+        const double ratio = norm(v, n) / delta, mean = sqrt(ratio * last_ratio);
+        if (i >= 2 && fabs(mean - last_mean) <= 0.01 * mean) {
+            *radius = mean;
+            return KT_TRY_PASSED;
+        }
+        if (i >= RADIUS_SETTLED && mean > largest)
+            largest = mean;
+        last_ratio = ratio;
+        last_mean = mean;
+    }
+    *radius = largest;
+    return KT_TRY_PASSED;
+}
+
+kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result) {
+    result->result = KT_TRY_PASSED;
+    if (!it->method->stabilised || (again && it->radius_is_of_now))
+        return KT_TRY_PASSED;
+    const int64_t oldest = it->options.step > 0.0 ? RADIUS_AGE_MAX_FIXED : RADIUS_AGE_MAX;
+    it->radius_is_of_now = again || it->memory.radius < 0.0 || it->memory.radius_age >= oldest;
+    it->radius = it->memory.radius;
+    if (!it->radius_is_of_now)
+        return KT_TRY_PASSED;
+    double radius;
+    if (estimate_radius(it, &radius, result) == KT_TRY_PASSED)
+        it->radius = KT_RADIUS_MARGIN * radius;
+    return result->result;
+}
+
+double kt_stabilised_reach(const kt_integrator *it) {
+    if (!it->method->stabilised || !(it->radius > 0.0))
+        return HUGE_VAL;
+    const kt_chebyshev most = kt_chebyshev_make(KT_STABILISED_STAGES_MAX);
+    return (1.0 - 1e-12) * kt_chebyshev_reach(&most) / it->radius; /* and not a rounding beyond */
+}

@@ -1,0 +1,278 @@
+/* The other coordinate sets on the bundled scenes with loops: what they do as well as the reduction, and what they get
+ * wrong. The reference is the reduction with projection, dop853 at 1e-13, which test/reference holds against the
+ * published motions. */
+#include "../reference/scene.h"
+
+#include "kinetree/analysis.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])
+
+static const char *const loop_scenes[] = {
+    "andrews",       "bicycle",     "bicycle-point", "bricard",      "four-bar", "hooke-shaft",  "n-four-bar-2",
+    "n-four-bar-40", "peaucellier", "rolling-disc",  "scissor-lift", "skate",    "slider-crank", "slider-crank-spring",
+    "stephenson",    "stewart",     "watt"};
+
+enum { NUMBERS = 600, RECORDS = 20 };
+
+static kt_set *make_set(const kt_model *model, const kt_set_options *options) {
+    kt_error e = {0};
+    kt_set *set = NULL;
+    (void)kt_fine(kt_set_type_name(options->type), kt_set_create(model, options, &set, &e), &e);
+    return set;
+}
+
+/* ---- accelerations ----------------------------------------------------------------------------------------------- */
+
+static void compare_at(const kt_model *model, const char *scene, const double *q, const double *v, double t,
+                       kt_worst *worst) {
+    static double a[NUMBERS], expected[NUMBERS];
+    kt_data *data = NULL;
+    kt_error e = {0};
+    if (!kt_fine("data", kt_data_create(model, &data, &e), &e))
+        return;
+    double size = 1e-2; /* and closure errors of 1e-14 m, by gains of 1 / s */
+    if (kt_fine("tree", kt_dynamics_forward(model, data, q, v, NULL, NULL, a, &e), &e) &&
+        kt_fine("reduction", kt_acceleration_evaluate(model, data, t, q, v, NULL, NULL, expected, &e), &e))
+        for (int i = 0; i < kt_model_nv(model); i++)
+            size = fmax(size, fmax(fabs(a[i]), fabs(expected[i])));
+    for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
+        const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.1);
+        kt_set *set = make_set(model, &options);
+        if (set && kt_fine(scene, kt_set_evaluate(set, data, t, q, v, NULL, NULL, NULL, a, &e), &e))
+            for (int i = 0; i < kt_model_nv(model); i++)
+                kt_worst_near(&worst[type], a[i], expected[i], (type == KT_SET_AUGMENTED ? 1e-9 : 1e-12) * size,
+                              "%s, %d", scene, i);
+        kt_set_free(set);
+    }
+    kt_data_free(data);
+}
+
+/* At the start and 5% into the run; springs, motors, forces and driven loops included. */
+KT_TEST(every_set_accelerates_every_bundled_scene_with_loops_as_the_reduction_does) {
+    kt_worst worst[KT_SET_TYPE_COUNT];
+    for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
+        worst[type] = kt_worst_make(kt_set_type_name((kt_set_type)type));
+    for (size_t i = 0; i < COUNT_OF(loop_scenes); i++) {
+        kt_case c;
+        kt_simulation *simulation = NULL;
+        kt_error e = {0};
+        if (kt_case_open(&c, loop_scenes[i]) &&
+            kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, NULL, &simulation, &e), &e)) {
+            kt_check_above(loop_scenes[i], kt_loop_count(c.model), 1.0);
+            for (int k = 0; k < 2; k++) {
+                compare_at(c.model, loop_scenes[i], kt_simulation_positions(simulation),
+                           kt_simulation_velocities(simulation), kt_simulation_time(simulation), worst);
+                if (k == 0)
+                    (void)kt_fine("advance", kt_simulation_advance(simulation, 0.05 * c.scene.run.duration, &e), &e);
+            }
+        }
+        kt_simulation_free(simulation);
+        kt_case_close(&c);
+    }
+    for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
+        kt_check_worst(&worst[type]);
+}
+
+/* ---- runs -------------------------------------------------------------------------------------------------------- */
+
+/* Positions at RECORDS + 1 times, and how far others are from them. */
+typedef struct motion {
+    const kt_model *model;
+    double q[RECORDS + 1][NUMBERS];
+    bool known;
+    double error, open, slip, energy, first; /* of a run that is compared; errors in rad and m */
+    uint64_t evaluations;
+    kt_status status;
+} motion;
+
+static int follow(const kt_record *record, void *user) {
+    motion *m = user;
+    double step[NUMBERS];
+    if (!m->known) {
+        memcpy(m->q[record->index], record->q, (size_t)kt_model_nq(m->model) * sizeof(double));
+        return 0;
+    }
+    kt_position_subtract(m->model, record->q, m->q[record->index], step);
+    for (int i = 0; i < kt_model_nv(m->model); i++)
+        m->error = fmax(m->error, fabs(step[i]));
+    if (record->index == 0)
+        m->first = record->kinetic + record->potential;
+    m->energy = fmax(m->energy, fabs(record->kinetic + record->potential - m->first));
+    m->open = fmax(m->open, record->constraint.position);
+    m->slip = fmax(m->slip, record->constraint.velocity);
+    return 0;
+}
+
+/* One run: a method, and a set (or NULL for the reduction). */
+static void go(const kt_case *c, motion *m, const char *method, double step, double tolerance, kt_set *set) {
+    kt_run run = c->scene.run;
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = NULL;
+    kt_error e = {0};
+    run.integrator = method;
+    run.step = step;
+    run.relative = run.absolute = tolerance;
+    run.interval = run.duration / RECORDS;
+    run.record = KT_RECORD_CONSTRAINT | KT_RECORD_ENERGY;
+    run.marker_count = 0;
+    options.max_steps = 300000;
+    if (set)
+        kt_set_use(set, &options);
+    m->model = c->model;
+    m->error = m->open = m->slip = m->energy = 0.0;
+    m->evaluations = 0;
+    if (kt_fine("simulation", kt_simulation_create(c->model, &run, &options, &simulation, &e), &e)) {
+        m->status = kt_simulation_run(simulation, follow, m, &e);
+        m->evaluations = kt_simulation_counts_get(simulation).evaluations;
+        if (m->status != KT_OK)
+            kt_note("stopped: %s: %s", e.where, e.message);
+        if (m->known)
+            kt_note("%s %s: error %.1e, open %.1e, slip %.1e, energy %.1e, %llu evaluations", method,
+                    set ? "by the set" : "minimal", m->error, m->open, m->slip, m->energy,
+                    (unsigned long long)m->evaluations);
+    }
+    kt_simulation_free(simulation);
+}
+
+/* Opens a scene and runs its reference. */
+static bool open_scene(kt_case *c, motion *m, const char *name, double duration) {
+    if (!kt_case_open(c, name))
+        return false;
+    if (duration > 0.0)
+        c->scene.run.duration = duration;
+    m->known = false;
+    go(c, m, "dop853", 0.0, 1e-13, NULL);
+    m->known = true;
+    return kt_check_equal_int(name, m->status, KT_OK);
+}
+
+static kt_status verdict_of(const kt_set *set) {
+    kt_error e = {0};
+    const kt_status status = kt_set_verdict(set, &e);
+    if (status != KT_OK)
+        kt_note("verdict: %s: %s", e.where, e.message);
+    return status;
+}
+
+/* The gains stay what they are while the step is halved. */
+KT_TEST(rk4_keeps_its_order_with_every_set) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "slider-crank", 1.0))
+        for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
+            double error[2], energy[2];
+            for (int k = 0; k < 2; k++) {
+                const kt_set_options options = kt_set_options_default((kt_set_type)type, 4e-3);
+                kt_set *set = make_set(c.model, &options);
+                go(&c, &m, "rk4", 1e-3 / (1 << k), 0.0, set);
+                error[k] = m.error;
+                energy[k] = m.energy;
+                kt_check_equal_int("verdict", verdict_of(set), KT_OK);
+                kt_set_free(set);
+            }
+            kt_check_near(kt_set_type_name((kt_set_type)type), log2(energy[0] / energy[1]), 4.0, 0.3);
+            kt_check_above("order of the positions", log2(error[0] / error[1]), 3.7); /* some signs change meanwhile */
+        }
+    kt_case_close(&c);
+}
+
+/* Positions close to rounding, velocities keep their drift; without any of it both drift. */
+KT_TEST(force_projection_stays_closed_where_gauss_drifts) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "four-bar", 2.0)) {
+        const kt_set_options gauss = kt_set_options_default(KT_SET_GAUSS, 0.01);
+        const kt_set_options projection = kt_set_options_default(KT_SET_PROJECTION, 0.01);
+        kt_set *set = make_set(c.model, &gauss);
+        go(&c, &m, "rk4", 0.01, 0.0, set);
+        const double drift = m.open;
+        kt_set_free(set);
+        set = make_set(c.model, &projection);
+        go(&c, &m, "rk4", 0.01, 0.0, set);
+        kt_check_below("open", m.open, 1e-13);
+        kt_check_above("times that of gauss", drift / m.open, 1e7);
+        kt_check_above("drift of the velocities", m.slip, 1e-8);
+        kt_set_free(set);
+    }
+    kt_case_close(&c);
+}
+
+/* ---- what is expected to go wrong -------------------------------------------------------------------------------- */
+
+/* Bricard's five equations of rank four: off the manifold the fifth looks independent. Whoever trusts it (as textbooks
+ * do) has a structure of no freedom; rk4 then stops or errs by more than a hundred times, and a verdict says so. */
+KT_TEST(trusting_redundant_equations_wrecks_bricard) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "bricard", 2.0)) {
+        kt_set_options o = kt_set_options_default(KT_SET_BAUMGARTE, 0.01);
+        kt_set *set = make_set(c.model, &o);
+        go(&c, &m, "rk4", 0.01, 0.0, set);
+        const double right = m.error;
+        kt_check_equal_int("run", m.status, KT_OK);
+        kt_check_below("error", right, 1e-6);
+        kt_check_equal_int("verdict", verdict_of(set), KT_OK);
+        kt_set_free(set);
+        o.uncapped = true;
+        set = make_set(c.model, &o);
+        go(&c, &m, "rk4", 0.01, 0.0, set);
+        kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
+        kt_check_above("evaluations that trusted it", (double)kt_set_findings_get(set).trusted, 1.0);
+        kt_check_equal_int("verdict", verdict_of(set), KT_ERROR_CONSTRAINT);
+        kt_set_free(set);
+    }
+    kt_case_close(&c);
+}
+
+/* The N-four-bar passes positions where its freedom jumps from 1 to 3 and a closure error, however small, decides the
+ * way on. dopri5 at 1e-8. */
+KT_TEST(sets_that_drift_leave_the_n_four_bar_by_another_way) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
+        go(&c, &m, "dopri5", 0.0, 1e-8, NULL);
+        kt_check_below("the reduction's error", m.error, 5e-5);
+        kt_set_options o = kt_set_options_default(KT_SET_GAUSS, 0.01);
+        kt_set *set = make_set(c.model, &o);
+        go(&c, &m, "dopri5", 0.0, 1e-8, set);
+        kt_check_above("gauss: error", m.error, 1.0);
+        kt_check_below("gauss: the loops look closed all the same", m.open, 1e-7);
+        kt_check_equal_int("gauss: verdict", verdict_of(set), KT_ERROR_SINGULAR);
+        kt_set_free(set);
+        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.01);
+        set = make_set(c.model, &o);
+        go(&c, &m, "dopri5", 0.0, 1e-8, set);
+        kt_check_above("baumgarte: error", m.error, 1.0);
+        kt_check_below("baumgarte: the loops look closed all the same", m.open, 1e-9);
+        kt_check_equal_int("baumgarte: verdict", verdict_of(set), KT_ERROR_SINGULAR);
+        kt_set_free(set);
+    }
+    kt_case_close(&c);
+}
+
+/* Force projection crosses, being closed to rounding; the augmented set cannot keep its equations there, and says so.
+ */
+KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digits) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
+        kt_set_options o = kt_set_options_default(KT_SET_PROJECTION, 0.01);
+        kt_set *set = make_set(c.model, &o);
+        go(&c, &m, "dopri5", 0.0, 1e-8, set);
+        kt_check_below("projection: error", m.error, 5e-5);
+        kt_check_equal_int("projection: verdict", verdict_of(set), KT_ERROR_SINGULAR);
+        kt_set_free(set);
+        o = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
+        set = make_set(c.model, &o);
+        go(&c, &m, "dopri5", 0.0, 1e-8, set);
+        kt_check_above("augmented: equations left open", kt_set_findings_get(set).residual, 0.5);
+        kt_check_equal_int("augmented: verdict", verdict_of(set), KT_ERROR_SINGULAR);
+        kt_set_free(set);
+    }
+    kt_case_close(&c);
+}

@@ -1,0 +1,257 @@
+/* rkc2: a stabilised method on problems that decay fast. The tests of all methods are run on it too; here is what it
+ * has alone. */
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/chebyshev.h"
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* ---- problems ---------------------------------------------------------------------------------------------------- */
+
+/* Decays to a motion that is given, at rates of 1 to `rate`, coupled and not autonomous:
+ *     y_i' = -r_i (y_i - g_i(t)) + g_i'(t) + (y_0 - g_0)(y_1 - g_1),  g_i = cos(t + i),  y(0) = g(0) */
+enum { DECAYS = 4 };
+
+static int decays(double t, const double *y, double *dydt, void *user) {
+    const double rate = *(const double *)user;
+    const double product = (y[0] - cos(t)) * (y[1] - cos(t + 1.0));
+    for (int i = 0; i < DECAYS; i++) {
+        const double r = pow(rate, (double)i / (DECAYS - 1));
+        dydt[i] = -r * (y[i] - cos(t + i)) - sin(t + i) + product;
+    }
+    return 0;
+}
+
+static kt_integrator *decays_begin(double *rate, const kt_integrator_options *options) {
+    kt_error error;
+    const kt_integrator_callbacks callbacks = {decays, NULL, rate};
+    double y[DECAYS];
+    for (int i = 0; i < DECAYS; i++)
+        y[i] = cos(i);
+    kt_integrator *it = integrator_make(kt_method_find("rkc2"), DECAYS, options);
+    is_ok("start", kt_integrator_start(it, 0.0, y, &callbacks, &error), &error);
+    return it;
+}
+
+static double decays_error(const kt_integrator *it) {
+    double worst = 0.0;
+    for (int i = 0; i < DECAYS; i++)
+        worst = fmax(worst, fabs(kt_integrator_state(it)[i] - cos(kt_integrator_time(it) + i)));
+    return worst;
+}
+
+/* Largest error on the way to t = 3. */
+static double decays_worst(kt_integrator *it) {
+    kt_error error;
+    double worst = 0.0;
+    while (kt_integrator_time(it) < 3.0 && is_ok("step", kt_integrator_step(it, 3.0, &error), &error))
+        worst = fmax(worst, decays_error(it));
+    return worst;
+}
+
+/* ---- accuracy ---------------------------------------------------------------------------------------------------- */
+
+/* h rate from 13 to 1000: from 6 stages to 44. */
+KT_TEST(its_order_is_two_with_many_stages_on_a_problem_that_is_not_autonomous) {
+    double rate = 2000.0, h[5], error[5];
+    for (int i = 0; i < 5; i++) {
+        h[i] = 0.1 / (double)(1 << i);
+        const kt_integrator_options options = fixed_step(h[i]);
+        kt_integrator *it = decays_begin(&rate, &options);
+        error[i] = decays_worst(it);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_note("h = %g: error %.3g, %.1f evaluations a step", h[i], error[i],
+                (double)counts.evaluations / (double)counts.steps);
+        integrator_free(it);
+    }
+    kt_check_near("order", slope_of(h, error, 5), 2.0, 0.15);
+}
+
+/* An estimate of order 3 held at the tolerance makes h ~ tolerance^(1/3), and the error of a method of order 2 then
+ * follows tolerance^(2/3). Measured: 0.65. */
+KT_TEST(errors_follow_the_tolerance) {
+    double rate = 2000.0, at[5], error[5];
+    for (int i = 0; i < 5; i++) {
+        at[i] = pow(10.0, -3 - i);
+        const kt_integrator_options options = tolerance(at[i], at[i]);
+        kt_integrator *it = decays_begin(&rate, &options);
+        error[i] = decays_worst(it);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_note("tolerance %g: error %.3g, %llu steps, %llu rejected, %llu evaluations", at[i], error[i],
+                (unsigned long long)counts.steps, (unsigned long long)counts.rejected,
+                (unsigned long long)counts.evaluations);
+        kt_check_below("error over tolerance^(2/3)", error[i] / pow(at[i], 2.0 / 3.0), 0.2);
+        integrator_free(it);
+    }
+    kt_check_near("slope", slope_of(at, error, 5), 2.0 / 3.0, 0.05);
+}
+
+/* RK4 would need 2.8 / rate. */
+KT_TEST(it_needs_far_fewer_evaluations_where_decays_are_fast) {
+    double rate = 1e5;
+    const kt_integrator_options options = tolerance(1e-5, 1e-5);
+    kt_integrator *it = decays_begin(&rate, &options);
+    const double worst = decays_worst(it), rk4 = 4.0 * 3.0 * rate / 2.8;
+    kt_check_below("error", worst, 1e-4);
+    kt_check_below("evaluations over those of RK4 at its limit", (double)kt_integrator_counts_get(it).evaluations / rk4,
+                   0.05);
+    integrator_free(it);
+}
+
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
+
+typedef struct times {
+    double t[64], rate;
+    int count;
+} times;
+
+static int record_times(double t, const double *y, double *dydt, void *user) {
+    times *r = user;
+    if (r->count < 64)
+        r->t[r->count++] = t;
+    dydt[0] = -r->rate * y[0];
+    return 0;
+}
+
+/* Of a fixed step: the slope at the start is the first stage, stage j is at c_j = T_s'/T_s'' T_j''/T_j' at w0, and none
+ * is at the end. */
+KT_TEST(stages_are_as_many_as_needed_and_at_their_own_times) {
+    static const double rates[] = {1.0, 20.0, 150.0, 1000.0};
+    for (int i = 0; i < 4; i++) {
+        times r = {.rate = rates[i]};
+        kt_error error;
+        const kt_integrator_options options = fixed_step(0.125);
+        const kt_integrator_callbacks callbacks = {record_times, NULL, &r};
+        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
+        is_ok("start", kt_integrator_start(it, 2.0, (double[]){1.0}, &callbacks, &error), &error);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        r.count = 0;
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        const int s = kt_chebyshev_stages(1.2 * 0.125 * rates[i]);
+        const kt_chebyshev family = kt_chebyshev_make(s);
+        kt_check_equal_int("stages", r.count, s);
+        kt_worst worst = kt_worst_make("time");
+        kt_chebyshev_values v = kt_chebyshev_first(family.w0);
+        kt_worst_near(&worst, r.t[0], 2.125, 0.0, "stage 0");
+        for (int j = 1; j < s && j < 64; j++) {
+            const double c2 = family.w1 / family.w0, c = j > 1 ? family.w1 * v.ddt / v.dt : c2 / (4.0 * family.w0);
+            kt_worst_near(&worst, r.t[j], 2.125 + 0.125 * c, 4.0 * s * DBL_EPSILON, "stage %d", j);
+            kt_chebyshev_next(&v, family.w0);
+        }
+        kt_check_worst(&worst);
+        integrator_free(it);
+    }
+}
+
+/* ---- the spectral radius ----------------------------------------------------------------------------------------- */
+
+typedef struct spectrum {
+    double decay, omega;
+} spectrum;
+
+/* A decay, and an oscillator in position and velocity: its matrix is not normal, and the more so the faster it is. */
+static int decay_and_swing(double t, const double *y, double *dydt, void *user) {
+    const spectrum *s = user;
+    (void)t;
+    dydt[0] = -s->decay * y[0];
+    dydt[1] = y[2];
+    dydt[2] = -s->omega * s->omega * y[1];
+    dydt[3] = -y[3];
+    return 0;
+}
+
+static double radius_of(spectrum s, uint64_t *evaluations) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(1e-9);
+    const kt_integrator_callbacks callbacks = {decay_and_swing, NULL, &s};
+    kt_integrator *it = integrator_make(kt_method_find("rkc2"), 4, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0, 0.3, 0.0, 1.0}, &callbacks, &error), &error);
+    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    *evaluations = kt_integrator_counts_get(it).evaluations - 2; /* of a step with two stages */
+    const double radius = it->radius;
+    integrator_free(it);
+    return radius / KT_RADIUS_MARGIN;
+}
+
+/* Within its margin. The decay is not excited (y_0 = 0), and is found all the same. */
+KT_TEST(the_power_method_finds_the_fastest_decay_or_oscillation) {
+    static const spectrum spectra[] = {{1e4, 1.0}, {1e2, 7.0}, {8e3, 50.0}, {2.0, 300.0}, {0.0, 25.0}, {50.0, 45.0}};
+    for (int i = 0; i < 6; i++) {
+        uint64_t evaluations;
+        const double exact = fmax(spectra[i].decay, spectra[i].omega), radius = radius_of(spectra[i], &evaluations);
+        kt_note("%g and %gi: %g after %llu evaluations", spectra[i].decay, spectra[i].omega, radius,
+                (unsigned long long)evaluations);
+        kt_check_above("radius", radius / exact, 1.0 / KT_RADIUS_MARGIN);
+        kt_check_below("radius", radius / exact, KT_RADIUS_MARGIN);
+        kt_check_below("evaluations", (double)evaluations, 24.0);
+    }
+}
+
+/* y' = -k(t) y with k growing from 10 to 1000 /s: the stages follow. */
+static int stiffening(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    dydt[0] = -(10.0 + 990.0 * t) * (y[0] - 1.0);
+    return 0;
+}
+
+KT_TEST(stages_follow_a_problem_that_becomes_stiff) {
+    kt_error error;
+    for (int fixed = 0; fixed <= 1; fixed++) {
+        const kt_integrator_options options = fixed ? fixed_step(0.01) : tolerance(1e-4, 1e-4);
+        const kt_integrator_callbacks callbacks = {stiffening, NULL, NULL};
+        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0}, &callbacks, &error), &error);
+        integrate_to(it, 1.0);
+        kt_check_near("at rest", kt_integrator_state(it)[0], 1.0, fixed ? 1e-9 : 1e-4);
+        kt_check_near("radius", it->radius, 1.2 * 1000.0, fixed ? 60.0 : 400.0); /* 5 and 25 steps old at most */
+        integrator_free(it);
+    }
+}
+
+/* ---- what it cannot ---------------------------------------------------------------------------------------------- */
+
+KT_TEST(a_fixed_step_beyond_all_stages_is_refused_in_words) {
+    kt_error error;
+    double rate = 1e6, before[DECAYS];
+    const kt_integrator_options options = fixed_step(0.1);
+    kt_integrator *it = decays_begin(&rate, &options);
+    memcpy(before, kt_integrator_state(it), sizeof before);
+    kt_check_equal_int("status", kt_integrator_step(it, HUGE_VAL, &error), KT_ERROR_STEP);
+    kt_check_contains("rate", error.message, "decays at 1.2e+06 /s");
+    kt_check_contains("what to do", error.message, "take steps below 0.034 s");
+    kt_check_equal_bits("state", kt_integrator_state(it), before, DECAYS);
+    kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, 0);
+    integrator_free(it);
+}
+
+KT_TEST(an_adaptive_step_is_kept_within_its_stages) {
+    kt_error error;
+    double rate = 1e7;
+    const kt_integrator_options options = tolerance(1e-2, 1e-2);
+    kt_integrator *it = decays_begin(&rate, &options);
+    double longest = 0.0; /* over what the radius then allowed */
+    for (int i = 0; i < 60; i++) {
+        is_ok("step", kt_integrator_step(it, 3.0, &error), &error);
+        longest = fmax(longest, (kt_integrator_time(it) - kt_integrator_previous_time(it)) / kt_stabilised_reach(it));
+    }
+    kt_check_below("longest step over the reach", longest, 1.0 + 1e-12);
+    kt_check_above("which they use", longest, 0.9);
+    kt_check_below("error", decays_error(it), 1e-7);
+    integrator_free(it);
+}
+
+KT_TEST(a_callers_table_cannot_be_stabilised) {
+    kt_error error;
+    const kt_method own = *kt_method_find("rkc2");
+    const kt_integrator_options options = fixed_step(0.1);
+    char memory[4096];
+    kt_integrator *it = NULL;
+    kt_check_equal_int("status", kt_integrator_place(memory, sizeof memory, &own, 1, &options, &it, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "rkc2");
+}
