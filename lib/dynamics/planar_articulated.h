@@ -98,22 +98,19 @@ KT_INLINE bool kt_absorb_slide(const kt_planar_link *link, const kt_planar_motio
  * given it. */
 KT_INLINE void kt_planar_respond(const kt_planar_link *link, const kt_planar_response *response,
                                  const kt_planar_motion *parent, kt_planar_motion *m, double *a) {
-    const double alpha = parent->alpha, ax = parent->linear[0], ay = parent->linear[1];
-    const double x =
-        (response->base - response->angular * alpha) - (response->linear[0] * ax + response->linear[1] * ay);
-    m->linear[0] += ax - alpha * m->offset[1];
-    m->linear[1] += ay + alpha * m->offset[0];
+    const double alpha = parent->alpha;
+    const kt_v2 up = kt_v2_load(parent->linear), p = kt_v2_across(kt_v2_load(m->offset));
+    const double x = (response->base - response->angular * alpha) - kt_v2_dot(kt_v2_load(response->linear), up);
+    const kt_v2 linear = kt_v2_load(m->linear) + (up + kt_v2_splat(alpha) * p);
     if (link->motion == KT_MOTION_TURN) {
         m->alpha = alpha + x;
         a[link->v] = link->sign * x;
+        kt_v2_store(m->linear, linear);
         return;
     }
-    double u[2];
-    kt_planar_along(link, m, u);
     m->alpha = alpha;
-    m->linear[0] += x * u[0];
-    m->linear[1] += x * u[1];
     a[link->v] = x;
+    kt_v2_store(m->linear, linear + kt_v2_splat(x) * kt_planar_turned(m, link->along[0], link->along[1]));
 }
 
 /* Takes wrenches on bodies (world axes, about the body frames' origins) off the wrenches of their links. What is left

@@ -14,9 +14,13 @@
 #include "model/internal.h"
 
 /* u, given at q = 0, as the link m has turned it. */
+KT_INLINE kt_v2 kt_planar_turned(const kt_planar_motion *m, double x, double y) {
+    const kt_v2 e = kt_v2_load(m->turn); /* e1 as turned; e2 is across it */
+    return kt_v2_splat(x) * e + kt_v2_splat(y) * kt_v2_across(e);
+}
+
 KT_INLINE void kt_planar_turn(const kt_planar_motion *m, const double u[2], double out[2]) {
-    out[0] = m->c * u[0] - m->s * u[1];
-    out[1] = m->s * u[0] + m->c * u[1];
+    kt_v2_store(out, kt_planar_turned(m, u[0], u[1]));
 }
 
 /* Direction of a slide, which is that of its link too. */
@@ -28,24 +32,20 @@ KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motio
 KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
                               const double *cosine, const double *sine, kt_planar_motion *out) {
     if (link->motion == KT_MOTION_TURN) {
-        const double c = cosine[link->angle], s = link->sign * sine[link->angle];
         kt_planar_turn(parent, link->at, out->offset);
-        out->c = parent->c * c - parent->s * s;
-        out->s = parent->s * c + parent->c * s;
+        kt_v2_store(out->turn, kt_planar_turned(parent, cosine[link->angle], link->sign * sine[link->angle]));
         return;
     }
     const double x = q[link->q], at[2] = {link->at[0] + x * link->along[0], link->at[1] + x * link->along[1]};
     kt_planar_turn(parent, at, out->offset);
-    out->c = parent->c;
-    out->s = parent->s;
+    kt_v2_store(out->turn, kt_v2_load(parent->turn));
 }
 
 /* Velocity of one link, and its c_f in linear. */
 KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const double *v,
                                   kt_planar_motion *out) {
-    const double w = parent->omega, ww = -(w * w);
-    out->linear[0] = ww * out->offset[0];
-    out->linear[1] = ww * out->offset[1];
+    const double w = parent->omega;
+    kt_v2_store(out->linear, kt_v2_splat(-(w * w)) * kt_v2_load(out->offset));
     if (link->motion == KT_MOTION_TURN) {
         out->omega = w + link->sign * v[link->v];
         return;
