@@ -75,25 +75,25 @@ static __attribute__((noinline)) carried pass_slide(const kt_planar_link *link, 
     return load(&whole);
 }
 
-KT_INLINE const kt_planar_motion *parent_of(const kt_planar_link *link, const kt_planar_motion *m,
-                                            const kt_planar_motion *motion) {
-    return link->follows ? m - 1 : &motion[link->parent];
-}
-
 static inline void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
                            const double *v) {
     const double *cosine = data->planar_cosine, *sine = data->planar_sine;
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
+    kt_v2 e = {1.0, 0.0};
+    double omega = 0.0;
     kt_planar_ground_set(plane->gravity, &motion[0]);
     for (; link < last; link++, m++) {
-        const kt_planar_motion *parent = parent_of(link, m, motion);
-        kt_planar_pose(link, parent, q, cosine, sine, m);
-        kt_planar_velocity(link, parent, v, m);
-        const kt_v2 first = kt_planar_turned(m, link->moment[0], link->moment[1]);
+        if (!link->follows) {
+            e = kt_v2_load(motion[link->parent].turn);
+            omega = motion[link->parent].omega;
+        }
+        e = kt_planar_pose_after(link, e, q, cosine, sine, m);
+        omega = kt_planar_velocity_after(link, omega, v, m);
+        const kt_v2 first = kt_planar_sum(e, link->moment[0], link->moment[1]);
         kt_v2_store(m->first, first);
         m->moment = 0.0;
-        kt_v2_store(m->force, kt_v2_splat(-(m->omega * m->omega)) * first);
+        kt_v2_store(m->force, kt_v2_splat(-(omega * omega)) * first);
         if (link->branches)
             data->planar_inertia[link - model->planar] = (kt_planar_inertia){.j = 0.0};
     }
@@ -153,9 +153,16 @@ static inline void way_out_again(const kt_model *model, kt_data *data, const kt_
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     const kt_planar_response *response = &data->planar_response[plane->first];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
+    kt_v2 linear = -kt_v2_load(plane->gravity);
+    double alpha = 0.0;
     kt_planar_ground_set(plane->gravity, &motion[0]);
-    for (; link < last; link++, m++, response++)
-        kt_planar_respond(link, response, parent_of(link, m, motion), m, a);
+    for (; link < last; link++, m++, response++) {
+        if (!link->follows) {
+            alpha = motion[link->parent].alpha;
+            linear = kt_v2_load(motion[link->parent].linear);
+        }
+        kt_planar_respond_after(link, response, &alpha, &linear, m, a);
+    }
 }
 
 size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
