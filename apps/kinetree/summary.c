@@ -41,7 +41,7 @@ static json_t *count_cost(const kt_outcome *outcome) {
                      (json_int_t)counts.factorizations, "cpu_seconds", outcome->cpu_seconds);
 }
 
-static json_t *measure_energy(const kt_outcome *outcome, const kt_data *data) {
+static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     const kt_model *model = outcome->model;
     const kt_simulation *simulation = outcome->simulation;
     double kinetic = kt_kinetic_energy(model, data);

@@ -40,9 +40,10 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
 
 static bool is_zero(kt_vec3 u) { return u.x == 0.0 && u.y == 0.0 && u.z == 0.0; }
 
-/* The axis of the second end: its own where the type has one. */
-static kt_vec3 second_axis(const kt_loop *loop) {
-    if (loop->type != KT_LOOP_ORTHOGONAL && loop->type != KT_LOOP_UNIVERSAL && loop->type != KT_LOOP_ROLLING)
+kt_vec3 kt_attach_axis(const kt_loop *loop, int end) {
+    const bool two =
+        loop->type == KT_LOOP_ORTHOGONAL || loop->type == KT_LOOP_UNIVERSAL || loop->type == KT_LOOP_ROLLING;
+    if (end == 0 || !two)
         return loop->axis;
     if (!is_zero(loop->axis2))
         return loop->axis2;
@@ -50,7 +51,7 @@ static kt_vec3 second_axis(const kt_loop *loop) {
                                          : kt_triad_from_axis(kt_vec3_normalize(loop->axis), 2).x;
 }
 
-static void turn_to_axis(kt_pose *frame, kt_vec3 axis) {
+void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
@@ -71,7 +72,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
-        turn_to_axis(&r->frame[k], k == 0 ? loop->axis : second_axis(loop));
+        kt_attach_turn_to_axis(&r->frame[k], kt_attach_axis(loop, k));
     }
     if (r->link[0] == r->link[1])
         return refuse_rigid(loop, error);
@@ -178,9 +179,15 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
             m->term[r->term + k] =
                 (kt_term_record){.link = joint_link(m, joint_of_term(loop, k)),
                                  .coefficient = loop->type == KT_LOOP_MOTION ? 1.0 : loop->terms[k].coefficient};
+        if (m->n.planar && !kt_attach_is_relation(r->type) &&
+            (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
+            m->planar_loop[i] = a->flat[i];
+            kt_planar_ends(m, r, &m->planar_loop[i]);
+        }
         const kt_function function = function_of(a, loop, r);
         r->curve = kt_curve_compile(&function, m->number, *number);
         *number += kt_curve_number_count(&function);
+        m->driven |= r->curve.type != KT_FUNCTION_NONE && r->curve.type != KT_FUNCTION_CONSTANT;
         r->name = (uint32_t)*text;
         const size_t length = strlen(loop->name) + 1;
         memcpy(m->text + *text, loop->name, length);
@@ -209,6 +216,7 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
                               kt_error *error) {
     const int ends = kt_effect_end_count(effect);
     kt_pose at[2];
+    r->ends = ends;
     if (ends == 0) {
         r->body[0] = kt_body_find(m, effect->joint);
         r->link[0] = m->body[r->body[0]].link;
@@ -218,18 +226,19 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
         if (status != KT_OK)
             return status;
         at[k] = kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
+        r->arm[k] = kt_vec3_sub(r->frame[k].position, m->body[r->body[k]].in_link.position);
     }
     if (ends == 2 && effect->initial_length)
         r->length = distance_between(at[0], at[1]);
     if (kt_effect_is_turned(effect))
-        turn_to_axis(&r->frame[1], effect->axis);
+        kt_attach_turn_to_axis(&r->frame[1], effect->axis);
     return KT_OK;
 }
 
-static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, kt_error *error) {
+static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *text, kt_error *error) {
     for (size_t i = 0; i < m->n.effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
-        kt_effect_record *r = &m->effect[i];
+        kt_effect_record *r = &a->effect[i];
         *r = (kt_effect_record){.type = (int32_t)effect->type, .source = (int32_t)i};
 #define ATTACH_NUMBER(member) r->member = effect->member;
         KT_EFFECT_NUMBERS(ATTACH_NUMBER)
@@ -237,6 +246,15 @@ static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, k
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         r->in_body = effect->frame == KT_FRAME_BODY;
+        r->push = effect->push;
+        r->drive = effect->drive;
+        r->user = effect->user;
+        if (effect->name) {
+            const size_t size = strlen(effect->name) + 1;
+            r->name = (uint32_t)*text;
+            memcpy(m->text + *text, effect->name, size);
+            *text += size;
+        }
         const kt_status status = place_effect(a, m, effect, r, error);
         if (status != KT_OK)
             return status;
@@ -276,6 +294,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     if (status != KT_OK)
         return status;
     kt_attach_number_groups(a, n);
+    kt_attach_count_effects(a, n);
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));
@@ -293,21 +312,24 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         for (int k = 0; k < kt_joint_kinds[b->type]->nv; k++)
             m->held[b->v + k] = true;
     }
-    status = fill_effects(a, m, &number, error);
+    status = fill_effects(a, m, &number, &text, error);
     if (status != KT_OK) {
         free(m);
         return status;
     }
+    kt_attach_fill_effects(a, m);
     free(*model);
     *model = m;
     return kt_groups_rank(m, error);
 }
 
-kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error) {
+kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
+                          kt_error *error) {
     kt_counts n = (*model)->n;
     n.loop = (size_t)description->loop_count;
     n.effect = (size_t)description->effect_count;
-    kt_attach a = {.description = description, .tree = *model};
+    n.planar_loop = n.planar ? n.loop : 0;
+    kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = attach_layout(&n, NULL, &a);
     a.memory = aligned_alloc(KT_ALIGNMENT, bytes);
     if (!a.memory)
