@@ -1,5 +1,5 @@
-/* Every bundled scene that has planar trees, in the plane and in space: the first tenth of each, record for record, with
- * energies and all reactions.
+/* Every bundled scene that has planar trees, in the plane and in space: the first tenth of each, record for record,
+ * with energies and all reactions.
  */
 #include "both.h"
 
