@@ -22,6 +22,8 @@ typedef int kt_command_main(int argc, char **argv);
 
 kt_command_main kt_command_run;
 kt_command_main kt_command_evaluate;
+kt_command_main kt_command_modes;
+kt_command_main kt_command_equilibrium;
 kt_command_main kt_command_info;
 kt_command_main kt_command_check;
 kt_command_main kt_command_demo;

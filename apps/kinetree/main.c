@@ -13,6 +13,8 @@ typedef struct kt_subcommand {
 static const kt_subcommand subcommands[] = {
     {"run", kt_command_run, "run a scene; records as CSV, a summary as JSON, a picture"},
     {"evaluate", kt_command_evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON"},
+    {"modes", kt_command_modes, "frequencies, damping and shapes of small motions; state matrices as JSON"},
+    {"equilibrium", kt_command_equilibrium, "where a scene comes to rest, and whether it stays there"},
     {"info", kt_command_info, "what a scene consists of: the tree, its freedoms and masses"},
     {"check", kt_command_check, "find every fault of scene files"},
     {"demo", kt_command_demo, "run one of the bundled scenes, or list them"},

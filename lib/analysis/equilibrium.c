@@ -24,7 +24,8 @@ enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 
 #define REACH 0.3     /* first limit of a step, in units */
 #define TURN_MOST 1.0 /* an angle never moves farther in one step, rad */
-#define RUNAWAY 1e9   /* in units: who has come so far does not come back */
+#define RUNAWAY 1e9   /* in units: who has come so far does not come back; */
+#define FAR 50.0      /* and who has come so far without finding anything seems to go on */
 #define NEUTRAL 1e-10 /* of the largest stiffness: what is added where there is none */
 #define CLOSE 1e-6    /* steps so short are Newton's own, */
 #define ROUNDING (4.0 * DBL_EPSILON)
@@ -266,7 +267,7 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.120s'", name);
     return kt_error_set(error, KT_ERROR_STEP, where,
-                        gone ? "no equilibrium: the mechanism runs away in this joint, nothing holds it (still "
+                        gone ? "no equilibrium: the mechanism runs away in this joint, which nothing holds (still "
                                "accelerating by %.3g rad/s^2, or lengths a second squared, after %d steps)"
                              : "no equilibrium was found: this joint still accelerates by %.3g rad/s^2, or lengths a "
                                "second squared, after %d steps; try another start",
@@ -308,7 +309,7 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         if (length == 0.0)
             break;
     }
-    return give_up(s, found->steps, path >= RUNAWAY, error);
+    return give_up(s, found->steps, path >= FAR, error);
 }
 
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
