@@ -59,17 +59,34 @@ static int choose_state(kt_small_motion *motion, const kt_modes_arguments *argum
     return KT_EXIT_DONE;
 }
 
+/* Whether the motion goes on as it is: no acceleration, and none that comes as it goes on, d/dt a = state x'. */
+static bool is_steady(const kt_linear_system *system) {
+    const double scale = fmax(1.0, system->speed * system->speed);
+    if (system->acceleration > 1e-9 * scale)
+        return false;
+    for (int i = system->positions; i < system->states; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < system->states; j++)
+            sum += system->state[(size_t)j * (size_t)system->states + (size_t)i] * system->rate[j];
+        const double unit = system->unit[system->velocity_coordinate[i - system->positions]];
+        if (fabs(sum) / unit > 1e-8 * scale * fmax(1.0, system->speed))
+            return false;
+    }
+    return true;
+}
+
 static const char *name_state(const kt_small_motion *motion, const kt_linear_system *system) {
     if (motion->settled)
         return "equilibrium";
     if (system->speed > 1e-12)
-        return system->acceleration > 1e-9 * fmax(1.0, system->speed * system->speed) ? "motion" : "steady motion";
+        return is_steady(system) ? "steady motion" : "motion";
     return system->acceleration > 1e-9 ? "initial position" : "equilibrium";
 }
 
 static void warn(const kt_linear_system *system, const char *state) {
     if (state[0] == 'm')
-        kt_say("the initial state moves and accelerates: these modes are those of an instant, and say little about "
+        kt_say("the initial state is in a motion that does not stay as it is: these modes are those of an instant, and "
+               "say little about "
                "motions that last longer (--at equilibrium takes the place where it rests)");
     if (state[0] == 'i')
         kt_say("the initial position is no equilibrium: the mechanism leaves it, and these modes hold for an instant");

@@ -136,6 +136,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* of void equations rounding alone has been factored */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
+            group->usual[rows] = group->rank[rows] ? group->usual[rows] : 0.0;
         }
     }
 }
