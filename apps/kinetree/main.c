@@ -12,6 +12,8 @@ typedef struct kt_subcommand {
 
 static const kt_subcommand subcommands[] = {
     {"run", kt_command_run, "run a scene; records as CSV, a summary as JSON, a picture"},
+    {"accuracy", kt_command_accuracy, "what accuracy costs: error against CPU time, for every method"},
+    {"plot", kt_command_plot, "draw the columns of a result: positions, energies, a phase plane"},
     {"evaluate", kt_command_evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON"},
     {"modes", kt_command_modes, "frequencies, damping and shapes of small motions; state matrices as JSON"},
     {"equilibrium", kt_command_equilibrium, "where a scene comes to rest, and whether it stays there"},
