@@ -129,11 +129,15 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
     memset(alive, 0, model->n.row * sizeof *alive);
 }
 
+/* Where all equations of a group are void, rounding has passed for a direction. */
 static void finish(kt_model *model, const kt_data *data, const samples *found) {
     for (size_t g = 0; g < model->n.group; g++) {
-        for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
-            model->group[g].rank[rows] = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
+        kt_group *group = &model->group[g];
         place_rows(model, data, g, found->alive);
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++) {
+            const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
+            group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
+        }
     }
 }
 
