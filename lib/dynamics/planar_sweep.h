@@ -73,17 +73,16 @@ KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_mo
 KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_planar_motion *parent, const double *a,
                                       kt_planar_motion *out) {
     const double alpha = parent->alpha, x = a[link->v];
-    out->linear[0] += parent->linear[0] - alpha * out->offset[1];
-    out->linear[1] += parent->linear[1] + alpha * out->offset[0];
-    out->alpha = alpha;
+    const kt_v2 p = kt_v2_across(kt_v2_load(out->offset));
+    const kt_v2 linear = kt_v2_load(out->linear) + (kt_v2_load(parent->linear) + kt_v2_splat(alpha) * p);
     if (link->motion == KT_MOTION_TURN) {
-        out->alpha += link->sign * x;
+        kt_v2_store(out->linear, linear);
+        out->alpha = alpha + link->sign * x;
         return;
     }
-    double u[2];
-    kt_planar_along(link, out, u);
-    out->linear[0] += x * u[0];
-    out->linear[1] += x * u[1];
+    const kt_v2 u = kt_planar_sum(kt_v2_load(out->turn), link->along[0], link->along[1]);
+    kt_v2_store(out->linear, linear + kt_v2_splat(x) * u);
+    out->alpha = alpha;
 }
 
 /* The ground as a plane sees it: at rest, pushed up by gravity. */
