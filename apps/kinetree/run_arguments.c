@@ -27,6 +27,7 @@ static const kt_option options[] = {
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
      NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE", "a picture of positions and energy: FILE.svg or FILE.png", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
      NULL},
     {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "every so often, keep there what --resume needs", NULL},

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
@@ -101,4 +102,10 @@ char *kt_base_name(const char *path) {
     const char *dot = strrchr(name, '.');
     size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
     return strndup(name, length);
+}
+
+bool kt_is_same_file(const char *a, const char *b) {
+    struct stat first, second;
+    return a != NULL && b != NULL && strcmp(a, "-") != 0 && strcmp(b, "-") != 0 && stat(a, &first) == 0 &&
+           stat(b, &second) == 0 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }

@@ -2,6 +2,7 @@
 #ifndef KINETREE_KINETREE_H
 #define KINETREE_KINETREE_H
 
+#include "kinetree/accuracy.h"
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "kinetree/dynamics.h"
