@@ -1,6 +1,7 @@
-/* count WHAT SCENE...: does one thing once, with the kernels of the baseline, for callgrind to count its instructions.
- * WHAT: what the plan says of each scene, as lines "flops STEP" (plan); or evaluates accelerations (acceleration), with
- * powers (power), of each scene in turn, in its initial state, assembled. */
+/* count WHAT SCENE...: does one thing once with each scene in turn, with the kernels of the baseline, for callgrind to
+ * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
+ * assembled; run it (run); or print what the plan says that an evaluation costs, and whether all of it was counted
+ * (plan). */
 #include "kinetree/scene.h"
 
 #include <math.h>
@@ -38,12 +39,42 @@ static int open_subject(subject *s, const char *path) {
     return 0;
 }
 
-static int evaluate(const subject *s, bool power) {
+static int ignore(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+static kt_status run(const subject *s, kt_error *error) {
+    kt_simulation *simulation = NULL;
+    kt_status status = kt_simulation_create(s->model, &s->scene.run, NULL, &simulation, error);
+    if (status == KT_OK)
+        status = kt_simulation_run(simulation, ignore, NULL, error);
+    kt_simulation_free(simulation);
+    return status;
+}
+
+static void print_plan(const subject *s) {
+    kt_plan_step steps[KT_PLAN_STEPS_MAX];
+    const int count = kt_plan_steps(s->model, &s->scene.run, steps);
+    double flops = 0.0;
+    for (int i = 0; i < count; i++)
+        if (steps[i].phase == KT_PHASE_EVALUATION && !steps[i].dropped)
+            flops += steps[i].flops;
+    printf("%.0f %d\n", flops, isfinite(flops) ? 1 : 0);
+}
+
+static int work(const subject *s, const char *what) {
     kt_error error = {0};
     kt_power p;
-    const kt_status status =
-        power ? kt_power_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &p, &error)
-              : kt_acceleration_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &error);
+    kt_status status = KT_OK;
+    if (strcmp(what, "plan") == 0)
+        print_plan(s);
+    else if (strcmp(what, "run") == 0)
+        status = run(s, &error);
+    else if (strcmp(what, "power") == 0)
+        status = kt_power_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &p, &error);
+    else
+        status = kt_acceleration_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &error);
     return status == KT_OK ? 0 : fprintf(stderr, "%s: %s\n", error.where, error.message);
 }
 
@@ -54,7 +85,7 @@ int main(int argc, char **argv) {
     for (int i = 0; i < count && !failed; i++)
         failed = open_subject(&subjects[i], argv[2 + i]) != 0;
     for (int i = 0; i < count && !failed; i++)
-        failed = evaluate(&subjects[i], strcmp(argv[1], "power") == 0) != 0;
+        failed = work(&subjects[i], argv[1]) != 0;
     for (int i = 0; i < count; i++) {
         kt_data_free(subjects[i].data);
         kt_model_free(subjects[i].model);

@@ -3,6 +3,7 @@ all instructions, and the floating-point operations among them (additions, subtr
 square roots of doubles, each lane of a vector one; a fused multiplication and addition two)."""
 import collections
 import functools
+import os
 import pathlib
 import re
 import subprocess
@@ -36,11 +37,13 @@ def operations_of(binary):
 
 
 class Count:
-    """instructions and flops, in all and by function."""
+    """instructions and flops, in all, and by function; instructions by source file; flops of the program's own code, that
+    is without those of shared libraries."""
 
     def __init__(self):
-        self.instructions = self.flops = 0
+        self.instructions = self.flops = self.own_flops = 0
         self.instructions_of, self.flops_of = collections.Counter(), collections.Counter()
+        self.instructions_in = collections.Counter()
 
 
 def count(valgrind, function, *command):
@@ -49,19 +52,23 @@ def count(valgrind, function, *command):
         out = pathlib.Path(folder) / "callgrind"
         run = subprocess.run([valgrind, "--tool=callgrind", "--dump-instr=yes", "--compress-pos=no", "--compress-strings=no",
                               f"--callgrind-out-file={out}", f"--toggle-collect={function}", *map(str, command)],
-                             capture_output=True, text=True, check=False)
+                             capture_output=True, text=True, check=False,
+                             env={**os.environ, "LD_BIND_NOW": "1"})  # no looking up of functions at their first call
         if run.returncode != 0 or not out.exists():
             sys.exit(f"{' '.join(map(str, command))}: status {run.returncode}\n{run.stdout}{run.stderr}")
-        return read(out)
+        return read(out, command[0])
 
 
-def read(path):
+def read(path, program):
     total = Count()
-    binary = name = ""
+    binary = name = source = ""
+    own = str(pathlib.Path(program).resolve())
     skip = False
     for line in path.read_text().splitlines():
         if line.startswith("ob="):
             binary = line[3:]
+        elif line.startswith(("fl=", "fi=", "fe=")):
+            source = line[3:]
         elif line.startswith("fn="):
             name = line[3:]
         elif line.startswith("calls="):
@@ -73,6 +80,8 @@ def read(path):
                 flops = times * operations_of(binary).get(int(address, 16), 0) if binary.startswith("/") else 0
                 total.instructions += times
                 total.flops += flops
+                total.own_flops += flops if binary == own else 0
+                total.instructions_in[source] += times
                 total.instructions_of[name] += times
                 total.flops_of[name] += flops
             skip = False
