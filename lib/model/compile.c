@@ -418,12 +418,28 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
     return status;
 }
 
+/* What a library that was built without loops cannot do. */
+static kt_status refuse_loops(const kt_description *description, const kt_model_options *options, kt_error *error) {
+#ifdef KT_NO_LOOPS
+    const bool absolute = options->formulation == KT_FORMULATION_ABSOLUTE;
+    if (description->loop_count || absolute)
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, absolute ? "options.formulation" : "loops",
+            "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
+#else
+    (void)description, (void)options, (void)error;
+#endif
+    return KT_OK;
+}
+
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
     const kt_model_options defaults = kt_model_options_default();
     const kt_model_options *wish = options ? options : &defaults;
     kt_model *tree = NULL;
     kt_status status = kt_description_check(description, NULL, NULL, error);
+    if (status == KT_OK)
+        status = refuse_loops(description, wish, error);
     if (status == KT_OK)
         status = kt_model_build(description, wish, &tree, error);
     if (status == KT_OK && wish->formulation == KT_FORMULATION_ABSOLUTE)
