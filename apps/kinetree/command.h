@@ -21,6 +21,8 @@ enum {
 typedef int kt_command_main(int argc, char **argv);
 
 kt_command_main kt_command_run;
+kt_command_main kt_command_accuracy;
+kt_command_main kt_command_plot;
 kt_command_main kt_command_evaluate;
 kt_command_main kt_command_info;
 kt_command_main kt_command_check;
@@ -64,5 +66,9 @@ int kt_load_model(const char *path, kt_scene *scene, kt_model **model);
 /* The file's name without folders and without its ending: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
  * The caller frees it. NULL where there is no memory. */
 char *kt_base_name(const char *path);
+
+/* Whether two names (NULL: none; "-": a stream) are of one file: a result that lands on the scene would be the end of
+ * it. */
+bool kt_is_same_file(const char *a, const char *b);
 
 #endif

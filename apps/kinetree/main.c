@@ -12,6 +12,8 @@ typedef struct kt_subcommand {
 
 static const kt_subcommand subcommands[] = {
     {"run", kt_command_run, "run a scene; records as CSV, a summary as JSON, a picture"},
+    {"accuracy", kt_command_accuracy, "what accuracy costs: error against CPU time, for every method"},
+    {"plot", kt_command_plot, "draw the columns of a result: positions, energies, a phase plane"},
     {"evaluate", kt_command_evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON"},
     {"info", kt_command_info, "what a scene consists of: the tree, its freedoms and masses"},
     {"check", kt_command_check, "find every fault of scene files"},

@@ -112,7 +112,8 @@ static void describe(const kt_outcome *outcome, char *text, size_t size) {
 }
 
 /* columns: width columns of count numbers each. */
-static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome *outcome, const char *path) {
+static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome *outcome, const char *path,
+                bool is_dark) {
     static const char *const titles[] = {"Angles", "Lengths", "Quaternions"};
     static const char *const units[] = {"rad", "m", NULL};
     kt_plot_series series[KT_QUANTITY_COUNT + 1][KT_PLOT_SERIES_MAX];
@@ -121,21 +122,36 @@ static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome
     for (int i = 0; i < KT_QUANTITY_COUNT; i++) {
         const kt_curves *curves = &plot->curves[i];
         for (int k = 0; k < curves->count; k++, column++)
-            series[i][k] =
-                (kt_plot_series){curves->curve[k].label, columns, columns + (size_t)column * plot->count, plot->count};
+            series[i][k] = (kt_plot_series){.label = curves->curve[k].label,
+                                            .x = columns,
+                                            .y = columns + (size_t)column * plot->count,
+                                            .count = plot->count,
+                                            .is_dense = true};
         if (curves->count > 0)
-            panels[panel_count++] =
-                (kt_plot_panel){titles[i], units[i], series[i], curves->count, curves->left_out, true};
+            panels[panel_count++] = (kt_plot_panel){.title = titles[i],
+                                                    .unit = units[i],
+                                                    .series = series[i],
+                                                    .series_count = curves->count,
+                                                    .left_out = curves->left_out,
+                                                    .has_legend = true};
     }
-    series[KT_QUANTITY_COUNT][0] = (kt_plot_series){"drift", columns, columns + plot->count, plot->count};
-    panels[panel_count++] = (kt_plot_panel){"Drift of the total energy", "J", series[KT_QUANTITY_COUNT], 1, 0, false};
+    series[KT_QUANTITY_COUNT][0] = (kt_plot_series){
+        .label = "drift", .x = columns, .y = columns + plot->count, .count = plot->count, .is_dense = true};
+    panels[panel_count++] = (kt_plot_panel){
+        .title = "Drift of the total energy", .unit = "J", .series = series[KT_QUANTITY_COUNT], .series_count = 1};
     char subtitle[96];
     describe(outcome, subtitle, sizeof subtitle);
-    kt_plot picture = {outcome->name, subtitle, "time", "s", panels, panel_count};
+    kt_plot picture = {.title = outcome->name,
+                       .subtitle = subtitle,
+                       .x_title = "time",
+                       .x_unit = "s",
+                       .panels = panels,
+                       .panel_count = panel_count,
+                       .is_dark = is_dark};
     return kt_plot_draw(&picture, path);
 }
 
-int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path) {
+int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, bool is_dark) {
     size_t width = (size_t)plot->width;
     double *columns = malloc((plot->count * width + 1) * sizeof *columns);
     if (columns == NULL) {
@@ -145,7 +161,7 @@ int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const 
     for (size_t i = 0; i < plot->count; i++)
         for (size_t k = 0; k < width; k++)
             columns[k * plot->count + i] = plot->rows[i * width + k];
-    int code = draw(plot, columns, outcome, path);
+    int code = draw(plot, columns, outcome, path, is_dark);
     free(columns);
     return code;
 }

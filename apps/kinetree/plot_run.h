@@ -12,7 +12,7 @@ kt_plot_run *kt_plot_run_start(const kt_model *model);
 /* Returns 0, or -1 after saying why. */
 int kt_plot_run_take(kt_plot_run *plot, const kt_record *record);
 /* Returns an exit code. */
-int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path);
+int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, bool is_dark);
 void kt_plot_run_free(kt_plot_run *plot);
 
 #endif

@@ -22,22 +22,32 @@ kt_progress kt_progress_start(bool quiet) {
     return progress;
 }
 
-void kt_progress_update(kt_progress *progress, double done, double whole) {
-    if (!progress->is_shown || !(whole > 0.0))
-        return;
+static bool is_time(const kt_progress *progress, double time) {
+    return progress->is_shown && time - progress->start >= 1.0 && time - progress->last >= 0.1;
+}
+
+void kt_progress_show(kt_progress *progress, double part, const char *words) {
     double time = now();
-    if (time - progress->start < 1.0 || time - progress->last < 0.1)
+    if (!is_time(progress, time))
         return;
     progress->last = time;
     progress->is_drawn = true;
-    double part = done / whole;
+    part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
     int filled = (int)(part * BAR_WIDTH);
     double left = part > 0.0 ? (time - progress->start) * (1.0 - part) / part : 0.0;
     fputs("\r  ", stderr);
     for (int i = 0; i < BAR_WIDTH; i++)
         fputs(i < filled ? (progress->has_utf8 ? "\u2588" : "#") : (progress->has_utf8 ? "\u2591" : "."), stderr);
-    fprintf(stderr, " %3.0f %%  t = %.4g s, %.0f s left\033[K", 100.0 * part, done, left);
+    fprintf(stderr, " %3.0f %%  %s, %.0f s left\033[K", 100.0 * part, words, left);
     fflush(stderr);
+}
+
+void kt_progress_update(kt_progress *progress, double done, double whole) {
+    char words[48];
+    if (!(whole > 0.0) || !progress->is_shown)
+        return;
+    snprintf(words, sizeof words, "t = %.4g s", done);
+    kt_progress_show(progress, done / whole, words);
 }
 
 void kt_progress_end(kt_progress *progress) {

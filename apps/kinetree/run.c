@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -101,17 +100,10 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
-/* A result that lands on the scene would be the end of it. */
-static bool is_same_file(const char *a, const char *b) {
-    struct stat first, second;
-    return a != NULL && strcmp(a, "-") != 0 && strcmp(b, "-") != 0 && stat(a, &first) == 0 && stat(b, &second) == 0 &&
-           first.st_dev == second.st_dev && first.st_ino == second.st_ino;
-}
-
 static int check_files(const kt_run_arguments *arguments, const char *path, const char *out) {
     const char *const results[] = {out, arguments->summary, arguments->plot, arguments->checkpoint};
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
-        if (is_same_file(results[i], path)) {
+        if (kt_is_same_file(results[i], path)) {
             kt_say("run: %s is the scene itself; give the results another file", results[i]);
             return KT_EXIT_USAGE;
         }
@@ -123,7 +115,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_plot_run *plot) {
     int code = KT_EXIT_DONE;
     if (plot != NULL)
-        code = kt_plot_run_write(plot, outcome, arguments->plot);
+        code = kt_plot_run_write(plot, outcome, arguments->plot, arguments->dark);
     if (arguments->summary != NULL) {
         int summary = kt_summary_write(outcome, arguments->summary);
         code = code == KT_EXIT_DONE ? summary : code;

@@ -13,10 +13,10 @@
 typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
-    int formulation, reduction, metric;
+    int formulation, reduction, metric, plan;
     const char *out, *summary, *plot, *checkpoint, *resume;
     double checkpoint_interval;
-    bool unprojected, quiet;
+    bool unprojected, dark, quiet;
 } kt_run_arguments;
 
 /* Returns -1 to go on, or an exit code. */
@@ -97,6 +97,8 @@ typedef struct kt_progress {
 
 kt_progress kt_progress_start(bool quiet);
 void kt_progress_update(kt_progress *progress, double done, double whole);
+/* The same with words of the caller's in the place of the time; part: 0 to 1. */
+void kt_progress_show(kt_progress *progress, double part, const char *words);
 void kt_progress_end(kt_progress *progress);
 
 #endif

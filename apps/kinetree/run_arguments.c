@@ -21,10 +21,13 @@ static const kt_option options[] = {
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
     {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
     {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "of the projections", "identity|mass"},
+    {"plan", KT_OPTION_CHOICE, KT_AT(plan), "NAME", "trees in planes: in the plane, or like all others",
+     "auto|spatial"},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV; '-': standard output; default: NAME.csv, here", NULL},
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
      NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE", "a picture of positions and energy: FILE.svg or FILE.png", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
      NULL},
     {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "every so often, keep there what --resume needs", NULL},
@@ -59,6 +62,7 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
                                     .formulation = -1,
                                     .reduction = -1,
                                     .metric = -1,
+                                    .plan = -1,
                                     .checkpoint_interval = 10.0};
     int operands;
     int code = kt_arguments_read(&usage, argc, argv, arguments, &operands);
@@ -257,6 +261,8 @@ int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
         run->reduction = (kt_reduction)arguments->reduction;
     if (arguments->metric >= 0)
         run->metric = (kt_metric)arguments->metric;
+    if (arguments->plan >= 0)
+        run->plan = (kt_plan)arguments->plan;
     if (arguments->integrator != NULL)
         code = override_integrator(arguments->integrator, run);
     if (code < 0 && arguments->tolerance != NULL)

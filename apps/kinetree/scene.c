@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
@@ -76,6 +77,7 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     options.reduction = scene->run.reduction;
     options.metric = scene->run.metric;
     options.formulation = scene->run.formulation;
+    options.plan = scene->run.plan;
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
     if (status != KT_OK)
         kt_say_error(&error);
@@ -100,4 +102,10 @@ char *kt_base_name(const char *path) {
     const char *dot = strrchr(name, '.');
     size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
     return strndup(name, length);
+}
+
+bool kt_is_same_file(const char *a, const char *b) {
+    struct stat first, second;
+    return a != NULL && b != NULL && strcmp(a, "-") != 0 && strcmp(b, "-") != 0 && stat(a, &first) == 0 &&
+           stat(b, &second) == 0 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }

@@ -18,7 +18,7 @@ static json_t *list_markers(const kt_model *model, const kt_data *data) {
     return object;
 }
 
-static json_t *describe_method(const kt_run *run) {
+static json_t *describe_method(const kt_run *run, const kt_model *model) {
     json_t *method = json_object();
     json_object_set_new(method, "integrator", json_string(run->integrator));
     if (run->step > 0.0) {
@@ -30,7 +30,7 @@ static json_t *describe_method(const kt_run *run) {
     }
     json_object_set_new(method, "formulation", json_string(kt_formulation_name(run->formulation)));
     json_object_set_new(method, "reduction", json_string(kt_reduction_name(run->reduction)));
-    json_object_set_new(method, "plan", json_string("spatial"));
+    json_object_set_new(method, "plan", json_string(kt_model_plan(model)));
     return method;
 }
 
@@ -41,7 +41,7 @@ static json_t *count_cost(const kt_outcome *outcome) {
                      (json_int_t)counts.factorizations, "cpu_seconds", outcome->cpu_seconds);
 }
 
-static json_t *measure_energy(const kt_outcome *outcome, const kt_data *data) {
+static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     const kt_model *model = outcome->model;
     const kt_simulation *simulation = outcome->simulation;
     double kinetic = kt_kinetic_energy(model, data);
@@ -90,7 +90,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(
         root, "constraint",
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
-    json_object_set_new(root, "method", describe_method(outcome->run));
+    json_object_set_new(root, "method", describe_method(outcome->run, model));
     json_object_set_new(root, "cost", count_cost(outcome));
     return root;
 }

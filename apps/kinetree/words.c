@@ -50,6 +50,7 @@ int kt_exit_code(kt_status status) {
     case KT_ERROR_NOT_FINITE:
     case KT_ERROR_STEP:
     case KT_ERROR_CALLBACK:
+    case KT_ERROR_EFFECT:
         break;
     }
     return KT_EXIT_INTEGRATION;

@@ -109,6 +109,39 @@ KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *lineariz
 /* What the last evaluation found; without one all counts are zero. */
 KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *linearization);
 
+/* ---- static equilibrium ------------------------------------------------------------------------------------------ */
+
+typedef struct kt_equilibrium_options {
+    bool nearest; /* false: where the mechanism would come to rest if it moved through honey, a minimum of its potential
+                     energy; true: Newton's way to an equilibrium near the start, stable or not */
+    int most;     /* steps; 0: 300 */
+} kt_equilibrium_options;
+
+KT_API kt_equilibrium_options kt_equilibrium_options_default(void);
+
+/* An equilibrium that was found. */
+typedef struct kt_equilibrium {
+    int steps;
+    double distance;     /* length of the last step, against the units of the coordinates */
+    double acceleration; /* largest that is left, against the units, 1/s^2 */
+} kt_equilibrium;
+
+/* Moves q (nq) to a position in which the mechanism stays at rest under its effects as they are at t and joint forces
+ * tau (nv, may be NULL). A start that is an equilibrium is kept, even an unstable one: modes tell which it is. Only
+ * steps that the loops allow are taken, so that a wheel rolls to its place; freedoms that no force acts in keep their
+ * positions. q is untouched on failure. found may be NULL.
+ *
+ * Steps d solve (H + mu M) d = g with the force g = M a in the freedoms that are left and H the negative of its
+ * derivative; mu is the least for which H + mu M is positive definite (0 near a stable equilibrium: Newton), and a step
+ * is shortened until the force still does work along it. Nearest: mu = 0, shortened until |a| falls. The linearisation
+ * serves as workspace; its system stays what it was.
+ * Errors: KT_ERROR_STEP where none is found, which names the joint that is still pushed most, or that runs away;
+ * KT_ERROR_CONSTRAINT where a loop drives the mechanism at t; as kt_linearization_evaluate. About 12 (nv - rank)
+ * evaluations of the acceleration a step. */
+KT_API KT_CHECKED kt_status kt_equilibrium_find(kt_linearization *linearization, const kt_equilibrium_options *options,
+                                                double t, double *q, const double *tau, kt_equilibrium *found,
+                                                kt_error *error);
+
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
 
 /* A solution exp(lambda t) of x' = state x; of two conjugate ones the one with imaginary > 0 stands for both. */

@@ -2,9 +2,11 @@
 #ifndef KINETREE_KINETREE_H
 #define KINETREE_KINETREE_H
 
+#include "kinetree/accuracy.h"
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/effect.h"
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"
 #include "kinetree/model.h"

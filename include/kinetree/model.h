@@ -223,8 +223,18 @@ typedef enum kt_effect_type {
 #define KT_EFFECT_ENUM(id, name) id,
     KT_EFFECT_LIST(KT_EFFECT_ENUM)
 #undef KT_EFFECT_ENUM
-        KT_EFFECT_TYPE_COUNT
+        KT_EFFECT_TYPE_COUNT,
+    KT_EFFECT_CUSTOM = 1000 /* a caller's own (effect.h); not in scene files */
 } kt_effect_type;
+
+/* What a caller's own effect does: a wrench at each of its ends (moment about the end's point, world axes), or the
+ * force of a scalar joint with position q and velocity v. Outputs come as zeros; balance may be NULL. effect.h has the
+ * structs, an example, and what the returned number means. */
+typedef struct kt_effect_end kt_effect_end;
+typedef struct kt_effect_balance kt_effect_balance;
+typedef int kt_effect_push(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
+                           kt_effect_balance *balance);
+typedef int kt_effect_drive(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
 
 typedef enum kt_frame { KT_FRAME_WORLD = 0, KT_FRAME_BODY } kt_frame;
 
@@ -249,7 +259,7 @@ typedef struct kt_effect {
     kt_effect_type type;
     kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
-    const char *joint;     /* joint_*, motor */
+    const char *joint;     /* joint_*, motor, custom with drive */
     double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
     double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
     double length;         /* spring: rest length, m */
@@ -275,6 +285,10 @@ typedef struct kt_effect {
     double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
     double friction;       /* contact: coefficient; default 0 */
     double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
+    kt_effect_push *push;  /* custom: at `end_count` ends, */
+    int end_count;         /* custom: 1 or 2; */
+    kt_effect_drive *drive; /* custom: or in `joint` */
+    void *user;             /* custom: handed to the callback; must outlive the model */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

@@ -44,7 +44,8 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 /* Accelerations a (nv) at (t, q, v): forward dynamics of the whole mechanism, with its loops and effects, joint forces
  * tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). At a singular position of the
  * loops, where equations depend on each other for an instant, the accelerations on both sides along the motion are
- * averaged, so that the motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(bodies) +
+ * averaged, so that the motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's own
+ * effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK. O(bodies) +
  * O(coordinates^3) of each group. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
@@ -99,9 +100,9 @@ KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data 
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);
 
-/* Potential energy of the effects at (t, q, v), J; needs kt_kinematics_update at q and v. Gravity's is
+/* Potential energy of the effects at (t, q, v), J; NaN where a caller's own cannot tell it. Gravity's is
  * kt_potential_energy. */
-KT_API double kt_effect_energy(const kt_model *model, const kt_data *data, double t, const double *q, const double *v);
+KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
 #ifdef __cplusplus
 }

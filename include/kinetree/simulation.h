@@ -73,15 +73,17 @@ typedef struct kt_run {
     double relative;        /* tolerances of an adaptive method */
     double absolute;
     kt_formulation formulation; /* absolute: of a model that was compiled for it (kt_model_options) */
-    kt_reduction reduction; /* these two are for kt_model_options: a simulation does what its model was compiled for */
+    kt_reduction
+        reduction; /* these three are for kt_model_options: a simulation does what its model was compiled for */
     kt_metric metric;
+    kt_plan plan;
     double interval; /* s between records; 0: about 1000 records */
     unsigned record; /* KT_RECORD_ bits */
     const kt_marker_pair *markers;
     int marker_count;
 } kt_run;
 
-/* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, default records. */
+/* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
 /* What a run records of this model: run->record, or what KT_RECORD_DEFAULT stands for. */
@@ -92,6 +94,7 @@ KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
 KT_API const char *kt_formulation_name(kt_formulation formulation);
 KT_API const char *kt_reduction_name(kt_reduction reduction);
 KT_API const char *kt_metric_name(kt_metric metric);
+KT_API const char *kt_plan_name(kt_plan plan);
 KT_API const char *kt_record_name(unsigned bit);
 
 /* ---- the simulation ---------------------------------------------------------------------------------------------- */

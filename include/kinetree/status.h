@@ -38,7 +38,8 @@ extern "C" {
     X(KT_ERROR_CALLBACK, 8, "a callback asked to stop")                                                                \
     X(KT_ERROR_FILE, 9, "a file cannot be read or written")                                                            \
     X(KT_ERROR_SCENE, 10, "the scene file is wrong")                                                                   \
-    X(KT_ERROR_UNSUPPORTED, 11, "not supported yet")
+    X(KT_ERROR_UNSUPPORTED, 11, "not supported yet")                                                                   \
+    X(KT_ERROR_EFFECT, 12, "an effect cannot be had in this state")
 
 typedef enum kt_status {
 #define KT_STATUS_ENUM(name, value, text) name = value,

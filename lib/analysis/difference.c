@@ -6,8 +6,10 @@
  * Its error is the larger of |T[k][j] - T[k][j-1]| and |T[k][j] - T[k-1][j-1]| (C. J. F. Ridders, Advances in
  * Engineering Software 4, 1982, 75-76), to which is added what rounding of f leaves, eps |f| / h_k. Each number takes
  * the T[k][j] with the least error: an acceleration that is stiff in one joint and soft in another wants different
- * steps. Steps that lead off the mechanism's reach are left out. Halving goes on until nothing gets better any more and
- * all is good, or to 2^-30.
+ * steps. The least of many may be small by chance; how far f is really rounded, which depends on how well the loops are
+ * conditioned, shows in the last and shortest step, where it is all that is left, and the error is not taken for less
+ * than that step's times h_last / h_taken. Steps that lead off the mechanism's reach are left out. Halving goes on
+ * until nothing gets better any more and all is good, or to 2^-30.
  *
  * Against finite differences with one step this needs no guess of the scale on which f changes; the first step must
  * only not be smaller than that scale times about 1e-3, below which rounding takes over.
@@ -45,7 +47,7 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
 }
 
 /* Takes the best of the new row, if it is better than what there is; returns whether it was. */
-static bool take_best(const extrapolation *x, size_t i, double rounding) {
+static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;
     for (int j = 1; j <= x->held && j < KT_TABLEAU_DEPTH; j++) {
@@ -56,9 +58,22 @@ static bool take_best(const extrapolation *x, size_t i, double rounding) {
             continue;
         better = true;
         x->error[i] = error;
+        x->l->best_step[i] = h;
         x->slope[i] = now;
     }
     return better;
+}
+
+/* What the last step says of rounding. The tableau's rows have changed places since. */
+static void expect_rounding(const extrapolation *x, double h) {
+    const size_t f = x->l->size.f;
+    const int deepest = x->held - 1 < KT_TABLEAU_DEPTH - 1 ? x->held - 1 : KT_TABLEAU_DEPTH - 1;
+    for (size_t i = 0; i < f && deepest > 1; i++) {
+        const double last = x->last[(size_t)deepest * f + i];
+        const double apart = fmax(fabs(last - x->last[(size_t)(deepest - 1) * f + i]),
+                                  fabs(last - x->now[(size_t)(deepest - 1) * f + i]));
+        x->error[i] = fmax(x->error[i], apart * h / x->l->best_step[i]);
+    }
 }
 
 /* Which part of a probe a number is of, and what it is held against within it. */
@@ -78,7 +93,7 @@ static bool go_on(extrapolation *x, double h, double *worst) {
     for (size_t i = 0; i < l->size.f && x->held; i++) {
         const double whole = fmax(size[part_of(l, i)] * unit_of(l, i), NOTHING * l->floor[i] / x->first);
         const bool was_good = x->error[i] <= GOOD * whole;
-        better |= take_best(x, i, 2.0 * DBL_EPSILON * l->floor[i] / h) && !was_good;
+        better |= take_best(x, i, h, 2.0 * DBL_EPSILON * l->floor[i] / h) && !was_good;
         if (whole > 0.0)
             *worst = fmax(*worst, x->error[i] / whole);
     }
@@ -101,9 +116,10 @@ kt_status kt_difference(kt_linearization *l, double first, double *slope, double
     int idle = 0;
     for (size_t i = 0; i < l->size.f; i++)
         slope_error[i] = HUGE_VAL;
+    double h = first;
     for (int k = 0; k < HALVINGS && idle < IDLE_MOST; k++) {
-        const double h = ldexp(first, -k);
         double worst;
+        h = ldexp(first, -k);
         if (kt_probe(l, h, l->ahead, &cause) != KT_OK || kt_probe(l, -h, l->behind, &cause) != KT_OK) {
             x.held = 0; /* out of reach: longer steps are no guide */
             continue;
@@ -114,8 +130,10 @@ kt_status kt_difference(kt_linearization *l, double first, double *slope, double
             break;
         idle = x.held > 1 && !better && worst <= PASSES ? idle + 1 : 0;
     }
-    if (known)
+    if (known) {
+        expect_rounding(&x, h);
         return KT_OK;
+    }
     if (error)
         *error = cause;
     return cause.code;

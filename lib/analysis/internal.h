@@ -56,9 +56,20 @@ typedef struct kt_system_arrays {
     X(double, tableau, 2 * KT_TABLEAU_DEPTH * s->f, "two rows of an extrapolation")                                    \
     X(double, slope, s->f * s->n, "derivatives of what is probed")                                                     \
     X(double, slope_error, s->f * s->n, "their errors")                                                                \
+    X(double, best_step, s->f, "that a derivative was taken from")                                                     \
     X(double, floor, s->f, "rounding of what is probed")                                                               \
     X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
     X(double, chart, s->n * s->n, "derivatives of the states along the directions taken")                              \
+    X(double, mass, s->v * s->v, "M")                                                                                  \
+    X(double, half, s->v * s->v, "M times a basis")                                                                    \
+    X(double, reduced, s->v * s->v, "M in the freedoms that are left")                                                 \
+    X(double, stiffness, s->v * s->v, "H in the freedoms that are left")                                               \
+    X(double, factor, s->v * s->v, "to be factored")                                                                   \
+    X(int32_t, pivot, s->v, "of LU")                                                                                   \
+    X(double, force, s->v, "g in the freedoms that are left")                                                          \
+    X(double, step, s->v, "step in the freedoms that are left")                                                        \
+    X(double, tried_q, s->q, "a position tried")                                                                       \
+    X(double, tried_a, s->v, "its acceleration")                                                                       \
     X(char, data_memory, s->data, "the model's data")
 
 struct kt_linearization {
@@ -100,5 +111,16 @@ void kt_probe_floor(kt_linearization *l);
 
 /* Derivatives of the probe along l->way and their estimated errors (f numbers each), from steps of `first` on. */
 kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error);
+
+/* ---- linearize.c ------------------------------------------------------------------------------------------------- */
+
+/* The state (q, v) under tau, closed, and its acceleration, into q0, v0, tau and a0. */
+kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
+                                 kt_linear_system *system, kt_error *error);
+
+/* Derivatives of the probe along (dq, dv), either of which may be NULL (zero), into this column of slope and
+ * slope_error; `scale` is a large change along it in units, per second for velocities. */
+kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
+                                         size_t column, kt_error *error);
 
 #endif

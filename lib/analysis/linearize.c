@@ -22,9 +22,8 @@
 
 /* ---- derivatives along the manifold ------------------------------------------------------------------------------ */
 
-/* One direction; `scale` is a large change along it, per second for velocities. */
-static kt_status differentiate(kt_linearization *l, const double *dq, const double *dv, double scale, size_t column,
-                               kt_error *error) {
+kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
+                                         size_t column, kt_error *error) {
     const size_t nv = l->size.v;
     double largest = 0.0;
     for (size_t i = 0; i < nv; i++) {
@@ -40,9 +39,10 @@ static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *
     const size_t nv = l->size.v, positions = (size_t)system->positions;
     kt_status status = KT_OK;
     for (size_t j = 0; j < positions && status == KT_OK; j++)
-        status = differentiate(l, l->free_position + j * nv, NULL, 1.0, j, error);
+        status = kt_linearization_differentiate(l, l->free_position + j * nv, NULL, 1.0, j, error);
     for (size_t j = 0; j < (size_t)system->velocities && status == KT_OK; j++)
-        status = differentiate(l, NULL, l->free_velocity + j * nv, fmax(1.0, system->speed), positions + j, error);
+        status = kt_linearization_differentiate(l, NULL, l->free_velocity + j * nv, fmax(1.0, system->speed),
+                                                positions + j, error);
     return status;
 }
 
@@ -239,10 +239,12 @@ static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear
     system->unit = l->unit;
 }
 
-/* The state itself: closed, and its acceleration. */
-static kt_status begin(kt_linearization *l, const double *q, const double *v, const double *tau,
-                       kt_linear_system *system, kt_error *error) {
+kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
+                                 kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v;
+    if (!isfinite(t))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+    l->t = t;
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque"};
     kt_status status = kt_input_check(l->model, &input, error);
     if (status != KT_OK)
@@ -268,10 +270,7 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
                                     kt_error *error) {
     const kt_system_arrays *out = &l->arrays[l->next];
     kt_linear_system system = {0};
-    if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
-    l->t = t;
-    kt_status status = begin(l, q, v, tau, &system, error);
+    kt_status status = kt_linearization_begin(l, t, q, v, tau, &system, error);
     if (status == KT_OK)
         status = kt_chart_choose(l, &l->arrays[l->next], &system, error);
     if (status != KT_OK)

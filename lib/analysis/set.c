@@ -21,9 +21,10 @@ kt_status kt_set_refuse(double t, kt_status status, const char *message, kt_erro
 static kt_status fill_force(kt_set *set, kt_data *data, double t, const double *q, const double *v, const double *tau,
                             const kt_wrench *external, kt_error *error) {
     double *f = set->force;
-    if (set->model->n.effect)
-        kt_effects_apply(set->model, data, t, q, v, &tau, &external);
-    kt_status status = kt_dynamics_inverse(set->model, data, q, v, NULL, external, set->x, error);
+    kt_status status =
+        set->model->n.effect ? kt_effects_apply(set->model, data, t, q, v, &tau, &external, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(set->model, data, q, v, NULL, external, set->x, error);
     for (int i = 0; i < set->n && status == KT_OK; i++)
         f[i] = (tau ? tau[i] : 0.0) - set->x[i];
     return status;

@@ -131,3 +131,7 @@ kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const doubl
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
     (void)kernels_of(model)->kinematics(model, data, q, v, model->zero);
 }
+
+void kt_bearers_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    kernels_of(model)->bearers(model, data, q, v);
+}

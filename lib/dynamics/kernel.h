@@ -23,6 +23,8 @@ typedef struct kt_kernels {
     /* Motion and places of all links; accelerations without gravity. Returns 0 where all of it is finite, else the
      * first link whose motion is not. */
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
+    /* Motion of the links that effects ask for. */
+    void (*bearers)(const kt_model *model, kt_data *data, const double *q, const double *v);
 } kt_kernels;
 
 /* The kernels of a level: one table each for spatial, planar and mixed models (kt_sweep). Below them what they are made
@@ -36,6 +38,7 @@ typedef struct kt_kernels {
                             const kt_wrench *, double *);                                                              \
     size_t kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                     \
     size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);         \
+    void kt_bearers_##level(const kt_model *, kt_data *, const double *, const double *);                              \
     size_t kt_planar_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
                                      const kt_wrench *, double *);                                                     \
     void kt_planar_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,        \
@@ -61,6 +64,9 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
 
 /* kt_kinematics_update without accelerations and without a look at the numbers. */
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
+
+/* Motion of the links that effects ask for, into data->bearer. */
+void kt_bearers_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
 
 KT_KERNELS_DECLARE(baseline)
 KT_KERNELS_DECLARE(v3)

@@ -9,20 +9,24 @@ KT_EFFECT_LIST(KT_EFFECT_EXTERN)
 const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
 #undef KT_EFFECT_ENTRY
 
-int kt_effect_end_count(const kt_effect *effect) { return kt_effect_kinds[effect->type]->ends; }
+int kt_effect_end_count(const kt_effect *effect) {
+    if (effect->type == KT_EFFECT_CUSTOM)
+        return effect->push ? effect->end_count : 0;
+    return kt_effect_kinds[effect->type]->ends;
+}
 
-bool kt_effect_is_turned(const kt_effect *effect) { return kt_effect_kinds[effect->type]->turned; }
+bool kt_effect_is_turned(const kt_effect *effect) { return kt_effect_kind_of((int)effect->type)->turned; }
 
 const kt_function *kt_effect_function(const kt_effect *effect, int k) {
     static const kt_function none = {.type = KT_FUNCTION_NONE};
-    const int functions = kt_effect_kinds[effect->type]->functions;
+    const int functions = kt_effect_kind_of((int)effect->type)->functions;
     if (functions == 3)
         return &effect->value[k];
     return k < functions ? &effect->torque : &none;
 }
 
 void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
-    kt_effect_kinds[effect->type]->check(checker, effect);
+    kt_effect_kind_of((int)effect->type)->check(checker, effect);
 }
 
 void kt_effect_check_value(kt_checker *checker, const kt_effect *effect) {

@@ -8,24 +8,11 @@
 #ifndef KT_EFFECT_KIND_H
 #define KT_EFFECT_KIND_H
 
+#include "kinetree/effect.h"
 #include "model/check.h"
 #include "model/internal.h"
 
 #include <math.h>
-
-/* An end in motion, world axes. The points of both ends may be counted from any point that rests in the world: where
- * both are far from the world's origin, from one near to them loses nothing. */
-typedef struct kt_effect_end {
-    kt_mat3 axes; /* of the end's frame */
-    kt_vec3 point;
-    kt_vec3 omega, velocity; /* angular velocity; velocity of the point */
-} kt_effect_end;
-
-typedef struct kt_effect_balance {
-    double energy;     /* potential energy V, J */
-    double dissipated; /* power turned into heat, W, >= 0 */
-    double supplied;   /* power that comes from outside, W */
-} kt_effect_balance;
 
 /* One file a type: const kt_effect_kind kt_effect_spring. The model's compiler reads the rest of it: a new type is its
  * file and its line in KT_EFFECT_LIST; where it has numbers of its own, these stand in kt_effect and KT_EFFECT_NUMBERS,
@@ -37,7 +24,8 @@ typedef struct kt_effect_kind {
     /* Reports what is wrong with the members that it reads. */
     void (*check)(kt_checker *checker, const kt_effect *effect);
     /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
-     */
+     * The points of both ends are counted from some point near to one of them that rests in the world: where they are
+     * far from the world's origin, nothing is lost by that. */
     void (*push)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                  kt_wrench *wrench, kt_effect_balance *balance);
     /* Effects on a joint with position q and velocity v: the joint's force (N m, or N where it slides). */
@@ -50,5 +38,12 @@ kt_vec3 kt_effect_value(const kt_effect_record *effect, const double *numbers, c
 void kt_effect_check_value(kt_checker *checker, const kt_effect *effect);
 
 extern const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT];
+
+/* A caller's own has callbacks in place of push and drive (custom.c). */
+extern const kt_effect_kind kt_effect_custom;
+
+static inline const kt_effect_kind *kt_effect_kind_of(int type) {
+    return type == KT_EFFECT_CUSTOM ? &kt_effect_custom : kt_effect_kinds[type];
+}
 
 #endif

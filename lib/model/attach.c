@@ -181,6 +181,7 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         const kt_function function = function_of(a, loop, r);
         r->curve = kt_curve_compile(&function, m->number, *number);
         *number += kt_curve_number_count(&function);
+        m->driven |= r->curve.type != KT_FUNCTION_NONE && r->curve.type != KT_FUNCTION_CONSTANT;
         r->name = (uint32_t)*text;
         const size_t length = strlen(loop->name) + 1;
         memcpy(m->text + *text, loop->name, length);
@@ -209,6 +210,7 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
                               kt_error *error) {
     const int ends = kt_effect_end_count(effect);
     kt_pose at[2];
+    r->ends = ends;
     if (ends == 0) {
         r->body[0] = kt_body_find(m, effect->joint);
         r->link[0] = m->body[r->body[0]].link;
@@ -218,6 +220,7 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
         if (status != KT_OK)
             return status;
         at[k] = kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
+        r->arm[k] = kt_vec3_sub(r->frame[k].position, m->body[r->body[k]].in_link.position);
     }
     if (ends == 2 && effect->initial_length)
         r->length = distance_between(at[0], at[1]);
@@ -226,10 +229,10 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
     return KT_OK;
 }
 
-static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, kt_error *error) {
+static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *text, kt_error *error) {
     for (size_t i = 0; i < m->n.effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
-        kt_effect_record *r = &m->effect[i];
+        kt_effect_record *r = &a->effect[i];
         *r = (kt_effect_record){.type = (int32_t)effect->type, .source = (int32_t)i};
 #define ATTACH_NUMBER(member) r->member = effect->member;
         KT_EFFECT_NUMBERS(ATTACH_NUMBER)
@@ -237,6 +240,15 @@ static kt_status fill_effects(const kt_attach *a, kt_model *m, size_t *number, k
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         r->in_body = effect->frame == KT_FRAME_BODY;
+        r->push = effect->push;
+        r->drive = effect->drive;
+        r->user = effect->user;
+        if (effect->name) {
+            const size_t size = strlen(effect->name) + 1;
+            r->name = (uint32_t)*text;
+            memcpy(m->text + *text, effect->name, size);
+            *text += size;
+        }
         const kt_status status = place_effect(a, m, effect, r, error);
         if (status != KT_OK)
             return status;
@@ -276,6 +288,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     if (status != KT_OK)
         return status;
     kt_attach_number_groups(a, n);
+    kt_attach_count_effects(a, n);
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));
@@ -293,11 +306,12 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         for (int k = 0; k < kt_joint_kinds[b->type]->nv; k++)
             m->held[b->v + k] = true;
     }
-    status = fill_effects(a, m, &number, error);
+    status = fill_effects(a, m, &number, &text, error);
     if (status != KT_OK) {
         free(m);
         return status;
     }
+    kt_attach_fill_effects(a, m);
     free(*model);
     *model = m;
     return kt_groups_rank(m, error);

@@ -10,7 +10,9 @@
     X(int32_t, above, n->link, "union-find: towards the root of a link's set")                                         \
     X(int32_t, number, n->link, "group of a set's root, -1: none")                                                     \
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
-    X(kt_loop_record, loop, n->loop, "as they will be in the model")
+    X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
+    X(kt_effect_record, effect, n->effect, "in the description's order")                                               \
+    X(int32_t, bearer, n->link, "place of a link among the bearers; 0: it is none")
 
 typedef struct kt_attach {
     const kt_description *description;
@@ -34,6 +36,12 @@ void kt_attach_join(kt_attach *a, int32_t i, int32_t j);
 
 /* Numbers the sets of links that loops have joined, in the order of the loops, and counts them. */
 void kt_attach_number_groups(kt_attach *a, kt_counts *n);
+
+/* Counts what effects add to a model: batches, bearers, names. */
+void kt_attach_count_effects(kt_attach *a, kt_counts *n);
+
+/* Batches and bearers of a model whose effects are in a->effect. */
+void kt_attach_fill_effects(kt_attach *a, kt_model *m);
 
 /* The groups of a model whose loops are there. */
 void kt_attach_fill_groups(kt_attach *a, kt_model *m);

@@ -86,6 +86,8 @@ const char *kt_loop_type_name(kt_loop_type type) {
 const char *kt_effect_type_name(kt_effect_type type) {
     switch (type) {
         KT_EFFECT_LIST(NAME_CASE)
+    case KT_EFFECT_CUSTOM:
+        return "custom";
     case KT_EFFECT_TYPE_COUNT:
         break;
     }

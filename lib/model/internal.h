@@ -186,11 +186,18 @@ typedef struct kt_group {
 
 /* An effect: one or two frames on links, or a joint. */
 typedef struct kt_effect_record {
-    int32_t type;    /* kt_effect_type */
-    int32_t source;  /* index in the description */
-    int32_t body[2]; /* that bear the ends */
-    int32_t link[2]; /* of joint effects: link[0] is the joint's */
+    int32_t type;      /* kt_effect_type */
+    int32_t source;    /* index in the description */
+    int32_t body[2];   /* that bear the ends */
+    int32_t link[2];   /* of joint effects: link[0] is the joint's */
+    int32_t bearer[2]; /* the links' places in model->bearer */
+    int32_t ends;      /* 1 or 2; 0: a joint */
+    uint32_t name;     /* offset in the model's text; 0: none */
     kt_pose frame[2];
+    kt_vec3 arm[2]; /* from the bodies' frames' origins to the ends, links' axes */
+    kt_effect_push *push;
+    kt_effect_drive *drive;
+    void *user;
 #define KT_EFFECT_DECLARE(member) double member;
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
 #undef KT_EFFECT_DECLARE
@@ -199,10 +206,23 @@ typedef struct kt_effect_record {
     bool in_body;                       /* force, torque: components in the end's axes */
 } kt_effect_record;
 
+/* Effects of one type and kind of ends, one after the other; those on joints come first. */
+typedef struct kt_effect_batch {
+    int32_t type, ends;
+    int32_t first, count;
+} kt_effect_batch;
+
+/* A link that bears an effect's end, or lies between such a one and the ground. */
+typedef struct kt_bearer {
+    int32_t link, parent; /* the parent's place among the bearers */
+    bool base;            /* part of the joint that the tree stands on the ground with */
+} kt_bearer;
+
 typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
+    size_t batch, bearer, bearer_angle;
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on; planar: places for planar links,
      * the ground's slot before them, or 0 where there are none. */
     size_t spatial, spatial_angle, planar, plane;
@@ -230,7 +250,11 @@ typedef struct kt_counts {
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
     X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
     X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
-    X(kt_effect_record, effect, n->effect, "effects, in the description's order")                                      \
+    X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
+    X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
+    X(kt_bearer, bearer, n->bearer, "links whose motion effects ask for; 0: the ground")                               \
+    X(int32_t, bearer_angle, n->bearer_angle, "positions that are angles of these")                                    \
+    X(int32_t, bearer_turn, n->bearer_angle, "places of these angles among all")                                       \
     X(double, number, n->number, "of functions of time")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
@@ -244,6 +268,7 @@ struct kt_model {
     kt_metric metric;
     kt_sweep sweep;               /* which links there are: spatial, planar or both */
     double length;                /* of the longest loop, all around: what lengths are held against */
+    bool driven;                  /* some loop changes with time */
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
     uint32_t name;                /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
@@ -309,6 +334,13 @@ typedef struct kt_link_place {
     kt_v4 position, velocity; /* of the origin, world */
 } kt_link_place;
 
+/* A bearer in motion. Its place is base + local: from the world's origin to where its tree stands, and from there on,
+ * so that what lies near to each other far from the world's origin is seen at its distance to the last digit. */
+typedef struct kt_bearer_motion {
+    kt_link_motion link; /* poses and angular velocity only */
+    kt_v4 base, local, velocity;
+} kt_bearer_motion;
+
 /* Inertia that maps (alpha, a) to (moment, force): [J H; G M] with G = H', columns; and the bias wrench. */
 typedef struct kt_articulated {
     kt_v4 j[3], g[3], h[3], m[3];
@@ -329,6 +361,9 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(kt_response, response, n->link, "from the way back to the way out")                                              \
     X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
     X(kt_link_place, place, n->link, "places and velocities of the links")                                             \
+    X(kt_bearer_motion, bearer, n->bearer, "motion of the links that effects ask for")                                 \
+    X(double, bearer_sine, kt_lanes8(n->bearer_angle), "of these links' angles")                                       \
+    X(double, bearer_cosine, kt_lanes8(n->bearer_angle), "of these links' angles")                                     \
     X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
     X(kt_planar_response, planar_response, n->planar, "from the way back to the way out")                              \
     X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \

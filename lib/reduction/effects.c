@@ -1,113 +1,269 @@
-/* The effects of a scene, summed into joint forces and wrenches on bodies. */
+/* The effects of a scene, summed into joint forces and wrenches on bodies: batch by batch (model/batch.c), so that what
+ * no effect of the scene needs is not even looked at. Powers are summed only where they are asked for: the sum is
+ * compiled once with them and once without.
+ */
 #include "dynamics/kernel.h"
 #include "effect/kind.h"
 #include "kinetree/dynamics.h"
 #include "reduction/evaluate.h"
 
+#include <stdio.h>
 #include <string.h>
 
-/* An end as the links' motion and places have it; places are counted from the world's origin. */
-static kt_effect_end end_of(const kt_model *model, const kt_data *data, const kt_effect_record *effect, int k) {
-    const kt_link_motion *link = &data->motion[effect->link[k]];
-    const kt_link_place *place = &data->place[effect->link[k]];
-    const kt_mat3 axes = kt_v4_mat3(link->axes);
-    const kt_v4 arm = kt_v4_from(kt_mat3_apply(axes, effect->frame[k].position));
-    (void)model;
-    kt_effect_end end;
-    end.axes = kt_mat3_multiply(axes, effect->frame[k].rotation);
-    end.point = kt_v4_vec3(place->position + arm);
-    end.omega = kt_v4_vec3(link->omega);
-    end.velocity = kt_v4_vec3(place->velocity + kt_v4_cross(link->omega, arm));
-    return end;
+/* What is under way. */
+typedef struct sum {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    const double *q, *v;
+    kt_power *power;                /* NULL: not asked for */
+    double excess;                  /* x - x of all that effects exert: 0 where that is finite, else NaN */
+    const kt_effect_record *failed; /* whose callback did not return 0 */
+    int code;                       /* what it returned */
+} sum;
+
+/* ---- one effect -------------------------------------------------------------------------------------------------- */
+
+/* The point that both ends' places are counted from: where the tree of a moving one stands. A caller's effect sees the
+ * world's coordinates. */
+KT_INLINE kt_v4 origin_of(const kt_data *data, const kt_effect_record *effect) {
+    if (effect->type == KT_EFFECT_CUSTOM)
+        return kt_v4_splat(0.0);
+    return data->bearer[effect->bearer[effect->bearer[0] == 0 && effect->ends == 2 ? 1 : 0]].base;
 }
 
-/* Adds a wrench about a point to what its body feels about its frame's origin. */
-static void add_wrench(const kt_model *model, const kt_data *data, int32_t body, const kt_effect_end *end,
-                       kt_wrench wrench, kt_wrench *bodies) {
-    const kt_vec3 arm = kt_vec3_sub(end->point, kt_body_pose(model, data, body).position);
-    const kt_vec3 moment = kt_vec3_add(wrench.moment, kt_vec3_cross(arm, wrench.force));
-    bodies[body].moment = kt_vec3_add(bodies[body].moment, moment);
-    bodies[body].force = kt_vec3_add(bodies[body].force, wrench.force);
+KT_INLINE void find_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
+    const kt_v4 origin = origin_of(data, effect);
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_bearer_motion *bearer = &data->bearer[effect->bearer[k]];
+        const kt_mat3 axes = kt_v4_mat3(bearer->link.axes);
+        const kt_v4 arm = kt_v4_from(kt_mat3_apply(axes, effect->frame[k].position));
+        end[k].axes = kt_mat3_multiply(axes, effect->frame[k].rotation);
+        end[k].point = kt_v4_vec3((bearer->base - origin) + (bearer->local + arm));
+        end[k].omega = kt_v4_vec3(bearer->link.omega);
+        end[k].velocity = kt_v4_vec3(bearer->velocity + kt_v4_cross(bearer->link.omega, arm));
+    }
 }
 
-static bool any_ends(const kt_model *model) {
-    for (size_t i = 0; i < model->n.effect; i++)
-        if (kt_effect_kinds[model->effect[i].type]->ends)
-            return true;
-    return false;
+KT_INLINE double excess_of_wrench(const kt_wrench *w) {
+    const double all = w->moment.x + w->moment.y + w->moment.z + w->force.x + w->force.y + w->force.z;
+    return all - all;
 }
 
-/* What one effect tells, into the powers. */
-KT_INLINE void account(const kt_effect_balance *balance, kt_power *power) {
-    if (!power)
-        return;
-    power->dissipated += balance->dissipated;
-    power->supplied += balance->supplied;
+/* Adds what the ends feel to what their bodies feel about their frames' origins. */
+KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wrench *wrench) {
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_mat3 axes = kt_v4_mat3(s->data->bearer[effect->bearer[k]].link.axes);
+        const kt_vec3 arm = kt_mat3_apply(axes, effect->arm[k]);
+        kt_wrench *body = &s->data->pushed[effect->body[k]];
+        body->moment = kt_vec3_add(body->moment, kt_vec3_add(wrench[k].moment, kt_vec3_cross(arm, wrench[k].force)));
+        body->force = kt_vec3_add(body->force, wrench[k].force);
+        s->excess += excess_of_wrench(&wrench[k]);
+    }
 }
 
-/* power is known where this is expanded: who does not ask for it does not even test whether. */
-KT_INLINE void apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                     const double **tau, const kt_wrench **external, kt_power *power) {
-    kt_effect_balance balance;
-    kt_effect_balance *const told = power ? &balance : NULL;
-    const bool ends = any_ends(model);
-    memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
-    *tau = data->tau;
-    if (ends) {
+KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
+    s->power->dissipated += balance->dissipated;
+    s->power->supplied += balance->supplied;
+    s->excess += (balance->dissipated - balance->dissipated) + (balance->supplied - balance->supplied);
+}
+
+/* The wrenches of an effect with ends; the code of a callback, else 0. */
+KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
+                   const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
+    if (kind->push) {
+        kind->push(effect, model->number, end, t, wrench, balance);
+        return 0;
+    }
+    memset(wrench, 0, 2 * sizeof *wrench);
+    if (balance)
+        *balance = (kt_effect_balance){0.0, 0.0, 0.0};
+    return effect->push(effect->user, t, end, wrench, balance);
+}
+
+/* The force of an effect in a joint; the code of a callback, else 0. */
+KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind, double q,
+                    double v, double t, double *force, kt_effect_balance *balance) {
+    if (kind->drive) {
+        *force = kind->drive(effect, model->number, q, v, t, balance);
+        return 0;
+    }
+    *force = 0.0;
+    if (balance)
+        *balance = (kt_effect_balance){0.0, 0.0, 0.0};
+    return effect->drive(effect->user, t, q, v, force, balance);
+}
+
+/* ---- batches ----------------------------------------------------------------------------------------------------- */
+
+/* Returns whether all of them could be had. */
+KT_INLINE bool drive_all(sum *s, const kt_effect_batch *batch) {
+    const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
+    kt_effect_balance balance, *const told = s->power ? &balance : NULL;
+    for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
+        const kt_effect_record *effect = &s->model->effect[i];
+        const kt_link *link = &s->model->link[effect->link[0]];
+        double force;
+        s->code = drive(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, told);
+        s->failed = effect;
+        if (s->code != 0)
+            return false;
+        s->data->tau[link->v] += force;
+        s->excess += force - force;
+        if (told)
+            add_balance(s, told);
+    }
+    return true;
+}
+
+KT_INLINE bool push_all(sum *s, const kt_effect_batch *batch) {
+    const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
+    kt_effect_balance balance, *const told = s->power ? &balance : NULL;
+    for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
+        const kt_effect_record *effect = &s->model->effect[i];
+        kt_effect_end end[2];
+        kt_wrench wrench[2];
+        find_ends(s->data, effect, end);
+        s->code = push(s->model, effect, kind, end, s->t, wrench, told);
+        s->failed = effect;
+        if (s->code != 0)
+            return false;
+        add_wrenches(s, effect, wrench);
+        if (told)
+            add_balance(s, told);
+    }
+    return true;
+}
+
+/* s->power is known where this is expanded. */
+KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
+    const kt_model *model = s->model;
+    kt_data *data = s->data;
+    if (model->batch[0].ends == 0) { /* there are some on joints */
+        memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
+        *tau = data->tau;
+    }
+    if (model->n.bearer > 0) { /* and some with ends */
         if (*external)
             memcpy(data->pushed, *external, model->n.body * sizeof *data->pushed);
         else
             memset(data->pushed, 0, model->n.body * sizeof *data->pushed);
         *external = data->pushed;
-        kt_kinematics_sweep(model, data, q, v);
+        kt_bearers_sweep(model, data, s->q, s->v);
     }
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (!(model->batch[i].ends ? push_all(s, &model->batch[i]) : drive_all(s, &model->batch[i])))
+            return false;
+    return true;
+}
+
+/* ---- what goes wrong --------------------------------------------------------------------------------------------- */
+
+static const char *body_name(const kt_model *model, int32_t body) { return model->text + model->body[body].name; }
+
+/* "effect 'tether' (spring) between 'hull' and 'world', t = 0.5 s" */
+static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
+    const char *type = kt_effect_type_name((kt_effect_type)effect->type);
+    char own[56], on[72];
+    if (effect->name)
+        (void)snprintf(own, sizeof own, "effect '%.24s'", s->model->text + effect->name);
+    else
+        (void)snprintf(own, sizeof own, "effects[%d]", (int)effect->source);
+    if (effect->ends == 2)
+        (void)snprintf(on, sizeof on, "between '%.24s' and '%.24s'", body_name(s->model, effect->body[0]),
+                       body_name(s->model, effect->body[1]));
+    else
+        (void)snprintf(on, sizeof on, "on %s '%.24s'", effect->ends ? "body" : "joint",
+                       body_name(s->model, effect->body[0]));
+    (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->t);
+}
+
+static kt_status refuse_code(const sum *s, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    name_effect(s, s->failed, where);
+    if (s->code < 0)
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", s->code);
+    return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot tell its force here (code %d)", s->code);
+}
+
+/* Whether the effect exerts, or takes as power, something that is not finite. */
+static bool is_culprit(const sum *s, const kt_effect_record *effect) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    kt_effect_balance balance = {0.0, 0.0, 0.0}, *told = s->power ? &balance : NULL;
+    kt_effect_end end[2];
+    kt_wrench w[2];
+    double force = 0.0;
+    if (effect->ends) {
+        find_ends(s->data, effect, end);
+        (void)push(s->model, effect, kind, end, s->t, w, told);
+        for (int k = 0; k < effect->ends; k++)
+            force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
+                     (w[k].moment.z - w[k].moment.z) + (w[k].force.x - w[k].force.x) + (w[k].force.y - w[k].force.y) +
+                     (w[k].force.z - w[k].force.z);
+    } else {
+        const kt_link *link = &s->model->link[effect->link[0]];
+        (void)drive(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, told);
+    }
+    return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
+}
+
+/* KT_OK where only the sum that was looked at overflowed. */
+static kt_status blame(const sum *s, const double *tau, const kt_wrench *external, kt_error *error) {
+    const kt_input input = {.q = s->q, .v = s->v, .x = tau, .what = "force or torque", .external = external};
+    const kt_status status = kt_input_check(s->model, &input, error);
+    for (size_t i = 0; i < s->model->n.effect && status == KT_OK; i++) {
+        const kt_effect_record *effect = &s->model->effect[i];
+        if (!is_culprit(s, effect))
+            continue;
+        char where[KT_WHERE_SIZE];
+        name_effect(s, effect, where);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                            effect->type == KT_EFFECT_CUSTOM
+                                ? "its callback gave a force or power that is not finite"
+                                : "its force is not finite; look for a number or a function of it that is huge there");
+    }
+    return status;
+}
+
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
+
+kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           const double **tau, const kt_wrench **external, kt_error *error) {
+    const double *given = *tau;
+    const kt_wrench *given_wrenches = *external;
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL};
+    if (!sum_all(&s, tau, external))
+        return refuse_code(&s, error);
+    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+}
+
+kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double **tau, const kt_wrench **external, kt_power *power, kt_error *error) {
+    const double *given = *tau;
+    const kt_wrench *given_wrenches = *external;
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = power};
+    if (!sum_all(&s, tau, external))
+        return refuse_code(&s, error);
+    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+}
+
+double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    double energy = 0.0;
+    if (model->n.bearer > 0)
+        kt_bearers_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        const kt_effect_kind *kind = kt_effect_kinds[effect->type];
-        if (!kind->ends) {
-            const kt_link *link = &model->link[effect->link[0]];
-            data->tau[link->v] += kind->drive(effect, model->number, q[link->q], v[link->v], t, told);
-            account(told, power);
-            continue;
-        }
+        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+        const kt_link *link = &model->link[effect->link[0]];
+        kt_effect_balance balance = {0.0, 0.0, 0.0};
         kt_effect_end end[2];
         kt_wrench wrench[2];
-        for (int k = 0; k < kind->ends; k++)
-            end[k] = end_of(model, data, effect, k);
-        kind->push(effect, model->number, end, t, wrench, told);
-        account(told, power);
-        for (int k = 0; k < kind->ends; k++)
-            add_wrench(model, data, effect->body[k], &end[k], wrench[k], data->pushed);
-    }
-}
-
-void kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double **tau, const kt_wrench **external) {
-    apply(model, data, t, q, v, tau, external, NULL);
-}
-
-void kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                        const double **tau, const kt_wrench **external, kt_power *power) {
-    apply(model, data, t, q, v, tau, external, power);
-}
-
-double kt_effect_energy(const kt_model *model, const kt_data *data, double t, const double *q, const double *v) {
-    double energy = 0.0;
-    for (size_t i = 0; i < model->n.effect; i++) {
-        const kt_effect_record *effect = &model->effect[i];
-        const kt_effect_kind *kind = kt_effect_kinds[effect->type];
-        kt_effect_balance balance = {0.0, 0.0, 0.0};
-        if (kind->ends) {
-            kt_effect_end end[2];
-            kt_wrench wrench[2];
-            for (int k = 0; k < kind->ends; k++)
-                end[k] = end_of(model, data, effect, k);
-            kind->push(effect, model->number, end, t, wrench, &balance);
-        } else {
-            const kt_link *link = &model->link[effect->link[0]];
-            (void)kind->drive(effect, model->number, q[link->q], v[link->v], t, &balance);
-        }
-        energy += balance.energy;
+        double force;
+        if (effect->ends)
+            find_ends(data, effect, end);
+        const int code = effect->ends ? push(model, effect, kind, end, t, wrench, &balance)
+                                      : drive(model, effect, kind, q[link->q], v[link->v], t, &force, &balance);
+        energy += code == 0 ? balance.energy : (double)NAN;
     }
     return energy;
 }

@@ -90,13 +90,6 @@ static bool interpolate(const crossing *c, double dt, double *a) {
     return true;
 }
 
-bool kt_loops_are_driven(const kt_model *model) {
-    for (size_t i = 0; i < model->n.loop; i++)
-        if (model->loop[i].curve.type != KT_FUNCTION_NONE && model->loop[i].curve.type != KT_FUNCTION_CONSTANT)
-            return true;
-    return false;
-}
-
 /* The coordinates that move, into `way`; returns the largest speed among them, against its unit, and in *pull the
  * largest acceleration. */
 static double choose_way(const crossing *c, const double *a, double *way, double *pull) {
@@ -124,7 +117,7 @@ static double choose_way(const crossing *c, const double *a, double *way, double
 static bool cross(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
     double *try = c->data->side + 2 * kt_lanes8(c->model->n.v), *way = c->data->moved_v, pull;
-    c->driven = kt_loops_are_driven(c->model);
+    c->driven = c->model->driven;
     c->way = way;
     const double speed = choose_way(c, a, way, &pull);
     if (!(speed > 0.0))
@@ -180,8 +173,9 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
 
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
-    if (model->n.effect)
-        kt_effects_apply(model, data, t, q, v, &tau, &external);
+    const kt_status status = model->n.effect ? kt_effects_apply(model, data, t, q, v, &tau, &external, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
     if (!model->n.group)
         return kt_dynamics_forward(model, data, q, v, tau, external, a, error);
     return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, NULL, error);

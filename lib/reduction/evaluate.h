@@ -4,16 +4,15 @@
 
 #include "reduction/project.h"
 
-/* Adds what the effects do to *tau and *external: afterwards these point to sums in data. */
-void kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double **tau, const kt_wrench **external);
+/* Adds what the effects do to *tau and *external: afterwards these point to sums in data, where there is something to
+ * sum. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
+KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                      const double **tau, const kt_wrench **external, kt_error *error);
 
 /* The same, and adds up their powers. */
-void kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                        const double **tau, const kt_wrench **external, kt_power *power);
-
-/* Whether a loop changes with time. */
-bool kt_loops_are_driven(const kt_model *model);
+KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, const double **tau, const kt_wrench **external,
+                                        kt_power *power, kt_error *error);
 
 /* kt_acceleration_evaluate for a model with loops, effects not included. *crossed (may be NULL): whether a comes from
  * beside a singular position; the groups' matrices are then not those of (t, q, v). */

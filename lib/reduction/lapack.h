@@ -40,4 +40,9 @@ static inline int kt_lapack_trtrs(char trans, int n, int columns, const double *
     return LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n);
 }
 
+/* x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or LAPACK's info where A is singular. */
+static inline int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
+    return LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n);
+}
+
 #endif

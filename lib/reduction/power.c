@@ -47,12 +47,14 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     const kt_wrench *all_wrenches = external;
     double *acceleration = data->side + 2 * kt_lanes8(model->n.v), loops = 0.0;
     kt_power sum = {0.0, 0.0};
-    if (model->n.effect)
-        kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum);
-    kt_status status = model->n.group ? kt_closed_forward(model, data, t, q, v, all ? all : model->zero, all_wrenches,
-                                                          acceleration, NULL, error)
-                                      : kt_dynamics_forward(model, data, q, v, all, all_wrenches, acceleration, error);
-    if (status == KT_OK && kt_loops_are_driven(model))
+    kt_status status =
+        model->n.effect ? kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
+    status = model->n.group ? kt_closed_forward(model, data, t, q, v, all ? all : model->zero, all_wrenches,
+                                                acceleration, NULL, error)
+                            : kt_dynamics_forward(model, data, q, v, all, all_wrenches, acceleration, error);
+    if (status == KT_OK && model->driven)
         status = power_of_loops(model, data, q, v, acceleration, all, all_wrenches, &loops, error);
     if (status != KT_OK)
         return status;

@@ -71,11 +71,14 @@ static void look_at_velocities(const kt_model *model, const kt_data *data, const
     }
 }
 
+/* What a velocity leaves when it is taken away is rounding of what it was, not of the little that is left: the speeds
+ * given count on. */
 static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                   kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     if (!kernels->factor(model, data, KT_ROWS_ALL, regular))
         return KT_CLOSURE_NOT_FINITE;
+    const double given = violation->speed;
     double before = (double)INFINITY;
     for (int i = 0;
          i < VELOCITY_MOST && violation->slip > 10.0 * KT_CLOSED * violation->speed && violation->slip < 0.5 * before;
@@ -89,6 +92,7 @@ static kt_closure push_velocities(const kt_model *model, kt_data *data, bool reg
             *changed |= v[k] != old;
         }
         look_at_velocities(model, data, v, violation);
+        violation->speed = fmax(violation->speed, given);
     }
     return KT_CLOSURE_DONE;
 }

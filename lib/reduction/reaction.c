@@ -15,15 +15,16 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
     double *a = data->side + 2 * kt_lanes8(model->n.v);
     kt_wrench *on_bodies = data->loaded;
     bool crossed = false;
-    if (model->n.effect)
-        kt_effects_apply(model, data, t, q, v, &tau, &external);
+    kt_status status = model->n.effect ? kt_effects_apply(model, data, t, q, v, &tau, &external, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
     if (external)
         memcpy(on_bodies, external, bodies * sizeof *on_bodies);
     else
         memset(on_bodies, 0, bodies * sizeof *on_bodies);
-    kt_status status =
-        model->n.group ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, &crossed, error)
-                       : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
+    status = model->n.group
+                 ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, &crossed, error)
+                 : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
     if (status == KT_OK && model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
         if (crossed) /* the equations are those of a position beside */

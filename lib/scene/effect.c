@@ -190,7 +190,11 @@ static void write_effects(kt_emitter *e, const kt_field *field, const void *obje
     const kt_effect rest = kt_effect_default();
     kt_emit_list(e, false);
     for (int i = 0; i < description->effect_count; i++)
-        kt_table_write(e, &effect_table, &description->effects[i], &rest);
+        if (description->effects[i].type == KT_EFFECT_CUSTOM)
+            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "effects[%d] calls back into a program; no scene file can hold it",
+                           i);
+        else
+            kt_table_write(e, &effect_table, &description->effects[i], &rest);
     kt_emit_end(e);
 }
 

@@ -7,9 +7,11 @@
 static const char *const formulation_names[] = {KT_FORMULATION_LIST(RUN_NAME)};
 static const char *const reduction_names[] = {KT_REDUCTION_LIST(RUN_NAME)};
 static const char *const metric_names[] = {KT_METRIC_LIST(RUN_NAME)};
+static const char *const plan_names[] = {KT_PLAN_LIST(RUN_NAME)};
 static const kt_choice formulations = {"simulate.formulation", formulation_names, KT_COUNT_OF(formulation_names), 0};
 static const kt_choice reductions = {"simulate.reduction", reduction_names, KT_COUNT_OF(reduction_names), 0};
 static const kt_choice metrics = {"simulate.metric", metric_names, KT_COUNT_OF(metric_names), 0};
+static const kt_choice plans = {"simulate.plan", plan_names, KT_COUNT_OF(plan_names), 0};
 
 #define RECORD_NAME(id, bit, name) #name,
 #define RECORD_BIT(id, bit, name) bit,
@@ -139,6 +141,7 @@ static const kt_field simulate_fields[] = {
     {.key = "formulation", .kind = &kt_kind_choice, AT(formulation), .detail = &formulations},
     {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
     {.key = "metric", .kind = &kt_kind_choice, AT(metric), .detail = &metrics},
+    {.key = "plan", .kind = &kt_kind_choice, AT(plan), .detail = &plans},
 };
 static const kt_table simulate_table = {
     .where = "simulate", .fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};

@@ -9,7 +9,6 @@
 #include <string.h>
 
 const char *const kt_support_refused[] = {
-    "simulate.plan",
     NULL,
 };
 

@@ -40,6 +40,15 @@ const char *kt_metric_name(kt_metric metric) {
     return NULL;
 }
 
+const char *kt_plan_name(kt_plan plan) {
+    switch (plan) {
+        KT_PLAN_LIST(KT_RUN_CASE)
+    case KT_PLAN_COUNT:
+        break;
+    }
+    return NULL;
+}
+
 const char *kt_record_name(unsigned bit) {
     switch (bit) {
 #define KT_RECORD_CASE(id, value, name)                                                                                \

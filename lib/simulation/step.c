@@ -21,7 +21,8 @@
 
 /* A smaller step may lead around these. */
 static bool is_recoverable(kt_status status) {
-    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT;
+    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT ||
+           status == KT_ERROR_EFFECT;
 }
 
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */

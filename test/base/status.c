@@ -29,6 +29,7 @@ KT_TEST(status_values_are_pinned) {
     kt_check_equal_int("KT_ERROR_FILE", KT_ERROR_FILE, 9);
     kt_check_equal_int("KT_ERROR_SCENE", KT_ERROR_SCENE, 10);
     kt_check_equal_int("KT_ERROR_UNSUPPORTED", KT_ERROR_UNSUPPORTED, 11);
+    kt_check_equal_int("KT_ERROR_EFFECT", KT_ERROR_EFFECT, 12);
 }
 
 KT_TEST(every_status_has_a_text_of_its_own) {
@@ -49,7 +50,7 @@ KT_TEST(every_status_has_a_text_of_its_own) {
 
 KT_TEST(value_that_is_no_status_is_unknown) {
     kt_check_text("-1", kt_status_text((kt_status)-1), "unknown status");
-    kt_check_text("12", kt_status_text((kt_status)12), "unknown status");
+    kt_check_text("13", kt_status_text((kt_status)13), "unknown status");
     kt_check_text("largest", kt_status_text((kt_status)INT_MAX), "unknown status");
 }
 

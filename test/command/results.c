@@ -138,7 +138,7 @@ KT_TEST(summary_tells_the_end_and_the_cost) {
     kt_check_text("integrator", json_string_value(kt_json_find(root, "method.integrator")), "rk4");
     kt_check_text("formulation", json_string_value(kt_json_find(root, "method.formulation")), "tree");
     kt_check_text("reduction", json_string_value(kt_json_find(root, "method.reduction")), "qr");
-    kt_check_true("plan", json_is_string(kt_json_find(root, "method.plan")));
+    kt_check_text("plan", json_string_value(kt_json_find(root, "method.plan")), "planar");
     kt_check_above("evaluations", kt_json_at(root, "cost.evaluations"), 32.0);
     kt_check_above("CPU time", kt_json_at(root, "cost.cpu_seconds"), 1e-9);
     kt_check_equal_int("keys at the top", (long long)json_object_size(root), 11);
@@ -159,6 +159,13 @@ KT_TEST(command_line_overrides_the_scene) {
     kt_check_near("absolute", kt_json_at(root, "method.tolerance.absolute"), 1e-8, 0.0);
     kt_check_text("reduction", json_string_value(kt_json_find(root, "method.reduction")), "svd");
     json_decref(root);
+    ran = kt_shell("$K run f.yaml --quiet --out /dev/null --summary - --plan spatial");
+    root = kt_json(ran.out);
+    kt_check_text("plan", json_string_value(kt_json_find(root, "method.plan")), "spatial");
+    json_decref(root);
+    ran = kt_shell("$K run f.yaml --plan=flat");
+    kt_check_equal_int("no such plan", ran.code, 1);
+    kt_check_contains("told", ran.err, "--plan takes one of auto|spatial, not 'flat'");
     ran = kt_shell("$K run f.yaml --quiet --out /dev/null --summary - --step 0.0625");
     root = kt_json(ran.out);
     kt_check_near("steps", kt_json_at(root, "cost.steps"), 16.0, 0.0);

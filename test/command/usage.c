@@ -14,7 +14,8 @@ static const char pendulum[] = "kinetree: 1\n"
                                "    markers: {tip: [0, -1, 0]}\n";
 
 KT_TEST(help_of_every_subcommand_leads_with_examples) {
-    static const char *const subcommands[] = {"", "run", "evaluate", "info", "check", "demo", "make", "integrators"};
+    static const char *const subcommands[] = {"",     "run",   "accuracy", "plot", "evaluate",
+                                              "info", "check", "demo",     "make", "integrators"};
     for (size_t i = 0; i < sizeof subcommands / sizeof subcommands[0]; i++) {
         kt_ran ran = kt_shell("$K %s --help", subcommands[i]);
         char start[64];

@@ -58,6 +58,16 @@ static bool compute(const kt_tree *tree, const kt_tree_state *s, disturb *spoil,
     return fine;
 }
 
+/* Spatial trees of all types, planar ones, some of each. */
+static kt_tree_plan draw_plan(int n) {
+    kt_tree_plan plan = n % 4 < 2 ? kt_tree_plan_default() : kt_tree_plan_planar();
+    if (n % 4 == 3) {
+        plan.planar = 2;
+        plan.from_world = 0.4;
+    }
+    return plan;
+}
+
 /* ---- levels -------------------------------------------------------------------------------------------------- */
 
 static void compare_levels(kt_level level, const char *what) {
@@ -67,9 +77,9 @@ static void compare_levels(kt_level level, const char *what) {
     for (int n = 0; n < TREES; n++) {
         kt_tree tree, again;
         kt_tree_state s;
-        kt_tree_plan plan = kt_tree_plan_default();
+        kt_tree_plan plan = draw_plan(n);
         plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
-        plan.is_shuffled = n % 2;
+        plan.is_shuffled = n % 4 == 1;
         kt_tree_describe(&tree, &plan, &random);
         memset(&again, 0, sizeof again);
         again.description = tree.description;
@@ -123,7 +133,7 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
     for (int n = 0; n < TREES; n++) {
         kt_tree tree;
         kt_tree_state s;
-        const kt_tree_plan plan = kt_tree_plan_default();
+        const kt_tree_plan plan = draw_plan(n);
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &s);
@@ -157,7 +167,7 @@ KT_TEST(a_call_that_failed_leaves_no_trace) {
     for (int n = 0; n < TREES; n++) {
         kt_tree tree;
         kt_tree_state s;
-        const kt_tree_plan plan = kt_tree_plan_default();
+        const kt_tree_plan plan = draw_plan(n);
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &s);

@@ -2,10 +2,15 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 kt_tree_plan kt_tree_plan_default(void) {
     return (kt_tree_plan){.bodies = 12, .types = KT_TREE_ALL_TYPES, .massless = true, .from_world = 0.15};
+}
+
+kt_tree_plan kt_tree_plan_planar(void) {
+    return (kt_tree_plan){.bodies = 12, .types = KT_TREE_PLANAR_TYPES, .from_world = 0.15, .planar = 1};
 }
 
 /* ---- pieces -------------------------------------------------------------------------------------------------- */
@@ -142,6 +147,38 @@ static void take_mass(kt_tree *tree, const int *parent, int count, kt_random *ra
     }
 }
 
+/* A joint between bodies whose normal is `above`, in the parent's axes, moved into the plane; returns its own. */
+static kt_vec3 flatten_joint(kt_joint *joint, kt_vec3 above, kt_random *random) {
+    kt_mat3 r;
+    kt_error e;
+    if (kt_rotation_evaluate(&joint->rotation, &r, &e) != KT_OK)
+        abort();
+    const kt_vec3 n = kt_vec3_normalize(kt_mat3_apply_transposed(r, above));
+    const double length = kt_random_uniform(random, 0.5, 3.0), sign = kt_random_int(random, 0, 1) ? 1.0 : -1.0;
+    joint->axis = kt_vec3_scale(sign * length, n);
+    if (joint->type == KT_JOINT_PRISMATIC) {
+        const kt_vec3 across = kt_vec3_normalize(kt_vec3_cross(n, kt_tree_direction(random)));
+        joint->axis = kt_vec3_scale(length, across);
+    }
+    return n;
+}
+
+/* Every step-th tree into a plane of its own. Some bodies that turn become points, well off their axes. */
+static void flatten(kt_tree *tree, const int *parent, int count, int step, kt_random *random) {
+    kt_vec3 normal[KT_TREE_BODIES];
+    int number[KT_TREE_BODIES], trees = 0;
+    for (int i = 0; i < count; i++) {
+        kt_joint *joint = &tree->body[i].joint;
+        number[i] = parent[i] < 0 ? trees++ : number[parent[i]];
+        if (number[i] % step != 0)
+            continue;
+        normal[i] = flatten_joint(joint, parent[i] < 0 ? kt_tree_direction(random) : normal[parent[i]], random);
+        const double off = kt_vec3_norm(kt_vec3_cross(normal[i], tree->body[i].com));
+        if (joint->type == KT_JOINT_REVOLUTE && off > 0.2 && kt_random_int(random, 0, 2) == 0)
+            tree->body[i].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    }
+}
+
 void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random) {
     kt_joint_type types[KT_TREE_BODIES];
     int parent[KT_TREE_BODIES], place[KT_TREE_BODIES];
@@ -167,6 +204,8 @@ void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random
     }
     if (plan->massless)
         take_mass(tree, parent, plan->bodies, random);
+    if (plan->planar)
+        flatten(tree, parent, plan->bodies, plan->planar, random);
     for (int i = 0; plan->is_shuffled && i < plan->bodies; i++) { /* Fisher and Yates, inside out */
         place[i] = i;
         const int j = kt_random_int(random, 0, i);

@@ -10,6 +10,10 @@
 enum { KT_TREE_BODIES = 24, KT_TREE_SLOTS = KT_TREE_BODIES + 1, KT_TREE_NV = 6 * KT_TREE_BODIES };
 enum { KT_TREE_NQ = 7 * KT_TREE_BODIES, KT_TREE_ALL_TYPES = (1 << KT_JOINT_TYPE_COUNT) - 1 };
 
+enum {
+    KT_TREE_PLANAR_TYPES = 1 << KT_JOINT_FIXED | 1 << KT_JOINT_REVOLUTE | 1 << KT_JOINT_PRISMATIC | 1 << KT_JOINT_PLANAR
+};
+
 /* What to grow. A tree with as many bodies as there are joint types in the set, or more, has each of them. */
 typedef struct kt_tree_plan {
     int bodies;
@@ -19,10 +23,15 @@ typedef struct kt_tree_plan {
     bool floats;       /* the first body is free and carries all others */
     bool is_shuffled;  /* the description lists children before their parents */
     double from_world; /* chance that a body hangs on the world */
+    int planar; /* 1: every tree moves in an oblique plane; 2: every second; and so on. 0: none is made to. Of types
+                 * KT_TREE_PLANAR_TYPES alone; masses and forces lie anywhere. Not with massless or shuffled. */
 } kt_tree_plan;
 
 /* 12 bodies, all types, massless ones, gravity, in order. */
 kt_tree_plan kt_tree_plan_default(void);
+
+/* The same of trees that move in planes. */
+kt_tree_plan kt_tree_plan_planar(void);
 
 /* Points into itself: not to be copied. */
 typedef struct kt_tree {

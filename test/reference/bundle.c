@@ -63,7 +63,17 @@ KT_TEST(scenes_that_were_promised_are_there) {
                                         "hooke-shaft",
                                         "rolling-disc",
                                         "skate",
-                                        "bicycle"};
+                                        "bicycle",
+                                        "cart-pole",
+                                        "furuta-pendulum",
+                                        "quarter-car",
+                                        "tethered-satellites",
+                                        "walking-beam-pump",
+                                        "landing-gear",
+                                        "flapping-wings",
+                                        "articulated-rotor",
+                                        "rolling-ball",
+                                        "rope"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         kt_case c;
         kt_check_true(names[i], kt_case_open(&c, names[i]));

@@ -201,6 +201,7 @@ static bool run_differs(const kt_run *a, const kt_run *b) {
     VALUE(formulation);
     VALUE(reduction);
     VALUE(metric);
+    VALUE(plan);
     BITS(interval);
     VALUE(record);
     VALUE(marker_count);

@@ -410,6 +410,7 @@ static void invent_run(inventor *v) {
         run->formulation = chance(v) ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
         run->reduction = (kt_reduction)pick(v, 3);
         run->metric = chance(v) ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
+        run->plan = chance(v) ? KT_PLAN_AUTO : KT_PLAN_SPATIAL;
     }
     for (int i = 0; i < INVENT_BODIES; i++)
         if (v->out->bodies[i].marker_count > 0 && chance(v))

@@ -40,6 +40,7 @@ static const char contract[] = "kinetree: 1                      # required: ver
                                "  formulation: tree\n"
                                "  reduction: qr\n"
                                "  metric: identity\n"
+                               "  plan: spatial\n"
                                "output:\n"
                                "  interval: 0.01\n"
                                "  record: [position, reaction]\n"
@@ -76,6 +77,7 @@ static void check_run(const kt_run *run) {
     CHECK_NUMBERS("step", &run->step, 1e-3);
     CHECK_NUMBERS("interval", &run->interval, 0.01);
     kt_check_equal_int("record", run->record, KT_RECORD_POSITION | KT_RECORD_REACTION);
+    kt_check_equal_int("plan", run->plan, KT_PLAN_SPATIAL);
     kt_check_equal_int("markers", run->marker_count, 2);
     kt_check_text("body", run->markers[1].body, "crank");
     kt_check_text("marker", run->markers[1].marker, "mid");

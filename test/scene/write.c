@@ -69,6 +69,7 @@ static const char layout[] =
     "  formulation: absolute\n"
     "  reduction: svd\n"
     "  metric: mass\n"
+    "  plan: spatial\n"
     "\n"
     "output:\n"
     "  interval: 0.01\n"

@@ -148,6 +148,17 @@ static double least_inertia(const kt_model *model) {
     return least;
 }
 
+/* How far off the world's origin free bodies start, or a metre: moments of their joints are about that origin. */
+static double arm_of(const kt_scene *scene) {
+    double most = 1.0;
+    for (int i = 0; i < scene->description.body_count; i++) {
+        const kt_joint *joint = &scene->description.bodies[i].joint;
+        for (int k = 0; k < 3 && joint->type == KT_JOINT_FREE; k++)
+            most = fmax(most, fabs(joint->position[k]));
+    }
+    return most;
+}
+
 /* The first 200 steps of 50 000, which leave rounding alone to differ, as long as it is cheap. Bounds: five times the
  * largest of all scenes, and what springs and dampers make of that. Reactions of redundant loops are shared in more
  * ways than one. */
@@ -159,7 +170,7 @@ static void compare_motions(const char *name, const kt_scene *scene, const kt_mo
                                    .velocity = 2e-12,
                                    .acceleration = 5.5e-12 + off / least_inertia(model),
                                    .energy = 2e-13,
-                                   .reaction = freedom.rank == freedom.equations ? 6e-13 + off : 0.0};
+                                   .reaction = freedom.rank == freedom.equations ? (6e-13 + off) * arm_of(scene) : 0.0};
     kt_run run = kt_run_fixed("dop853", 2e-5 * scene->run.duration, 4e-3 * scene->run.duration);
     run.interval = 4e-4 * scene->run.duration;
     if (kt_both_run(model, KT_FORMULATION_TREE, run, NULL, &tree) &&

@@ -1,0 +1,125 @@
+/* kinetree accuracy: what accuracy costs, for any scene. */
+#include "accuracy.h"
+
+#include "plot.h"
+#include "run.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static double cpu_now(void *user) {
+    struct timespec time;
+    (void)user;
+    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) != 0)
+        return 0.0;
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static int show_progress(double done, const char *what, void *user) {
+    kt_progress_show(user, done, what);
+    return 0;
+}
+
+static kt_accuracy_options choose_options(const kt_accuracy_arguments *arguments, const kt_reference_file *reference,
+                                          kt_progress *progress) {
+    kt_accuracy_options options = kt_accuracy_options_default();
+    options.duration = isnan(arguments->duration) ? 0.0 : arguments->duration;
+    options.methods = arguments->method_count > 0 ? arguments->methods : NULL;
+    options.method_count = arguments->method_count;
+    options.steps = arguments->step_count > 0 ? arguments->steps : NULL;
+    options.step_count = arguments->step_count;
+    options.tolerances = arguments->tolerance_count > 0 ? arguments->tolerances : NULL;
+    options.tolerance_count = arguments->tolerance_count;
+    options.reference = reference->states != NULL ? &reference->reference : NULL;
+    options.budget = arguments->budget;
+    options.clock = cpu_now;
+    options.progress = show_progress;
+    options.user = progress;
+    return options;
+}
+
+/* Everything that is to come out, in turn. */
+static int tell(const kt_findings *findings) {
+    const kt_accuracy_arguments *arguments = findings->arguments;
+    int code = KT_EXIT_DONE;
+    if (arguments->out != NULL)
+        code = kt_findings_write(findings, arguments->out);
+    if (arguments->plot != NULL) {
+        const int drawn = kt_findings_draw(findings, arguments->plot, arguments->dark);
+        code = code == KT_EXIT_DONE ? drawn : code;
+    }
+    /* Tables and lines of CSV cannot share standard output. */
+    if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
+        kt_findings_print(findings);
+        fflush(stdout);
+        const int priced = kt_findings_print_prices(findings);
+        code = code == KT_EXIT_DONE ? priced : code;
+    }
+    return kt_finish_output(code);
+}
+
+static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const char *name,
+                       const kt_reference_file *reference) {
+    kt_error error = {0};
+    kt_progress progress = kt_progress_start(arguments->quiet);
+    const kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
+    kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);
+    kt_progress_end(&progress);
+    if (status != KT_OK) {
+        kt_say_error(&error);
+        return kt_exit_code(status);
+    }
+    findings.results = kt_accuracy_get(findings.study);
+    const int code = tell(&findings);
+    kt_accuracy_free(findings.study);
+    return code;
+}
+
+static int study_file(const kt_accuracy_arguments *arguments, const char *path, const char *base) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_reference_file reference = {0};
+    int code = kt_load_model(path, &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    const char *title = scene.description.name;
+    code = arguments->reference != NULL
+               ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
+               : -1;
+    if (code < 0)
+        code = study_scene(arguments, &scene, title != NULL && *title != '\0' ? title : base, &reference);
+    free(reference.states);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}
+
+int kt_command_accuracy(int argc, char **argv) {
+    kt_accuracy_arguments arguments;
+    int code = kt_accuracy_arguments_read(argc, argv, &arguments);
+    if (code >= 0)
+        return code;
+    const char *const results[] = {arguments.out, arguments.plot};
+    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
+        if (kt_is_same_file(results[i], argv[1]) || kt_is_same_file(results[i], arguments.reference)) {
+            kt_say("accuracy: %s is what the study is made from; give its results another file", results[i]);
+            return KT_EXIT_USAGE;
+        }
+    if (arguments.plot != NULL) {
+        code = kt_plot_check(arguments.plot);
+        if (code >= 0)
+            return code;
+    }
+    char *base = kt_base_name(argv[1]);
+    if (base == NULL) {
+        kt_say("there is not enough memory");
+        return KT_EXIT_INTEGRATION;
+    }
+    code = study_file(&arguments, argv[1], base);
+    free(base);
+    return code;
+}

@@ -1,0 +1,69 @@
+/* The parts of `kinetree accuracy`. */
+#ifndef KT_COMMAND_ACCURACY_H
+#define KT_COMMAND_ACCURACY_H
+
+#include "command.h"
+
+#include "kinetree/accuracy.h"
+
+enum {
+    KT_ACCURACY_GOALS_MAX = 6,
+    KT_ACCURACY_SETTINGS_MAX = 40,
+    KT_ACCURACY_METHODS_MAX = 64,
+};
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+typedef struct kt_accuracy_arguments {
+    const char *integrator_list, *step_list, *tolerance_list, *goal_list; /* as given; NULL: not */
+    double duration, budget;
+    const char *reference, *out, *plot;
+    bool prices, dark, quiet;
+
+    /* What the lists say. */
+    const kt_method *methods[KT_ACCURACY_METHODS_MAX];
+    double steps[KT_ACCURACY_SETTINGS_MAX], tolerances[KT_ACCURACY_SETTINGS_MAX], goals[KT_ACCURACY_GOALS_MAX];
+    int method_count, step_count, tolerance_count, goal_count; /* 0: not given; goals have a default */
+} kt_accuracy_arguments;
+
+/* Returns -1 to go on, or an exit code. */
+int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments);
+
+/* ---- a reference from a file ------------------------------------------------------------------------------------- */
+
+typedef struct kt_reference_file {
+    kt_reference reference;
+    double *states; /* what it points to; released with free */
+} kt_reference_file;
+
+/* Reads the records of a run up to `duration` (NaN: all). Returns -1 to go on, or an exit code. */
+int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file);
+
+/* ---- what came out ----------------------------------------------------------------------------------------------- */
+
+/* All that is printed, drawn and written. */
+typedef struct kt_findings {
+    const kt_accuracy_arguments *arguments;
+    kt_accuracy *study;
+    const kt_accuracy_results *results;
+    const kt_scene *scene;
+    const char *name; /* the scene's, or else the file's */
+} kt_findings;
+
+/* "rad", "m"; "rad" where lengths are over the length scale. */
+const char *kt_findings_unit(const kt_findings *findings);
+/* "step 1e-3 s" or "tolerance 3e-8". */
+void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point *point, char *text, size_t size);
+/* The curve that a point belongs to. */
+const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int point);
+
+/* The tables and sentences, on standard output. */
+void kt_findings_print(const kt_findings *findings);
+/* The price of each promise, on standard output. Returns an exit code. */
+int kt_findings_print_prices(const kt_findings *findings);
+/* Every point as CSV. Returns an exit code. */
+int kt_findings_write(const kt_findings *findings, const char *path);
+/* The work-precision diagram. Returns an exit code. */
+int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark);
+
+#endif

@@ -1,0 +1,257 @@
+/* One panel of a chart: its title at the top left with the unit in it, round ticks, a light grid, and its legend on the
+ * right, where it hides no line. */
+#include "plot_paper.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { TICKS_X = 11, TICKS_Y = 7 };
+
+/* From numbers to places on the paper. */
+typedef struct kt_plot_frame {
+    double left, right, top, bottom;
+    kt_axis x, y;
+    const kt_palette *palette;
+} kt_plot_frame;
+
+static double to_x(const kt_plot_frame *f, double x) {
+    return f->left + kt_axis_place(&f->x, x) * (f->right - f->left);
+}
+
+static double to_y(const kt_plot_frame *f, double y) {
+    return f->bottom - kt_axis_place(&f->y, y) * (f->bottom - f->top);
+}
+
+/* ---- grid -------------------------------------------------------------------------------------------------------- */
+
+static void put_tick(cairo_t *c, double x, double y, kt_anchor anchor, const kt_axis *axis, int i) {
+    char text[48];
+    kt_axis_text(axis, i, text, sizeof text);
+    if (axis->is_log)
+        kt_paper_power(c, x, y, anchor, text, kt_small_size);
+    else
+        kt_paper_text(c, x, y, anchor, text);
+}
+
+static void draw_line(cairo_t *c, double x1, double y1, double x2, double y2) {
+    cairo_move_to(c, x1, y1);
+    cairo_line_to(c, x2, y2);
+    cairo_stroke(c);
+}
+
+/* The lines at 2, 3, ... 9 times a power of ten, where there is room for them. */
+static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, bool of_x) {
+    if (!axis->is_log || axis->step > 1.5 || log10(axis->high / axis->low) > 4.5)
+        return;
+    cairo_set_line_width(c, 0.5);
+    for (double power = pow(10.0, floor(log10(axis->low))); power < axis->high; power *= 10.0)
+        for (int k = 2; k < 10; k++) {
+            const double value = k * power;
+            if (value < axis->low || value > axis->high)
+                continue;
+            if (of_x)
+                draw_line(c, to_x(f, value), f->top, to_x(f, value), f->bottom);
+            else
+                draw_line(c, f->left, to_y(f, value), f->right, to_y(f, value));
+        }
+}
+
+static void draw_grid(cairo_t *c, const kt_plot_frame *f) {
+    kt_paper_use(c, f->palette->faint);
+    draw_minor(c, f, &f->x, true);
+    draw_minor(c, f, &f->y, false);
+    cairo_set_line_width(c, 1.0);
+    cairo_set_font_size(c, kt_small_size);
+    for (int i = 0; i < f->y.count; i++) {
+        const double y = to_y(f, kt_axis_tick(&f->y, i));
+        kt_paper_use(c, f->palette->faint);
+        draw_line(c, f->left, y, f->right, y);
+        kt_paper_use(c, f->palette->ink);
+        put_tick(c, f->left - 8.0, y + 0.36 * kt_small_size, KT_ANCHOR_RIGHT, &f->y, i);
+    }
+    for (int i = 0; i < f->x.count; i++) {
+        const double x = to_x(f, kt_axis_tick(&f->x, i));
+        kt_paper_use(c, f->palette->faint);
+        draw_line(c, x, f->top, x, f->bottom);
+        kt_paper_use(c, f->palette->ink);
+        put_tick(c, x, f->bottom + 1.5 * kt_small_size, KT_ANCHOR_MIDDLE, &f->x, i);
+    }
+    kt_paper_use(c, f->palette->quiet);
+    cairo_move_to(c, f->left, f->top);
+    cairo_line_to(c, f->left, f->bottom);
+    cairo_line_to(c, f->right, f->bottom);
+    cairo_stroke(c);
+}
+
+/* Where nothing can be known. */
+static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
+    const double y = to_y(f, panel->blind);
+    if (!(panel->blind > 0.0) || !(y < f->bottom))
+        return;
+    const kt_colour quiet = f->palette->quiet;
+    cairo_set_source_rgba(c, quiet.red, quiet.green, quiet.blue, 0.16);
+    cairo_rectangle(c, f->left, y, f->right - f->left, f->bottom - y);
+    cairo_fill(c);
+    if (panel->blind_label == NULL)
+        return;
+    kt_paper_use(c, quiet);
+    cairo_set_font_size(c, 0.9 * kt_small_size);
+    kt_paper_text(c, f->left + 6.0, fmin(y + 1.2 * kt_small_size, f->bottom - 4.0), KT_ANCHOR_LEFT, panel->blind_label);
+}
+
+/* ---- series ------------------------------------------------------------------------------------------------------ */
+
+/* All points of a quarter pixel's column as one stroke from the least to the largest: the same picture, and no more
+ * points than the paper has room for. */
+static void trace_dense(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series) {
+    bool is_open = false;
+    for (size_t i = 0; i < series->count;) {
+        double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
+        if (!isfinite(x) || !isfinite(y)) {
+            is_open = false;
+            i++;
+            continue;
+        }
+        double least = y, largest = y, last = y;
+        size_t next = i + 1;
+        for (; next < series->count && to_x(f, series->x[next]) < x + 0.25 && isfinite(to_y(f, series->y[next]));
+             next++) {
+            last = to_y(f, series->y[next]);
+            least = fmin(least, last);
+            largest = fmax(largest, last);
+        }
+        (is_open ? cairo_line_to : cairo_move_to)(c, x, y);
+        is_open = true;
+        if (next > i + 1) {
+            cairo_line_to(c, x, least);
+            cairo_line_to(c, x, largest);
+            cairo_line_to(c, x, last);
+        }
+        i = next;
+    }
+}
+
+static void trace_points(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series) {
+    bool is_open = false;
+    for (size_t i = 0; i < series->count; i++) {
+        const double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
+        const bool is_there = isfinite(x) && isfinite(y);
+        if (is_there)
+            (is_open ? cairo_line_to : cairo_move_to)(c, x, y);
+        is_open = is_there;
+    }
+}
+
+static kt_colour colour_of(const kt_plot_frame *f, const kt_plot_series *series, int place) {
+    return f->palette->series[(series->colour > 0 ? series->colour - 1 : place) % KT_PLOT_SERIES_MAX];
+}
+
+static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour) {
+    if (series->is_halo)
+        cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
+    else
+        kt_paper_use(c, colour);
+    cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 1.6);
+    cairo_new_path(c);
+    (series->is_dense ? trace_dense : trace_points)(c, f, series);
+    cairo_stroke(c);
+    for (size_t i = 0; i < series->count && series->mark > 0; i++) {
+        const double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
+        if (isfinite(x) && isfinite(y))
+            kt_paper_mark(c, x, y, series->mark, series->hollow, colour, f->palette->paper);
+    }
+}
+
+static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
+    const double x = f->right + 16.0, line = 1.6 * kt_small_size;
+    double y = f->top + kt_small_size;
+    cairo_set_font_size(c, kt_small_size);
+    for (int i = 0; i < panel->series_count; i++) {
+        const kt_plot_series *series = &panel->series[i];
+        const kt_colour colour = colour_of(f, series, i);
+        const double middle = y - 0.36 * kt_small_size;
+        if (series->is_halo)
+            cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
+        else
+            kt_paper_use(c, colour);
+        cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 3.0);
+        draw_line(c, x, middle, x + 18.0, middle);
+        if (series->mark > 0)
+            kt_paper_mark(c, x + 9.0, middle, series->mark, series->hollow, colour, f->palette->paper);
+        kt_paper_use(c, f->palette->ink);
+        kt_paper_text_within(c, x + 24.0, y, room - 48.0, series->label);
+        y += line;
+    }
+    if (panel->left_out > 0) {
+        char text[48];
+        snprintf(text, sizeof text, "and %d more", panel->left_out);
+        kt_paper_use(c, f->palette->quiet);
+        kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+    }
+}
+
+/* ---- ranges ------------------------------------------------------------------------------------------------------ */
+
+/* The range of all numbers that the axis can show; one around them where they are all equal, or where there are none.
+ */
+static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
+    *low = HUGE_VAL;
+    *high = -HUGE_VAL;
+    for (int s = 0; s < panel->series_count; s++)
+        for (size_t i = 0; i < panel->series[s].count; i++) {
+            const double value = of_y ? panel->series[s].y[i] : panel->series[s].x[i];
+            const double other = of_y ? panel->series[s].x[i] : panel->series[s].y[i];
+            if (!isfinite(value) || !isfinite(other) || (is_log && !(value > 0.0)))
+                continue;
+            *low = fmin(*low, value);
+            *high = fmax(*high, value);
+        }
+    if (!(*low <= *high))
+        *low = *high = is_log ? 1.0 : 0.0;
+}
+
+static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
+    double low, high;
+    const bool is_log = of_y ? panel->y_log : panel->x_log;
+    find_range(panel, of_y, is_log, &low, &high);
+    if (is_log) {
+        const double room = pow(high / low, 0.04);
+        if (of_y && panel->blind > 0.0) /* a band that can be seen, with room for its name */
+            low = fmin(low, panel->blind * pow(high / low, -0.05));
+        return kt_axis_make_log(low / fmax(room, 1.1), high * fmax(room, 1.1), most);
+    }
+    bool has_marks = false;
+    for (int s = 0; s < panel->series_count; s++)
+        has_marks = has_marks || panel->series[s].mark > 0;
+    double room = of_y || has_marks || panel->x_title != NULL ? 0.05 * (high - low) : 0.0;
+    if (!(high - low > 1e-12 * fmax(fabs(low), fabs(high))))
+        room = high != 0.0 ? 0.5 * fabs(high) : 1.0;
+    return kt_axis_make(low - room, high + room, most);
+}
+
+void kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
+                   double width, double height, double room) {
+    kt_plot_frame f = {left,
+                       left + width,
+                       top,
+                       top + height,
+                       make_axis(panel, false, width < 500.0 ? 8 : TICKS_X),
+                       make_axis(panel, true, height > 250.0 ? 2 * TICKS_Y : TICKS_Y),
+                       palette};
+    draw_blind(c, &f, panel);
+    draw_grid(c, &f);
+    kt_paper_use(c, palette->ink);
+    kt_paper_quantity(c, left - 50.0, top - 12.0, panel->title, panel->unit, f.y.exponent);
+    if (panel->x_title != NULL) {
+        const char *comma = panel->x_unit != NULL ? ", " : "", *unit = panel->x_unit != NULL ? panel->x_unit : "";
+        char text[128];
+        snprintf(text, sizeof text, "%s%s%s", panel->x_title, comma, unit);
+        kt_paper_text(c, 0.5 * (f.left + f.right), f.bottom + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, text);
+    }
+    for (int halo = 1; halo >= 0; halo--)
+        for (int i = 0; i < panel->series_count; i++)
+            if (panel->series[i].is_halo == (halo == 1))
+                draw_series(c, &f, &panel->series[i], colour_of(&f, &panel->series[i], i));
+    if (panel->has_legend)
+        draw_legend(c, &f, panel, room);
+}

@@ -1,0 +1,134 @@
+/* Colours, text and marks.
+ *
+ * Colours are those of M. Okabe and K. Ito (Color Universal Design, 2008), without the yellow that is lost on white:
+ * they stay apart for every kind of colour blindness. On a dark page the blue is lighter, and black is white.
+ */
+#include "plot_paper.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const double kt_text_size = 13.0, kt_small_size = 11.5, kt_title_size = 16.0;
+
+#define KT_OKABE_ITO                                                                                                   \
+    {0.835, 0.369, 0.000},     /* vermilion */                                                                         \
+        {0.000, 0.620, 0.451}, /* bluish green */                                                                      \
+        {0.800, 0.475, 0.655}, /* reddish purple */                                                                    \
+        {0.902, 0.624, 0.000}, /* orange */                                                                            \
+    {                                                                                                                  \
+        0.337, 0.706, 0.914                                                                                            \
+    } /* sky blue */
+
+static const kt_palette light = {{1.00, 1.00, 1.00},
+                                 {0.13, 0.13, 0.13},
+                                 {0.42, 0.42, 0.42},
+                                 {0.88, 0.88, 0.88},
+                                 {{0.000, 0.447, 0.698}, KT_OKABE_ITO, {0.000, 0.000, 0.000}}};
+static const kt_palette dark = {{0.051, 0.067, 0.090},
+                                {0.90, 0.92, 0.94},
+                                {0.62, 0.65, 0.69},
+                                {0.17, 0.19, 0.23},
+                                {{0.220, 0.545, 0.992}, KT_OKABE_ITO, {1.000, 1.000, 1.000}}};
+
+const kt_palette *kt_palette_choose(bool is_dark) { return is_dark ? &dark : &light; }
+
+void kt_paper_use(cairo_t *c, kt_colour colour) { cairo_set_source_rgb(c, colour.red, colour.green, colour.blue); }
+
+/* ---- text -------------------------------------------------------------------------------------------------------- */
+
+double kt_paper_width(cairo_t *c, const char *text) {
+    cairo_text_extents_t extents;
+    cairo_text_extents(c, text, &extents);
+    return extents.x_advance;
+}
+
+static double shift(kt_anchor anchor, double width) {
+    return anchor == KT_ANCHOR_LEFT ? 0.0 : anchor == KT_ANCHOR_RIGHT ? width : 0.5 * width;
+}
+
+void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text) {
+    cairo_move_to(c, x - shift(anchor, kt_paper_width(c, text)), y);
+    cairo_show_text(c, text);
+}
+
+/* Cut between characters. */
+void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *text) {
+    char part[256];
+    int length = (int)strlen(text);
+    if (kt_paper_width(c, text) <= width) {
+        kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+        return;
+    }
+    length = length < 240 ? length : 240;
+    do {
+        while (length > 0 && ((unsigned char)text[--length] & 0xC0U) == 0x80U)
+            ;
+        snprintf(part, sizeof part, "%.*s\u2026", length, text);
+    } while (length > 0 && kt_paper_width(c, part) > width);
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, part);
+}
+
+void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char *exponent, double size) {
+    cairo_set_font_size(c, size);
+    const double base = kt_paper_width(c, "10");
+    cairo_set_font_size(c, 0.75 * size);
+    x -= shift(anchor, base + kt_paper_width(c, exponent));
+    kt_paper_text(c, x + base, y - 0.4 * size, KT_ANCHOR_LEFT, exponent);
+    cairo_set_font_size(c, size);
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, "10");
+}
+
+void kt_paper_quantity(cairo_t *c, double x, double y, const char *title, const char *unit, int exponent) {
+    char text[256], power[16];
+    snprintf(text, sizeof text, "%s%s%s", title, unit != NULL || exponent != 0 ? ", " : "",
+             exponent == 0 && unit != NULL ? unit : "");
+    cairo_set_font_size(c, kt_text_size);
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+    if (exponent == 0)
+        return;
+    x += kt_paper_width(c, text);
+    snprintf(power, sizeof power, "%s%d", exponent < 0 ? "\u2212" : "", abs(exponent));
+    kt_paper_power(c, x, y, KT_ANCHOR_LEFT, power, kt_text_size);
+    if (unit == NULL)
+        return;
+    x += kt_paper_width(c, "10");
+    cairo_set_font_size(c, 0.75 * kt_text_size);
+    x += kt_paper_width(c, power);
+    cairo_set_font_size(c, kt_text_size);
+    snprintf(text, sizeof text, " %s", unit);
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+}
+
+/* ---- marks ------------------------------------------------------------------------------------------------------- */
+
+static const double pi = 3.14159265358979323846;
+
+/* A regular polygon whose first corner points `turn` quarter turns from up. */
+static void trace_polygon(cairo_t *c, double x, double y, double radius, int corners, double turn) {
+    for (int i = 0; i < corners; i++) {
+        const double angle = pi * (2.0 * i / corners + 0.5 * turn);
+        cairo_line_to(c, x + radius * sin(angle), y - radius * cos(angle));
+    }
+    cairo_close_path(c);
+}
+
+void kt_paper_mark(cairo_t *c, double x, double y, int mark, bool hollow, kt_colour colour, kt_colour paper) {
+    static const struct shape {
+        int corners; /* 0: a circle */
+        double turn, radius;
+    } shapes[KT_PLOT_MARK_COUNT] = {{0, 0.0, 3.4}, {4, 0.5, 4.4}, {3, 0.0, 4.6}, {4, 0.0, 4.4},
+                                    {3, 2.0, 4.6}, {5, 0.0, 4.4}, {6, 0.0, 4.2}};
+    const struct shape *shape = &shapes[(mark - 1) % KT_PLOT_MARK_COUNT];
+    cairo_new_path(c);
+    if (shape->corners == 0)
+        cairo_arc(c, x, y, shape->radius, 0.0, 2.0 * pi);
+    else
+        trace_polygon(c, x, y, shape->radius, shape->corners, shape->turn);
+    kt_paper_use(c, hollow ? paper : colour);
+    cairo_fill_preserve(c);
+    kt_paper_use(c, colour);
+    cairo_set_line_width(c, 1.3);
+    cairo_stroke(c);
+}

@@ -1,0 +1,200 @@
+/* What accuracy costs: a scene run by every method at many steps and tolerances, each run's error held against a
+ * reference whose own uncertainty is known, and its cost counted and timed.
+ *
+ *     kt_accuracy_options options = kt_accuracy_options_default();
+ *     kt_accuracy *study = NULL;
+ *     options.clock = cpu_seconds;
+ *     status = kt_accuracy_create(&scene.description, &scene.run, &options, &study, &error);
+ *     const kt_accuracy_results *results = kt_accuracy_get(study);
+ *     int best = kt_accuracy_best(study, 1e-6);
+ *     if (best >= 0)
+ *         ... results->points[best].setting is what to use ...
+ *     kt_accuracy_free(study);
+ *
+ * The norm of a difference between two states is the largest over all joints of
+ *   an angle        the difference on the circle, at most half a turn, rad; the one of a screw, which carries a length
+ *                   with it, in full;
+ *   a quaternion    the angle of the rotation between the two, rad;
+ *   a length        over the scene's length scale, the largest edge of the box in which joints, markers and centre of
+ *                   mass stay during the motion; in a scene without angles, in metres.
+ * Velocities: the rates of the same. An error is the largest at any record; errors at the end are told beside it.
+ *
+ * Source of the work-precision diagram: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+ * 2nd ed., Springer 1993, II.10; of growth rates: G. Benettin, L. Galgani, J.-M. Strelcyn, Phys. Rev. A 14 (1976) 2338.
+ */
+#ifndef KINETREE_ACCURACY_H
+#define KINETREE_ACCURACY_H
+
+#include "kinetree/analysis.h"
+#include "kinetree/simulation.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- what is asked for ------------------------------------------------------------------------------------------- */
+
+/* A way to compute the same motion: how the model is compiled and how it is run. What is compared besides methods is a
+ * list of these. */
+typedef struct kt_variant {
+    const char *label; /* for people; NULL: the scene's own way. Stays the caller's */
+    kt_model_options model;
+    kt_simulation_options simulation; /* method, max_steps and record are set by the study */
+    bool records;                     /* the timed runs hand over the scene's records; else none */
+    bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
+    kt_set_type set;
+} kt_variant;
+
+/* The scene's own way: what `run` asks for. */
+KT_API kt_variant kt_variant_default(const kt_run *run);
+
+/* States that are known already, at k * interval, k = 0 .. count - 1. */
+typedef struct kt_reference {
+    double interval;     /* s */
+    int count;           /* at least 2 */
+    const double *q, *v; /* count rows of nq and nv numbers */
+} kt_reference;
+
+typedef struct kt_accuracy_options {
+    double duration;                 /* s; 0: the run's */
+    int records;                     /* intervals at whose ends errors are measured; a given reference has its own */
+    const kt_method *const *methods; /* NULL: all that there are */
+    int method_count;
+    const double *steps; /* s, of methods without error estimate; NULL: chosen */
+    int step_count;
+    const double *tolerances; /* of adaptive methods; NULL: chosen */
+    int tolerance_count;
+    const kt_variant *variants; /* every method is run in each; NULL: in the scene's own way */
+    int variant_count;
+    const kt_reference *reference; /* NULL: computed */
+    uint64_t run_evaluations;      /* the most that one run may take */
+    double amplification;          /* the study ends where a small error has grown by this factor */
+
+    /* The library has no clock of its own. clock returns seconds that only rise, of the processor best; NULL: nothing
+     * is timed, no budget holds, and what is cheapest is what takes the fewest evaluations. */
+    double (*clock)(void *user);
+    double budget; /* s of the clock for the whole study */
+    /* Called before each run: how much is done (0 to 1) and what comes next. Returns 0 to go on. NULL: none. */
+    int (*progress)(double done, const char *what, void *user);
+    void *user;
+} kt_accuracy_options;
+
+/* All methods, steps and tolerances chosen, 200 records, 2e6 evaluations a run, amplification 1e6, no clock, 20 s. */
+KT_API kt_accuracy_options kt_accuracy_options_default(void);
+
+/* ---- what comes out ---------------------------------------------------------------------------------------------- */
+
+typedef struct kt_accuracy_error {
+    double position, velocity;         /* the largest over all records, in the norm above */
+    double end_position, end_velocity; /* at the end */
+    double energy;                     /* J, the largest difference from the reference's total energy */
+    kt_residual constraint;            /* the largest at any record */
+} kt_accuracy_error;
+
+/* One run. */
+typedef struct kt_accuracy_point {
+    double setting;              /* step, s, or tolerance (relative = absolute) */
+    kt_status status;            /* of the run; where it is not KT_OK, what follows is of the part before */
+    bool usable;                 /* it came to the end, with an error below a tenth of the motion's amplitude */
+    bool believed;               /* the error is above the reference's uncertainty; else all that is known is that */
+    bool cheapest, fewest;       /* on the Pareto front of error and time, of error and evaluations */
+    kt_accuracy_error error;     /* infinite where it failed */
+    kt_simulation_counts counts; /* of a run without records */
+    double cpu;                  /* s, the least of the repeated runs; NaN where there is no clock */
+    double spread;               /* median over least of them, less one */
+    int repeats;
+} kt_accuracy_point;
+
+/* Why there is no further point. */
+#define KT_ACCURACY_END_LIST(X)                                                                                        \
+    X(KT_ACCURACY_LISTED, "all settings were run")                                                                     \
+    X(KT_ACCURACY_FLOOR, "the error stopped falling")                                                                  \
+    X(KT_ACCURACY_REFERENCE, "the error reached the reference's uncertainty")                                          \
+    X(KT_ACCURACY_LENGTH, "the next run would be too long")                                                            \
+    X(KT_ACCURACY_BUDGET, "the time was used up")                                                                      \
+    X(KT_ACCURACY_UNUSABLE, "no setting worked")
+
+typedef enum kt_accuracy_end {
+#define KT_ACCURACY_END_ENUM(id, text) id,
+    KT_ACCURACY_END_LIST(KT_ACCURACY_END_ENUM)
+#undef KT_ACCURACY_END_ENUM
+} kt_accuracy_end;
+
+/* One method in one variant: points by falling setting. */
+typedef struct kt_accuracy_curve {
+    int variant;
+    const kt_method *method;
+    bool adaptive;      /* settings are tolerances */
+    int first, count;   /* of its points */
+    int fitted;         /* points of the asymptotic range, on which `slope` rests; 0: too few for one */
+    double slope;       /* of log error over log setting: the order, or for tolerances the proportionality, ideally 1 */
+    double floor;       /* where the error stops falling; NaN: it was not reached */
+    double stable_step; /* s, the largest stable step, where stability and not accuracy bounds it; else 0 */
+    kt_accuracy_end end;
+} kt_accuracy_curve;
+
+/* Why the study ends before the duration asked for. */
+typedef enum kt_accuracy_cut {
+    KT_ACCURACY_WHOLE = 0,
+    KT_ACCURACY_GROWTH,       /* small errors have grown by options.amplification: chaos */
+    KT_ACCURACY_DISAGREEMENT, /* the two reference solutions go different ways */
+    KT_ACCURACY_LATE,         /* the reference would take too long */
+} kt_accuracy_cut;
+
+typedef enum kt_accuracy_unit { KT_ACCURACY_RADIAN = 0, KT_ACCURACY_METRE, KT_ACCURACY_MIXED } kt_accuracy_unit;
+
+typedef struct kt_accuracy_results {
+    double asked, duration; /* s: asked for, studied */
+    kt_accuracy_cut cut;
+    double interval; /* s between records */
+    int records;     /* intervals */
+    kt_accuracy_unit unit;
+    double length;        /* m, the length scale */
+    double amplitude;     /* of the motion, in the norm: the largest distance from the initial state */
+    double amplification; /* of a small error, the largest up to the end of the study */
+    double growth;        /* 1/s, log(amplification) / duration */
+
+    const kt_method *reference; /* NULL: it was given */
+    const kt_method *check;     /* the second one */
+    double reference_tolerance, check_tolerance;
+    kt_accuracy_error uncertainty; /* the difference of the two */
+
+    const kt_variant *variants;
+    int variant_count;
+    const kt_accuracy_curve *curves;
+    int curve_count;
+    const kt_accuracy_point *points;
+    int point_count;
+} kt_accuracy_results;
+
+/* ---- the study --------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_accuracy kt_accuracy;
+
+/* Makes the whole study; it is to be released with kt_accuracy_free. options may be NULL. Runs that fail are points of
+ * it and no errors of the call. Errors: those of kt_model_compile and kt_simulation_create; KT_ERROR_ARGUMENT (an
+ * option, a scene in which nothing moves); KT_ERROR_CALLBACK (progress stopped it); what stops the reference. */
+KT_API KT_CHECKED kt_status kt_accuracy_create(const kt_description *description, const kt_run *run,
+                                               const kt_accuracy_options *options, kt_accuracy **study,
+                                               kt_error *error);
+KT_API void kt_accuracy_free(kt_accuracy *study);
+
+/* Valid until the study is released. */
+KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
+
+/* The model of the scene, compiled its own way. */
+KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
+
+/* The cheapest point with a position error of at most `goal`, the reference's uncertainty included; -1: there is none.
+ */
+KT_API int kt_accuracy_best(const kt_accuracy *study, double goal);
+
+/* One more run, of any variant, as those of the study: its point. Errors: as kt_accuracy_create. */
+KT_API KT_CHECKED kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method,
+                                                bool adaptive, double setting, kt_accuracy_point *point,
+                                                kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,58 @@
+/* Effects of a caller's own, through the interface that the library's effects have.
+ *
+ *     static int pull(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance)
+ * { const double k = *(const double *)user; const kt_vec3 d = kt_vec3_sub(ends[1].point, ends[0].point);
+ *         wrenches[0].force = kt_vec3_scale(k, d);
+ *         wrenches[1].force = kt_vec3_scale(-k, d);
+ *         if (balance)
+ *             balance->energy = 0.5 * k * kt_vec3_dot(d, d);
+ *         return 0;
+ *     }
+ *
+ *     kt_effect effect = kt_effect_default();
+ *     effect.type = KT_EFFECT_CUSTOM;
+ *     effect.between[0].body = "anchor";
+ *     effect.between[1].body = "boat";
+ *     effect.end_count = 2;
+ *     effect.push = pull;
+ *     effect.user = &stiffness;
+ *
+ * or, in a scalar joint, effect.joint and effect.drive. Scene files have no such effects.
+ *
+ * A callback is a function of its arguments alone: the same arguments must give the same result, at whatever times and
+ * in whatever order it is asked, and from several threads where the model is shared by several. It is asked at every
+ * stage of every step, also of steps that are not accepted. It returns
+ *     0: done;
+ *     > 0: not to be had in this state: an adaptive method tries a smaller step, with a fixed one the step fails with
+ *          KT_ERROR_EFFECT;
+ *     < 0: stop: the step fails with KT_ERROR_CALLBACK.
+ * In every case of failure the state is what it was before the step, and the error names the time and the effect. So it
+ * does, with KT_ERROR_NOT_FINITE, where what an effect exerts, this or any other, is not finite.
+ */
+#ifndef KINETREE_EFFECT_H
+#define KINETREE_EFFECT_H
+
+#include "kinetree/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* An end in motion, world axes. For a caller's effects the point is counted from the world's origin. */
+struct kt_effect_end {
+    kt_mat3 axes; /* of the end's frame */
+    kt_vec3 point;
+    kt_vec3 omega, velocity; /* angular velocity; velocity of the point */
+};
+
+/* Where the power P of all that an effect exerts comes from: P = supplied - dissipated - d(energy)/dt. */
+struct kt_effect_balance {
+    double energy;     /* potential energy, J */
+    double dissipated; /* power turned into heat, W */
+    double supplied;   /* power that comes from outside, W */
+};
+
+#ifdef __cplusplus
+}
+#endif
+#endif

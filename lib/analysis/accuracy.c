@@ -1,0 +1,246 @@
+/* An accuracy study from its options to its results: memory, models of the variants, and the order of the work. */
+#include "kinetree/accuracy.h"
+
+#include "analysis/accuracy.h"
+#include "base/arena.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+kt_accuracy_options kt_accuracy_options_default(void) {
+    kt_accuracy_options options = {0};
+    options.records = 200;
+    options.run_evaluations = 2000000;
+    options.amplification = 1e6;
+    options.budget = 20.0;
+    return options;
+}
+
+kt_variant kt_variant_default(const kt_run *run) {
+    kt_variant variant = {0};
+    variant.model = kt_model_options_default();
+    variant.model.reduction = run->reduction;
+    variant.model.metric = run->metric;
+    variant.model.formulation = run->formulation;
+    variant.simulation = kt_simulation_options_default();
+    return variant;
+}
+
+kt_status kt_accuracy_tell(kt_accuracy *study, double done, const char *what, kt_error *error) {
+    const kt_accuracy_options *options = &study->options;
+    if (options->progress == NULL || options->progress(done, what, options->user) == 0)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before %s", what);
+}
+
+/* ---- what is asked for ------------------------------------------------------------------------------------------- */
+
+static kt_status refuse(kt_error *error, const char *where, const char *message) {
+    return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
+}
+
+static bool are_positive(const double *numbers, int count) {
+    for (int i = 0; i < count; i++)
+        if (!(isfinite(numbers[i]) && numbers[i] > 0.0))
+            return false;
+    return numbers == NULL || (count > 0 && count <= KT_ACCURACY_POINTS_MAX);
+}
+
+static kt_status check_options(const kt_accuracy_options *options, double duration, kt_error *error) {
+    if (!(isfinite(duration) && duration > 0.0))
+        return refuse(error, "duration", "must be above zero for an error to be measured");
+    if (options->records < 1 || !(options->budget > 0.0) || !(options->amplification > 1.0) ||
+        options->run_evaluations == 0)
+        return refuse(error, "accuracy", "records, budget and run_evaluations must be above 0, amplification above 1");
+    if (!are_positive(options->steps, options->step_count))
+        return refuse(error, "steps", "must be 1 to 40 numbers above zero");
+    if (!are_positive(options->tolerances, options->tolerance_count))
+        return refuse(error, "tolerances", "must be 1 to 40 numbers above zero");
+    if ((options->methods != NULL && options->method_count < 1) ||
+        (options->variants != NULL && options->variant_count < 1))
+        return refuse(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
+    const kt_reference *reference = options->reference;
+    if (reference != NULL && (reference->count < 2 || !(reference->interval > 0.0) || !isfinite(reference->interval)))
+        return refuse(error, "reference", "it needs two records or more, an interval above zero apart");
+    return KT_OK;
+}
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* All arrays of a study: name, type, count. The same list measures and places. */
+#define KT_ACCURACY_FIELDS(X)                                                                                          \
+    X(models, kt_model *, variants)                                                                                    \
+    X(reference.q, double, rows * study->nq)                                                                           \
+    X(reference.v, double, rows * study->nv)                                                                           \
+    X(reference.energy, double, rows)                                                                                  \
+    X(second.q, double, rows * study->nq)                                                                              \
+    X(second.v, double, rows * study->nv)                                                                              \
+    X(second.energy, double, rows)                                                                                     \
+    X(difference, double, study->nv)                                                                                   \
+    X(begin, double, study->nq + study->nv)                                                                            \
+    X(moved, double, study->nq)                                                                                        \
+    X(curves, kt_accuracy_curve, curves)                                                                               \
+    X(points, kt_accuracy_point, KT_ACCURACY_POINTS_MAX *curves)
+
+static size_t lay_out(kt_accuracy *study, char *memory, size_t rows, size_t variants, size_t curves) {
+    size_t used = 0;
+#define KT_ACCURACY_PLACE(name, type, count) study->name = kt_arena_take(memory, &used, (count) * sizeof(type));
+    KT_ACCURACY_FIELDS(KT_ACCURACY_PLACE)
+#undef KT_ACCURACY_PLACE
+    return used;
+}
+
+/* The study's arrays, behind a study of its own. */
+static kt_accuracy *make_room(const kt_accuracy *start) {
+    kt_accuracy probe = *start;
+    const size_t rows = (size_t)start->results.records + 1, variants = (size_t)start->results.variant_count;
+    const size_t curves = (size_t)start->results.curve_count, head = kt_arena_round(sizeof(kt_accuracy));
+    const size_t bytes = head + lay_out(&probe, NULL, rows, variants, curves);
+    char *memory = aligned_alloc(KT_ARENA_ALIGNMENT, bytes);
+    if (memory == NULL)
+        return NULL;
+    memset(memory, 0, bytes);
+    kt_accuracy *study = (kt_accuracy *)(void *)memory;
+    *study = *start;
+    (void)lay_out(study, memory + head, rows, variants, curves);
+    study->results.curves = study->curves;
+    study->results.points = study->points;
+    if (study->results.variants == NULL) /* the scene's own way, which is kept here */
+        study->results.variants = &study->own;
+    return study;
+}
+
+void kt_accuracy_free(kt_accuracy *study) {
+    if (study == NULL)
+        return;
+    for (int i = 0; i < study->results.variant_count; i++)
+        kt_model_free(study->models[i]);
+    kt_model_free(study->model);
+    free(study);
+}
+
+/* ---- the study --------------------------------------------------------------------------------------------------- */
+
+static const kt_method *method_at(const kt_accuracy_options *options, int index) {
+    return options->methods != NULL ? options->methods[index] : kt_method_at(index);
+}
+
+/* to_come: curves still to come, this one counted. */
+static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_come, kt_error *error) {
+    kt_accuracy_results *results = &study->results;
+    kt_accuracy_curve *curve = &study->curves[index];
+    const double now = kt_accuracy_now(study), left = study->deadline - now;
+    curve->variant = index / methods;
+    curve->method = method_at(&study->options, index % methods);
+    curve->adaptive = curve->method->embedded_order > 0;
+    curve->first = KT_ACCURACY_POINTS_MAX * index;
+    const char *label = results->variants[curve->variant].label;
+    kt_status status = kt_accuracy_tell(study, 1.0 - 0.85 * to_come / results->curve_count,
+                                        label != NULL && curve->variant > 0 ? label : curve->method->name, error);
+    if (status == KT_OK && study->models[curve->variant] == NULL)
+        status = kt_model_compile(study->description, &results->variants[curve->variant].model,
+                                  &study->models[curve->variant], error);
+    if (status != KT_OK)
+        return status;
+    /* What the curves before have left over is for those to come, in equal parts, and twice that for one that needs it.
+     */
+    return kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * left / to_come), error);
+}
+
+/* Points of all curves one after the other, without gaps. */
+static void close_gaps(kt_accuracy *study) {
+    int used = 0;
+    for (int i = 0; i < study->results.curve_count; i++) {
+        kt_accuracy_curve *curve = &study->curves[i];
+        memmove(study->points + used, study->points + curve->first, (size_t)curve->count * sizeof *study->points);
+        curve->first = used;
+        used += curve->count;
+    }
+    study->results.point_count = used;
+}
+
+/* Methods of high order come first: what is worth knowing does not wait for what is slow. */
+static kt_status work(kt_accuracy *study, kt_error *error) {
+    const int count = study->results.curve_count, variants = study->results.variant_count, methods = count / variants;
+    kt_status status = kt_accuracy_find_reference(study, error);
+    study->deadline = study->started + study->options.budget;
+    for (int i = 0; i < count && status == KT_OK; i++)
+        status = run_curve(study, i % variants * methods + (methods - 1 - i / variants), methods, count - i, error);
+    if (status == KT_OK) {
+        close_gaps(study);
+        kt_accuracy_mark_front(study);
+    }
+    return status;
+}
+
+/* What can be said before there is memory: sizes, and the model. */
+static kt_status begin(kt_accuracy *study, const kt_description *description, const kt_run *run, kt_error *error) {
+    const kt_accuracy_options *options = &study->options;
+    kt_accuracy_results *results = &study->results;
+    study->description = description;
+    study->run = *run;
+    study->started = kt_accuracy_now(study);
+    results->asked = options->duration > 0.0 ? options->duration : run->duration;
+    results->records = options->records;
+    if (options->reference != NULL) {
+        results->records = options->reference->count - 1;
+        results->asked = options->reference->interval * results->records;
+    }
+    results->duration = results->asked;
+    results->interval = results->duration / results->records;
+    kt_status status = check_options(options, results->asked, error);
+    if (status != KT_OK)
+        return status;
+    study->own = kt_variant_default(run);
+    results->variants = options->variants;
+    results->variant_count = options->variants != NULL ? options->variant_count : 1;
+    results->curve_count =
+        (options->methods != NULL ? options->method_count : kt_method_count()) * results->variant_count;
+    status = kt_model_compile(description, &study->own.model, &study->model, error);
+    if (status != KT_OK)
+        return status;
+    study->nq = (size_t)kt_model_nq(study->model);
+    study->nv = (size_t)kt_model_nv(study->model);
+    if (study->nv == 0)
+        return refuse(error, "accuracy", "nothing moves in this scene: it has no error");
+    return KT_OK;
+}
+
+kt_status kt_accuracy_create(const kt_description *description, const kt_run *run, const kt_accuracy_options *options,
+                             kt_accuracy **study, kt_error *error) {
+    kt_accuracy start = {.options = options != NULL ? *options : kt_accuracy_options_default()};
+    kt_accuracy *made = NULL;
+    kt_status status = begin(&start, description, run, error);
+    if (status == KT_OK) {
+        made = make_room(&start);
+        if (made == NULL)
+            status = kt_error_set(error, KT_ERROR_MEMORY, "accuracy", "there is not enough memory for the study");
+    }
+    if (status != KT_OK) {
+        kt_model_free(start.model);
+        return status;
+    }
+    status = work(made, error);
+    if (status == KT_OK)
+        *study = made;
+    else
+        kt_accuracy_free(made);
+    return status;
+}
+
+const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study) { return &study->results; }
+
+const kt_model *kt_accuracy_model(const kt_accuracy *study) { return study->model; }
+
+kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
+                              double setting, kt_accuracy_point *point, kt_error *error) {
+    kt_model *model = NULL;
+    if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))
+        return refuse(error, "accuracy", "a method, adaptive only with an error estimate, and a setting above zero");
+    kt_status status = kt_model_compile(study->description, &variant->model, &model, error);
+    if (status == KT_OK)
+        status = kt_accuracy_try(study, model, variant, method, adaptive, setting, point, error);
+    kt_model_free(model);
+    return status;
+}

@@ -1,0 +1,324 @@
+/* The reference of a study, how far it can be trusted, and for how long.
+ *
+ * Two solutions by methods that share no coefficient, dop853 and tsit5, both at the tightest tolerance that they can be
+ * had with: their difference bounds the error of the better one unless both are wrong alike, and stands for the
+ * uncertainty of the reference. Where a reference is given, dop853 is held against that.
+ *
+ * Horizon. With d(t) the distance between the reference and a run from a state moved by d(0) = 1e-8 or so,
+ *
+ *     K(t) = d(t) / d(0),   d = |q - q'| + T |v - v'|,   T = amplitude / largest speed
+ *
+ * is by how much small errors grow until t (log K / t: the finite-time Lyapunov exponent, Benettin 1976). Rounding,
+ * too, is such an error: where K reaches 1e6, a result has lost six digits besides those that its method costs, a
+ * coarse step no longer tells a good method from a bad one, and the study stops there. So it does where the two
+ * solutions part, as at a position from which a mechanism can move on in several ways.
+ */
+#include "analysis/accuracy.h"
+
+#include "kinetree/joint.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double tightest = 1e-13, loosest = 1e-9, nudge = 1e-8;
+static const double parted = 1e-5; /* of the amplitude: two solutions are no longer the same motion */
+
+/* Watches a run at its records. */
+typedef struct kt_walk {
+    kt_accuracy *study;
+    const kt_simulation *simulation;
+    kt_accuracy_states *into;          /* where states are kept; NULL: nowhere */
+    const kt_accuracy_states *against; /* what they are held against; NULL: nothing */
+    double begin, time;                /* d(0), and T above */
+    double amplification;              /* the largest K */
+    int rows;                          /* records taken */
+    bool has_room;                     /* the box is to be found */
+    kt_vec3 low, high;
+    double until;         /* of the clock */
+    uint64_t evaluations; /* the most */
+} kt_walk;
+
+static void widen(kt_walk *walk, kt_vec3 at) {
+    walk->low = kt_vec3_make(fmin(walk->low.x, at.x), fmin(walk->low.y, at.y), fmin(walk->low.z, at.z));
+    walk->high = kt_vec3_make(fmax(walk->high.x, at.x), fmax(walk->high.y, at.y), fmax(walk->high.z, at.z));
+}
+
+/* All places that are known by name, and the centre of mass. */
+static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
+    const kt_model *model = walk->study->model;
+    kt_vec3 center;
+    if (kt_mass_center(model, data, &center) > 0.0)
+        widen(walk, center);
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        widen(walk, kt_point_position(model, data, body, kt_vec3_make(0.0, 0.0, 0.0)));
+        for (int marker = 0; marker < kt_marker_count(model, body); marker++)
+            widen(walk, kt_point_position(model, data, body, kt_marker_at(model, body, marker)));
+    }
+}
+
+static double distance(const kt_walk *walk, const kt_record *record) {
+    kt_accuracy *study = walk->study;
+    const size_t row = (size_t)record->index;
+    const kt_accuracy_norm norm =
+        kt_accuracy_distance(study->model, study->results.length, walk->against->q + row * study->nq,
+                             walk->against->v + row * study->nv, record->q, record->v, study->difference);
+    return norm.position + walk->time * norm.velocity;
+}
+
+static int watch(const kt_record *record, void *user) {
+    kt_walk *walk = user;
+    kt_accuracy *study = walk->study;
+    const size_t row = (size_t)record->index;
+    if (walk->into != NULL) {
+        memcpy(walk->into->q + row * study->nq, record->q, study->nq * sizeof(double));
+        memcpy(walk->into->v + row * study->nv, record->v, study->nv * sizeof(double));
+        walk->into->energy[row] = record->kinetic + record->potential;
+    }
+    if (walk->has_room)
+        widen_by_bodies(walk, record->data);
+    if (walk->against != NULL) {
+        const double grown = distance(walk, record) / walk->begin;
+        if (!(grown <= study->options.amplification))
+            return 1;
+        walk->amplification = fmax(walk->amplification, grown);
+    }
+    walk->rows = (int)record->index + 1;
+    const bool late = study->options.clock != NULL && kt_accuracy_now(study) > walk->until;
+    return late || kt_simulation_counts_get(walk->simulation).evaluations > walk->evaluations;
+}
+
+/* ---- one solution ------------------------------------------------------------------------------------------------ */
+
+static kt_status make_simulation(kt_accuracy *study, const char *method, double tolerance, kt_simulation **simulation,
+                                 kt_error *error) {
+    kt_run run = kt_accuracy_run(study, &study->own, kt_method_find(method), true, tolerance);
+    kt_simulation_options options = kt_simulation_options_default();
+    run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY;
+    options.kinematics = true;
+    return kt_simulation_create(study->model, &run, &options, simulation, error);
+}
+
+/* Runs to the end or until the walk stops, which is no error. */
+static kt_status follow(kt_walk *walk, kt_simulation *simulation, kt_error *error) {
+    walk->simulation = simulation;
+    const kt_status status = kt_simulation_run(simulation, watch, walk, error);
+    return status == KT_ERROR_CALLBACK ? KT_OK : status;
+}
+
+/* At the tightest tolerance that works, from *tolerance up. *tolerance becomes the one that did. */
+static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt_simulation_counts *counts,
+                       kt_error *error) {
+    kt_status status;
+    const kt_walk fresh = *start;
+    for (;; *tolerance *= 10.0) {
+        kt_simulation *simulation = NULL;
+        *start = fresh;
+        status = make_simulation(start->study, method, *tolerance, &simulation, error);
+        if (status == KT_OK)
+            status = follow(start, simulation, error);
+        if (status == KT_OK)
+            *counts = kt_simulation_counts_get(simulation);
+        kt_simulation_free(simulation);
+        if (status != KT_ERROR_STEP || *tolerance > 0.5 * loosest)
+            return status;
+    }
+}
+
+/* Keeps the first `rows` records. */
+static void shorten(kt_accuracy *study, int rows, kt_accuracy_cut cut) {
+    kt_accuracy_results *results = &study->results;
+    if (rows > results->records)
+        return;
+    results->records = rows > 1 ? rows - 1 : 1;
+    results->duration = results->records * results->interval;
+    results->cut = cut;
+}
+
+/* ---- scales ------------------------------------------------------------------------------------------------------ */
+
+static void find_length(kt_accuracy *study, const kt_walk *walk) {
+    kt_accuracy_results *results = &study->results;
+    results->unit = kt_accuracy_find_unit(study->model);
+    const kt_vec3 size = kt_vec3_sub(walk->high, walk->low);
+    const double edge = fmax(size.x, fmax(size.y, size.z));
+    results->length = results->unit == KT_ACCURACY_MIXED && edge > 0.0 && isfinite(edge) ? edge : 1.0;
+}
+
+/* How far the motion goes from where it begins. Returns its largest speed. */
+static double find_amplitude(kt_accuracy *study, const kt_accuracy_states *states) {
+    kt_accuracy_results *results = &study->results;
+    double speed = 0.0;
+    results->amplitude = 0.0;
+    memset(study->begin + study->nq, 0, study->nv * sizeof(double));
+    for (int k = 0; k <= results->records; k++) {
+        const size_t row = (size_t)k;
+        const kt_accuracy_norm norm =
+            kt_accuracy_distance(study->model, results->length, study->begin, study->begin + study->nq,
+                                 states->q + row * study->nq, states->v + row * study->nv, study->difference);
+        results->amplitude = fmax(results->amplitude, norm.position);
+        speed = fmax(speed, norm.velocity);
+    }
+    memcpy(study->begin + study->nq, states->v, study->nv * sizeof(double));
+    return speed;
+}
+
+/* ---- growth ------------------------------------------------------------------------------------------------------ */
+
+/* A run from a state moved a little in all directions, held against the reference. Returns how many records lie before
+ * the limit; all of them where the neighbour cannot be run, and growth is then unknown. */
+static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, double speed) {
+    kt_accuracy_results *results = &study->results;
+    kt_walk walk = {.study = study, .against = states, .begin = 1.0, .amplification = 1.0};
+    kt_simulation *simulation = NULL;
+    walk.until = study->started + 0.35 * study->options.budget;
+    walk.evaluations = 8 * study->options.run_evaluations;
+    walk.time = speed > 0.0 && results->amplitude > 0.0 ? results->amplitude / speed : 1.0;
+    walk.rows = results->records + 1;
+    if (make_simulation(study, "dop853", 1e-12, &simulation, NULL) != KT_OK)
+        return walk.rows;
+    for (size_t i = 0; i < study->nv; i++)
+        study->difference[i] = nudge * cos(1.0 + 2.39996 * (double)i); /* golden angles: no symmetry */
+    kt_position_add(study->model, study->begin, study->difference, study->moved);
+    if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
+        const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
+        walk.begin = distance(&walk, &first);
+        if (walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK)
+            walk.rows = results->records + 1;
+        else if (results->records + 1 > walk.rows && walk.amplification < 1e-3 * study->options.amplification)
+            walk.rows = results->records + 1; /* it was late, not far */
+    }
+    kt_simulation_free(simulation);
+    results->amplification = walk.amplification;
+    results->growth = log(walk.amplification) / ((walk.rows > 1 ? walk.rows - 1 : 1) * results->interval);
+    return walk.rows;
+}
+
+/* ---- the second solution ----------------------------------------------------------------------------------------- */
+
+/* A method of order 5 takes some six times the evaluations of dop853 at 1e-13, and 10^(1/5) less a decade above. */
+static double choose_tolerance(const kt_accuracy *study, double used) {
+    double tolerance = tightest;
+    if (study->options.clock == NULL)
+        return tolerance;
+    while (tolerance < 0.1 * loosest && 6.0 * used * pow(tolerance / tightest, -0.2) > 0.15 * study->options.budget)
+        tolerance *= 10.0;
+    return tolerance;
+}
+
+/* The largest differences of two solutions up to where they part. Returns the number of records up to there. */
+static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const kt_accuracy_states *b, int rows,
+                   kt_accuracy_error *error) {
+    const kt_accuracy_results *results = &study->results;
+    memset(error, 0, sizeof *error);
+    for (int k = 0; k < rows; k++) {
+        const size_t row = (size_t)k;
+        const kt_accuracy_norm norm =
+            kt_accuracy_distance(study->model, results->length, a->q + row * study->nq, a->v + row * study->nv,
+                                 b->q + row * study->nq, b->v + row * study->nv, study->difference);
+        error->end_position = norm.position;
+        error->end_velocity = norm.velocity;
+        if (!(norm.position <= parted * fmax(results->amplitude, nudge)))
+            return k;
+        error->position = fmax(error->position, norm.position);
+        error->velocity = fmax(error->velocity, norm.velocity);
+        error->energy = fmax(error->energy, fabs(a->energy[row] - b->energy[row]));
+    }
+    return rows;
+}
+
+/* Of a computed reference: tsit5. Fills study->second. */
+static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
+    kt_accuracy_results *results = &study->results;
+    kt_simulation_counts counts;
+    kt_walk walk = {.study = study, .into = &study->second};
+    walk.until = study->started + 0.6 * study->options.budget;
+    walk.evaluations = 16 * study->options.run_evaluations;
+    results->check = kt_method_find("tsit5");
+    results->check_tolerance = choose_tolerance(study, used);
+    const kt_status status = solve(&walk, results->check->name, &results->check_tolerance, &counts, error);
+    if (status == KT_OK)
+        shorten(study, walk.rows, KT_ACCURACY_LATE);
+    return status;
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+/* dop853's solution, the scales, and the horizon that errors' growth leaves. *used: s of the clock. */
+static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, double *used, int *grown, kt_error *error) {
+    kt_accuracy_results *results = &study->results;
+    kt_simulation_counts counts;
+    kt_walk walk = {.study = study, .into = states, .has_room = true};
+    walk.low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+    walk.high = kt_vec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+    walk.until = study->started + 0.25 * study->options.budget;
+    walk.evaluations = 4 * study->options.run_evaluations;
+    double tolerance = tightest, start = kt_accuracy_now(study);
+    kt_status status = solve(&walk, "dop853", &tolerance, &counts, error);
+    if (status != KT_OK)
+        return status;
+    *used = kt_accuracy_now(study) - start;
+    shorten(study, walk.rows, KT_ACCURACY_LATE);
+    study->evaluation = *used / (double)counts.evaluations;
+    study->reference_steps = (double)counts.steps / results->duration;
+    (results->reference != NULL ? &results->reference_tolerance : &results->check_tolerance)[0] = tolerance;
+    memcpy(study->begin, states->q, study->nq * sizeof(double));
+    memcpy(study->begin + study->nq, states->v, study->nv * sizeof(double));
+    find_length(study, &walk);
+    *grown = find_growth(study, states, find_amplitude(study, states));
+    return KT_OK;
+}
+
+static kt_status find_computed(kt_accuracy *study, kt_error *error) {
+    kt_accuracy_results *results = &study->results;
+    const int records = results->records;
+    double used = 0.0;
+    int rows = 0;
+    results->reference = kt_method_find("dop853");
+    kt_status status = find_first(study, &study->reference, &used, &rows, error);
+    /* A short horizon is worth records of its own. */
+    for (int i = 0; i < 4 && status == KT_OK && 2 * rows < records && rows <= results->records; i++) {
+        results->duration = (rows > 1 ? rows - 1 : 1) * results->interval;
+        results->interval = results->duration / records;
+        results->records = records;
+        status = find_first(study, &study->reference, &used, &rows, error);
+        results->cut = KT_ACCURACY_GROWTH;
+    }
+    if (status != KT_OK)
+        return status;
+    shorten(study, rows, KT_ACCURACY_GROWTH);
+    return find_second(study, used, error);
+}
+
+/* A given reference is checked by dop853, and has its energy from there. */
+static kt_status find_given(kt_accuracy *study, kt_error *error) {
+    const kt_reference *given = study->options.reference;
+    const size_t rows = (size_t)given->count;
+    double used = 0.0;
+    int grown = 0;
+    memcpy(study->reference.q, given->q, rows * study->nq * sizeof(double));
+    memcpy(study->reference.v, given->v, rows * study->nv * sizeof(double));
+    study->results.check = kt_method_find("dop853");
+    const kt_status status = find_first(study, &study->second, &used, &grown, error);
+    if (status == KT_OK)
+        shorten(study, grown, KT_ACCURACY_GROWTH);
+    memcpy(study->reference.energy, study->second.energy, rows * sizeof(double));
+    return status;
+}
+
+kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
+    kt_accuracy_results *results = &study->results;
+    kt_status status = kt_accuracy_tell(study, 0.0, "the reference", error);
+    if (status == KT_OK)
+        status = study->options.reference != NULL ? find_given(study, error) : find_computed(study, error);
+    if (status != KT_OK)
+        return status;
+    const int rows = compare(study, &study->reference, &study->second, results->records + 1, &results->uncertainty);
+    shorten(study, rows, KT_ACCURACY_DISAGREEMENT);
+    if (rows < 2)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "reference",
+                            "it parts from what %s computes at once: %.3g in the norm of the study, with an amplitude "
+                            "of %.3g; is it of this scene, with the same start?",
+                            results->check->name, results->uncertainty.end_position, results->amplitude);
+    find_amplitude(study, &study->reference);
+    return KT_OK;
+}

@@ -1,0 +1,198 @@
+/* One run of a study: its error, its counts, its time.
+ *
+ * The error comes from a run with records at the reference's times, so that it is the error of what a user is given,
+ * dense output included. Counts and time come from runs without records, from the same start to the same end, repeated:
+ * other work on a machine only ever adds time, so that the least of the times is nearest to what the run costs by
+ * itself, and the median's distance from it says how much the machine was disturbed.
+ */
+#include "analysis/accuracy.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 15 };
+static const double sample_least = 2e-4; /* s: shorter runs are repeated within a sample, for the clock's sake */
+
+kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
+                       double setting) {
+    kt_run run = study->run;
+    run.duration = study->results.duration;
+    run.interval = study->results.interval;
+    run.integrator = method->name;
+    run.formulation = variant->model.formulation;
+    run.step = adaptive ? 0.0 : setting;
+    run.relative = run.absolute = adaptive ? setting : 1.0;
+    run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
+    run.markers = NULL;
+    run.marker_count = 0;
+    return run;
+}
+
+double kt_accuracy_most(const kt_accuracy *study) {
+    double most = (double)study->options.run_evaluations;
+    if (study->options.clock != NULL && study->evaluation > 0.0) {
+        /* The last run of a ladder is about half of it, and is run once for its error and a few times for its cost. */
+        const double seconds = study->options.budget / (8.0 * study->results.curve_count);
+        most = fmin(most, seconds / study->evaluation);
+    }
+    return most;
+}
+
+/* ---- the error --------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_watcher {
+    kt_accuracy *study;
+    kt_accuracy_error *error;
+} kt_watcher;
+
+static double larger(double a, double b) { return b > a || isnan(b) ? b : a; }
+
+static int watch(const kt_record *record, void *user) {
+    const kt_watcher *watcher = user;
+    kt_accuracy *study = watcher->study;
+    kt_accuracy_error *error = watcher->error;
+    const size_t row = (size_t)record->index;
+    const kt_accuracy_norm norm =
+        kt_accuracy_distance(study->model, study->results.length, study->reference.q + row * study->nq,
+                             study->reference.v + row * study->nv, record->q, record->v, study->difference);
+    error->position = larger(error->position, norm.position);
+    error->velocity = larger(error->velocity, norm.velocity);
+    error->end_position = norm.position;
+    error->end_velocity = norm.velocity;
+    error->energy = larger(error->energy, fabs(record->kinetic + record->potential - study->reference.energy[row]));
+    if (!isnan(record->constraint.position)) {
+        error->constraint.position = larger(error->constraint.position, record->constraint.position);
+        error->constraint.velocity = larger(error->constraint.velocity, record->constraint.velocity);
+    }
+    return 0;
+}
+
+/* ---- the time ---------------------------------------------------------------------------------------------------- */
+
+static int pass_over(const kt_record *record, void *user) {
+    (void)record;
+    (void)user;
+    return 0;
+}
+
+static kt_status run_once(kt_accuracy *study, kt_simulation *simulation, bool records) {
+    kt_status status = kt_simulation_set_state(simulation, 0.0, study->begin, study->begin + study->nq, NULL);
+    if (status == KT_OK)
+        status = records ? kt_simulation_run(simulation, pass_over, NULL, NULL)
+                         : kt_simulation_advance(simulation, study->results.duration, NULL);
+    return status;
+}
+
+/* Into rising order. */
+static void insert(double *samples, int count, double sample) {
+    for (; count > 0 && samples[count - 1] > sample; count--)
+        samples[count] = samples[count - 1];
+    samples[count] = sample;
+}
+
+static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, const kt_variant *variant,
+                              kt_accuracy_point *point) {
+    double samples[SAMPLES_MOST], start = kt_accuracy_now(study);
+    /* Of a ladder's share of the time: one part in 60 is well spent on many samples, one in 15 on three. */
+    const double share = study->options.budget / study->results.curve_count;
+    kt_status status = run_once(study, simulation, variant->records);
+    double last = kt_accuracy_now(study), used = last - start;
+    point->counts = kt_simulation_counts_get(simulation);
+    if (status != KT_OK || study->options.clock == NULL)
+        return status;
+    const int inner = used < sample_least ? (int)fmin(1000.0, ceil(sample_least / fmax(used, 1e-7))) : 1;
+    int count = 0;
+    if (inner == 1) /* the first one counts */
+        insert(samples, count++, used);
+    while (count < SAMPLES_MOST && last - start < (count < SAMPLES_LEAST ? share / 15.0 : share / 60.0)) {
+        for (int i = 0; i < inner && status == KT_OK; i++)
+            status = run_once(study, simulation, variant->records);
+        const double now = kt_accuracy_now(study);
+        insert(samples, count++, (now - last) / inner);
+        last = now;
+    }
+    if (count == 0)
+        insert(samples, count++, used);
+    point->cpu = samples[0];
+    point->repeats = count * inner;
+    point->spread = samples[0] > 0.0 ? samples[count / 2] / samples[0] - 1.0 : 0.0;
+    return status;
+}
+
+/* ---- both -------------------------------------------------------------------------------------------------------- */
+
+static void judge(const kt_accuracy *study, kt_accuracy_point *point) {
+    const kt_accuracy_results *results = &study->results;
+    const double most = KT_ACCURACY_USABLE * kt_accuracy_amplitude(study);
+    if (point->status != KT_OK || isnan(point->error.position))
+        point->error.position = point->error.velocity = HUGE_VAL;
+    point->usable = point->error.position <= most;
+    point->believed = point->error.position > results->uncertainty.position;
+}
+
+/* The run whose time counts: nothing is recorded, or what the scene asks for. */
+static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_variant *variant, kt_run run,
+                         kt_simulation_options options, kt_accuracy_point *point, kt_error *error) {
+    kt_simulation *simulation = NULL;
+    options.record = 0U;
+    if (variant->records) {
+        run.interval = study->run.interval;
+        run.record = study->run.record;
+        run.markers = study->run.markers;
+        run.marker_count = study->run.marker_count;
+    }
+    kt_status status = kt_simulation_create(model, &run, &options, &simulation, error);
+    if (status != KT_OK)
+        return status;
+    if (measure_time(study, simulation, variant, point) != KT_OK) { /* the same run again: it cannot be */
+        point->usable = false;
+        point->status = KT_ERROR_STEP;
+    }
+    kt_simulation_free(simulation);
+    return KT_OK;
+}
+
+static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_run *run,
+                          const kt_simulation_options *options, kt_accuracy_point *point, kt_error *error) {
+    kt_simulation_options recorded = *options;
+    kt_simulation *simulation = NULL;
+    kt_watcher watcher = {study, &point->error};
+    recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
+    if (status != KT_OK)
+        return status;
+    point->status = kt_simulation_run(simulation, watch, &watcher, NULL);
+    point->counts = kt_simulation_counts_get(simulation);
+    kt_simulation_free(simulation);
+    judge(study, point);
+    return point->usable ? time_it(study, model, variant, *run, *options, point, error) : KT_OK;
+}
+
+/* The options of a coordinate set for this setting; an adaptive method's steps are taken for twice as long as those of
+ * the reference. */
+static kt_set_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive, double setting) {
+    const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
+    return kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+}
+
+kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,
+                          bool adaptive, double setting, kt_accuracy_point *point, kt_error *error) {
+    const kt_run run = kt_accuracy_run(study, variant, method, adaptive, setting);
+    kt_simulation_options options = variant->simulation;
+    kt_status status = KT_OK;
+    kt_set *set = NULL;
+    *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
+    options.method = method;
+    options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
+    if (variant->has_set) {
+        const kt_set_options wish = choose_set(study, variant, adaptive, setting);
+        const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
+        status = kt_set_create(absolute ? kt_model_absolute(model) : model, &wish, &set, error);
+        if (status == KT_OK)
+            kt_set_use(set, &options);
+    }
+    if (status == KT_OK)
+        status = try_with(study, model, variant, &run, &options, point, error);
+    kt_set_free(set);
+    return status;
+}

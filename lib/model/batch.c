@@ -1,0 +1,86 @@
+/* Effects on their way onto a tree: batches of one type, which are summed in one go, and the links that bear their
+ * ends.
+ *
+ * Effects on joints come first, then those with one end, then those with two; within these types follow in the order of
+ * their list, a caller's own last, and within a type effects stay in the description's order. Effects on joints need no
+ * motion of links; the others that of the links that bear an end and of those that carry these.
+ */
+#include "model/attach.h"
+
+#include <string.h>
+
+/* Batches go by this. */
+static int key_of(int type, int ends) {
+    return ends * (KT_EFFECT_TYPE_COUNT + 1) + (type == KT_EFFECT_CUSTOM ? KT_EFFECT_TYPE_COUNT : type);
+}
+
+enum { KEYS = 3 * (KT_EFFECT_TYPE_COUNT + 1) };
+
+static bool turns(const kt_link *link) { return link->motion == KT_MOTION_TURN || link->motion == KT_MOTION_HELIX; }
+
+/* Marks the links from one that bears an end down to the ground. */
+static void mark(kt_attach *a, kt_counts *n, const char *body) {
+    const kt_model *m = a->tree;
+    int32_t link = body ? m->body[kt_body_find(m, body)].link : 0;
+    for (; link > 0 && a->bearer[link] == 0; link = m->link[link].parent) {
+        a->bearer[link] = 1;
+        n->bearer++;
+        n->bearer_angle += turns(&m->link[link]);
+    }
+}
+
+void kt_attach_count_effects(kt_attach *a, kt_counts *n) {
+    bool known[KEYS] = {false};
+    for (size_t i = 0; i < n->effect; i++) {
+        const kt_effect *effect = &a->description->effects[i];
+        const int ends = kt_effect_end_count(effect), key = key_of((int)effect->type, ends);
+        n->batch += !known[key];
+        known[key] = true;
+        if (ends > 0 && n->bearer == 0)
+            n->bearer = 1; /* the ground */
+        for (int k = 0; k < ends; k++)
+            mark(a, n, effect->between[k].body);
+        n->text += effect->name ? strlen(effect->name) + 1 : 0;
+    }
+}
+
+/* The marked links in their order, parents before children; the marks become places. */
+static void list_bearers(kt_attach *a, kt_model *m) {
+    int32_t count = 1, angle = 0;
+    if (m->n.bearer == 0)
+        return;
+    m->bearer[0] = (kt_bearer){.base = true};
+    for (int32_t i = 1; i < (int32_t)m->n.link; i++) {
+        const kt_link *link = &m->link[i];
+        if (a->bearer[i] == 0)
+            continue;
+        kt_bearer *b = &m->bearer[count];
+        *b = (kt_bearer){.link = i, .parent = a->bearer[link->parent]};
+        b->base = m->bearer[b->parent].base && (b->parent == 0 || link->body == m->link[link->parent].body);
+        if (turns(link)) {
+            m->bearer_angle[angle] = link->q;
+            m->bearer_turn[angle++] = link->angle;
+        }
+        a->bearer[i] = count++;
+    }
+}
+
+void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
+    int32_t place = 0, batch = 0;
+    list_bearers(a, m);
+    for (int key = 0; key < KEYS && place < (int32_t)m->n.effect; key++) {
+        const int32_t first = place;
+        for (size_t i = 0; i < m->n.effect; i++) {
+            const kt_effect_record *r = &a->effect[i];
+            if (key_of(r->type, r->ends) != key)
+                continue;
+            m->effect[place] = *r;
+            for (int k = 0; k < r->ends; k++)
+                m->effect[place].bearer[k] = a->bearer[r->link[k]];
+            place++;
+        }
+        if (place > first)
+            m->batch[batch++] = (kt_effect_batch){
+                .type = m->effect[first].type, .ends = m->effect[first].ends, .first = first, .count = place - first};
+    }
+}

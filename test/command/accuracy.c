@@ -1,0 +1,198 @@
+/* kinetree accuracy and kinetree plot: what they print, write and draw, and what they say to wrong command lines. */
+#include "shell.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char pendulum[] = "kinetree: 1\n"
+                               "name: a pendulum\n"
+                               "gravity: [0, -9.81, 0]\n"
+                               "bodies:\n"
+                               "  - name: bob\n"
+                               "    joint: {type: revolute, position: 1}\n"
+                               "    mass: 1\n"
+                               "    shape: {type: point, at: [0, -1, 0]}\n"
+                               "simulate: {duration: 2}\n";
+
+/* Ends within a few seconds on any machine: few methods, few settings. */
+static const char quick[] = "--integrators=rk4,dopri5 --steps=0.02,0.01,0.005 --tolerances=1e-5,1e-7,1e-9 --quiet";
+
+/* The line of a method at a setting; -1: none. */
+static int find_row(const char *csv, const char *method, double setting) {
+    char start[64];
+    snprintf(start, sizeof start, "\n,%s,", method);
+    const int column = kt_csv_column(csv, "setting");
+    int line = 0;
+    for (const char *at = csv; (at = strchr(at, '\n')) != NULL; at++) {
+        line++;
+        if (strncmp(at, start, strlen(start)) == 0 && kt_csv_number(csv, line, column) == setting)
+            return line;
+    }
+    return -1;
+}
+
+KT_TEST(accuracy_writes_every_run) {
+    kt_write_file("p.yaml", pendulum);
+    kt_ran ran = kt_shell("$K accuracy p.yaml %s --out a.csv", quick);
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_text("quiet", ran.out, "");
+    const char *csv = kt_read_file("a.csv");
+    if (!kt_check_equal_int("lines", kt_count_lines(csv), 7))
+        return;
+    const int position = kt_csv_column(csv, "error.position"), cpu = kt_csv_column(csv, "cpu");
+    const int coarse = find_row(csv, "rk4", 0.01), fine = find_row(csv, "rk4", 0.005);
+    const int adaptive = find_row(csv, "dopri5", 1e-9);
+    const double ratio = kt_csv_number(csv, coarse, position) / kt_csv_number(csv, fine, position);
+    kt_check_near("order of rk4", log2(ratio), 4.0, 0.1);
+    kt_check_below("dopri5 at 1e-9", kt_csv_number(csv, adaptive, position), 1e-8);
+    kt_check_above("dopri5 at 1e-9", kt_csv_number(csv, adaptive, position), 1e-10);
+    kt_check_equal_int("steps", (int)kt_csv_number(csv, fine, kt_csv_column(csv, "steps")), 400);
+    kt_check_equal_int("evaluations", (int)kt_csv_number(csv, fine, kt_csv_column(csv, "evaluations")), 1600);
+    kt_check_true("time", kt_csv_number(csv, fine, cpu) > 0.0);
+}
+
+/* The sentence names a setting; run by itself at that setting, the error is within the goal. */
+KT_TEST(recommended_setting_reaches_the_goal_when_it_is_run) {
+    kt_write_file("p.yaml", pendulum);
+    kt_ran ran = kt_shell("$K accuracy p.yaml --integrators dopri5 --goal 1e-6 --budget 3");
+    double tolerance = 0.0;
+    const char *sentence = strstr(ran.out, "for 1e-06 rad use dopri5 with tolerance ");
+    kt_check_equal_int("exit code", ran.code, 0);
+    if (!kt_check_true("the sentence", sentence != NULL) ||
+        !kt_check_equal_int("its setting", sscanf(sentence, "for 1e-06 rad use dopri5 with tolerance %lf:", &tolerance),
+                            1))
+        return;
+    kt_check_contains("its cost", sentence, " per simulated second\n");
+    ran =
+        kt_shell("$K run p.yaml --tolerance %.17g --interval 0.01 --out fast.csv --quiet && $K run p.yaml --integrator "
+                 "dop853 --tolerance 1e-13 --interval 0.01 --out exact.csv --quiet",
+                 tolerance);
+    char *exact = strdup(kt_read_file("exact.csv"));
+    const char *fast = kt_read_file("fast.csv");
+    double worst = 0.0;
+    for (int line = 1; line <= 201; line++)
+        worst = fmax(worst, fabs(kt_csv_number(fast, line, 1) - kt_csv_number(exact, line, 1)));
+    kt_check_below("error", worst, 1e-6);
+    kt_check_above("but not for nothing", worst, 1e-9);
+    free(exact);
+}
+
+KT_TEST(accuracy_says_how_it_was_made) {
+    kt_write_file("p.yaml", pendulum);
+    kt_ran ran = kt_shell("$K accuracy p.yaml --integrators rk4,dopri5 --budget 2 --prices");
+    static const char *const parts[] = {
+        "a pendulum\n  2 s in 200 records",
+        "in rad, angles on the circle",
+        "reference: dop853 at tolerance 1e-13, checked by tsit5 at 1e-13: they differ by ",
+        "a small error grows",
+        "\n  rk4           4  h^",
+        "\n  dopri5        5  tol^",
+        "for 0.001 rad use ",
+        "with its records",
+        "absolute formulation"};
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        kt_check_contains("table", ran.out, parts[i]);
+    kt_check_text("no words but these", ran.err, "");
+}
+
+/* Two pendulums from the horizontal: a hundred seconds are far beyond what a double precision number can follow. */
+KT_TEST(accuracy_stops_where_errors_mean_nothing_and_says_so) {
+    kt_ran ran = kt_shell("$K make pendulum --links 2 --angle 120deg >c.yaml; $K accuracy c.yaml --duration 200 "
+                          "--integrators dop853 --tolerances 1e-9 --budget 5");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("said", ran.out, "chaotic: a small error grows e-fold every ");
+    kt_check_contains("said", ran.out, "of the 200 s asked for, the study looks at the first ");
+}
+
+KT_TEST(accuracy_takes_a_run_as_its_reference) {
+    kt_write_file("p.yaml", pendulum);
+    kt_ran ran =
+        kt_shell("$K run p.yaml --integrator dop853 --tolerance 1e-13 --out r.csv --quiet && $K accuracy p.yaml "
+                 "%s --reference r.csv --out a.csv",
+                 quick);
+    kt_check_equal_int("exit code", ran.code, 0);
+    const char *csv = kt_read_file("a.csv");
+    const int row = find_row(csv, "rk4", 0.005);
+    kt_check_below("error", kt_csv_number(csv, row, kt_csv_column(csv, "error.position")), 1e-8);
+    kt_expect(2, "has no column 'position.bob'",
+              "sed 1s/position.bob/position.bab/ r.csv >s.csv; $K accuracy p.yaml "
+              "--reference s.csv");
+    kt_expect(2, "even intervals", "sed 3d r.csv >s.csv; $K accuracy p.yaml --reference s.csv");
+    kt_expect(2, "s.csv:4: fewer", "sed '4s/,.*//' r.csv >s.csv; $K accuracy p.yaml --reference s.csv");
+    kt_expect(2, "s.csv:4: 'position.bob' is no number",
+              "sed '4s/,[^,]*/,x/' r.csv >s.csv; $K accuracy p.yaml "
+              "--reference s.csv");
+    kt_expect(2, "none.csv", "$K accuracy p.yaml --reference none.csv");
+    kt_expect(1, "is it of this scene",
+              "sed 's/position: 1/position: 2/' p.yaml >q.yaml; $K accuracy q.yaml --reference "
+              "r.csv");
+}
+
+KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(1, "SCENE is missing", "$K accuracy");
+    kt_expect(1, "did you mean 'accuracy'?", "$K acuracy p.yaml");
+    kt_expect(1, "did you mean 'dopri5'?", "$K accuracy p.yaml --integrators rk4,dopri");
+    kt_expect(1, "the list is empty", "$K accuracy p.yaml --integrators=");
+    kt_expect(1, "--steps takes numbers above zero", "$K accuracy p.yaml --steps 1e-3,0");
+    kt_expect(1, "--tolerances takes numbers above zero", "$K accuracy p.yaml --tolerances 1e-3,");
+    kt_expect(1, "--goal takes numbers above zero", "$K accuracy p.yaml --goal x");
+    kt_expect(1, "did you mean '--tolerances'?", "$K accuracy p.yaml --tolerance 1e-3");
+    kt_expect(1, "is what the study is made from", "$K accuracy p.yaml --out p.yaml");
+    kt_check_text("the scene is untouched", kt_read_file("p.yaml"), pendulum);
+    kt_expect(2, "none.yaml", "$K accuracy none.yaml");
+    kt_expect(1, "RESULT is missing", "$K plot");
+    kt_expect(2, "none.csv", "$K plot none.csv --out a.svg");
+    kt_expect(1, "nothing moves", "printf 'kinetree: 1\\nbodies: [{name: a, mass: 1}]\\n' | $K accuracy -");
+}
+
+#ifdef KT_HAS_CAIRO
+/* An SVG is text: what it shows can be counted. */
+static int count_of(const char *text, const char *part) {
+    int count = 0;
+    for (const char *at = text; at != NULL && (at = strstr(at, part)) != NULL; at++)
+        count++;
+    return count;
+}
+
+static bool is_png(const char *name) {
+    const char *bytes = kt_read_file(name);
+    return bytes != NULL && memcmp(bytes, "\x89PNG", 4) == 0;
+}
+
+KT_TEST(pictures_are_drawn_light_and_dark) {
+    kt_write_file("p.yaml", pendulum);
+    kt_ran ran = kt_shell("$K accuracy p.yaml %s --plot a.svg && $K accuracy p.yaml %s --dark --plot b.svg && "
+                          "$K accuracy p.yaml %s --plot a.png",
+                          quick, quick, quick);
+    kt_check_equal_int("accuracy", ran.code, 0);
+    const int light = count_of(kt_read_file("a.svg"), "<path"), dark = count_of(kt_read_file("b.svg"), "<path");
+    kt_check_above("marks and lines", light, 30);
+    kt_check_above("marks and lines", dark, 30);
+    static const char white[] = "style=\"fill:rgb(100%,100%,100%)"; /* the page is painted first */
+    kt_check_equal_int("a white page", count_of(kt_read_file("a.svg"), white) > 0, 1);
+    kt_check_equal_int("and none that is not", count_of(kt_read_file("b.svg"), white), 0);
+    kt_check_true("PNG", is_png("a.png"));
+    kt_expect(1, "ends in .svg or .png", "$K accuracy p.yaml --plot a.jpg");
+}
+
+KT_TEST(plot_draws_columns_of_a_result) {
+    kt_write_file("p.yaml", pendulum);
+    kt_ran ran =
+        kt_shell("$K run p.yaml --out r.csv --quiet; $K plot r.csv && $K plot r.csv --columns velocity,energy.total "
+                 "--out v.png && $K plot r.csv --phase bob --dark --out f.png && $K plot - --x position.bob "
+                 "--columns velocity.bob --log --out x.png <r.csv");
+    kt_check_equal_int("plot", ran.code, 0);
+    kt_check_text("no words", ran.err, "");
+    kt_check_above("by default an SVG", count_of(kt_read_file("r.svg"), "<path"), 10);
+    kt_check_true("velocities", is_png("v.png"));
+    kt_check_true("phase plane", is_png("f.png"));
+    kt_check_true("from standard input", is_png("x.png"));
+    kt_expect(1, "did you mean 'velocity.bob'?", "$K plot r.csv --columns velocty.bob");
+    kt_expect(1, "there is no column 'position.rod'", "$K plot r.csv --phase rod");
+    kt_expect(1, "ends in .svg or .png", "$K plot r.csv --out r.csv");
+    kt_expect(2, "no lines of numbers", "head -1 r.csv >h.csv; $K plot h.csv");
+}
+#endif
