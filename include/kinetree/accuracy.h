@@ -95,6 +95,7 @@ typedef struct kt_accuracy_error {
 typedef struct kt_accuracy_point {
     double setting;              /* step, s, or tolerance (relative = absolute) */
     kt_status status;            /* of the run; where it is not KT_OK, what follows is of the part before */
+    kt_status verdict;           /* kt_set_verdict after it, where there is a set */
     bool usable;                 /* it came to the end, with an error below a tenth of the motion's amplitude */
     bool believed;               /* the error is above the reference's uncertainty; else all that is known is that */
     bool cheapest, fewest;       /* on the Pareto front of error and time, of error and evaluations */

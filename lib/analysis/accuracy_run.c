@@ -188,11 +188,18 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_va
         const kt_set_options wish = choose_set(study, variant, adaptive, setting);
         const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
         status = kt_set_create(absolute ? kt_model_absolute(model) : model, &wish, &set, error);
+        if (status == KT_ERROR_SINGULAR) { /* the set cannot do this scene */
+            point->status = point->verdict = status;
+            judge(study, point);
+            return KT_OK;
+        }
         if (status == KT_OK)
             kt_set_use(set, &options);
     }
     if (status == KT_OK)
         status = try_with(study, model, variant, &run, &options, point, error);
+    if (status == KT_OK && set != NULL)
+        point->verdict = kt_set_verdict(set, NULL);
     kt_set_free(set);
     return status;
 }
