@@ -56,7 +56,7 @@ static int take_fingerprint(kt_checkpoint *checkpoint, const kt_outcome *outcome
     scene.run = *outcome->run;
     FILE *stream = open_memstream(&text, &size);
     kt_status status = stream == NULL ? KT_ERROR_MEMORY : kt_scene_write(&scene, stream, &error);
-    bool fine = (stream == NULL || fclose(stream) == 0) && status == KT_OK;
+    bool fine = (stream == NULL || fclose(stream) == 0) && status == KT_OK && text != NULL;
     if (fine) {
         checkpoint->scene = sum_of(sum_start, text, size);
         checkpoint->scene = sum_of(checkpoint->scene, kt_version(), strlen(kt_version()));

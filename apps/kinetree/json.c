@@ -9,6 +9,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Whether an allocation has failed: jansson then leaves out what should have been there, and says nothing. */
+static bool is_short;
+
+static void *allocate(size_t size) {
+    void *memory = malloc(size);
+    is_short = is_short || memory == NULL;
+    return memory;
+}
+
+void kt_json_watch_memory(void) { json_set_alloc_funcs(allocate, free); }
+
 json_t *kt_json_number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
 json_t *kt_json_numbers(const double *x, int count) {
@@ -46,7 +57,8 @@ static int write_text(const char *text, FILE *file) {
 int kt_json_write(json_t *object, const char *path) {
     char *text = object != NULL ? json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(object);
-    if (text == NULL) {
+    if (text == NULL || is_short) {
+        free(text);
         kt_say("there is not enough memory for the JSON text");
         return KT_EXIT_INTEGRATION;
     }

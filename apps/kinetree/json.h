@@ -6,6 +6,9 @@
 
 #include <jansson.h>
 
+/* To be called before all others: from here on no JSON is written of which a part found no memory. */
+void kt_json_watch_memory(void);
+
 /* null where x is not finite, for which JSON has no number. */
 json_t *kt_json_number(double x);
 json_t *kt_json_numbers(const double *x, int count);

@@ -1,5 +1,6 @@
 /* kinetree: runs scenes and looks at them. A subcommand is a file and a line in this table. */
 #include "command.h"
+#include "json.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -63,6 +64,7 @@ __attribute__((weak)) void openblas_set_num_threads(int count);
 int main(int argc, char **argv) {
     if (openblas_set_num_threads)
         openblas_set_num_threads(1);
+    kt_json_watch_memory();
     if (argc < 2) {
         kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' shows what there is to run");
         return KT_EXIT_USAGE;

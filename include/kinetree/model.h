@@ -248,12 +248,13 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0, KT_FRAME_BODY } kt_frame;
  *     along and about the first end's axes; for less than half a turn between the ends;
  *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
  *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
- *   contact: a sphere on a plane that bears a half-space: normal force stiffness x^exponent (1 + 3/2 dissipation
- * dx/dt), never pulling, where it is x deep (Hunt and Crossley 1975), and friction times that against the slip. All
- * forces are continuous, for the integrator's error control: friction is a function of the speed, smooth over
- * `smoothing` or `slip`, below which a load creeps instead of resting; the smaller these, the stiffer the equations.
- * Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N on a sliding
- * joint. */
+ *   contact: a sphere on a plane that bears a half-space; where it is x deep, a normal force that never pulls,
+ *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
+ *     sphere's lowest point, against the slip.
+ * All forces are continuous, for the integrator's error control. Friction is a function of the speed, smooth over
+ * `smoothing` or `slip`: a load below it creeps instead of resting, and the smaller they are, the smaller the steps
+ * must be. Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N where
+ * the joint slides. */
 typedef struct kt_effect {
     const char *name; /* may be NULL */
     kt_effect_type type;

@@ -1,6 +1,7 @@
 /* Laying a coordinate set out in memory, and choosing its penalty. */
 #include "analysis/set.h"
 #include "base/arena.h"
+#include "reduction/lapack.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -86,6 +87,8 @@ static kt_status choose_penalty(kt_set *set, kt_data *data, kt_error *error) {
 
 kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_options *options, void *memory, size_t size,
                        kt_set **set, kt_error *error) {
+    if (!KT_HAS_LAPACK)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
     const kt_status status = check(options, error);
     if (status != KT_OK)
         return status;

@@ -2,10 +2,11 @@
  * ends are pulled together by
  *     f = S / |d|^2,   V = -S / |d|.
  *
- * At coincident points there is no direction, and no bound. Closer than r = 1e-50 m - far below what a position in
- * metres can resolve - the law is that of a point inside a uniform ball of radius r, which joins it with its slope: f =
- * S |d| / r^3,   V = -S (3 - |d|^2 / r^2) / (2 r), so that coincident points feel no force, by symmetry, and no result
- * is NaN. Close passages above that are what they are: the error control shortens the steps, as far as it goes.
+ * At coincident points there is no direction, and no bound. Closer than r = 1e-50 m, far below what a position in
+ * metres can resolve, the law is that of a point inside a uniform ball of radius r, which joins it continuously:
+ *     f = S |d| / r^3,   V = -S (3 - |d|^2 / r^2) / (2 r).
+ * So coincident points feel no force, by symmetry, and no result is NaN. Close passages above that are what they are:
+ * the error control shortens the steps, as far as it goes.
  */
 #include "effect/kind.h"
 

@@ -1,12 +1,18 @@
 /* Contact of a sphere (a point, where its radius is 0) with a plane: a half-space below the plane through the second
- * end, normal to n. With c the sphere's centre, r its radius, l = c - r n its lowest point and x = r - n . (c - p) how
- * deep it is, s = v1 + w1 x (l - c) - v2 - w2 x (l - p)   how l moves on the sphere, less how it moves on the plane's
- * body, n . s = -dx/dt, and for x > 0 the normal force of Hunt and Crossley (1975) acts in l on both: N = k x^m max(0,
- * 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1) (c is the slope of their coefficient of restitution: e = 1 - c v for
- * slow impacts at v). It is continuous where contact begins and ends, for the damping vanishes with x^m, and it never
- * pulls. Friction opposes the tangential part of s, T = -mu N tanh(|s_t| / v0) s_t / |s_t|, smooth in s_t: below v0
- * (`slip`) it is a damper mu N / v0, and a load creeps at v0 artanh(T / mu N) instead of resting. In l, not in the
- * centre, it makes a ball roll. What is not elastic is dissipated: -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
+ * end, normal to n. With c the sphere's centre, r its radius and l = c - r n its lowest point,
+ *     x = r - n . (c - p)                         is how deep it is,
+ *     s = v1 + w1 x (l - c) - v2 - w2 x (l - p)   how l moves on the sphere, less how on the plane's body,
+ * and n . s = -dx/dt. For x > 0 the normal force of Hunt and Crossley (1975) acts in l on both:
+ *     N = k x^m max(0, 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1),
+ * c being the slope of the coefficient of restitution, 1 - c v for slow impacts at v, whatever m. N is continuous where
+ * contact begins and ends, for the damping vanishes with x^m, and it never pulls: a sphere that leaves faster than
+ * 2 / (3 c) leaves the dent behind, whose energy turns into heat without a force.
+ *
+ * Friction opposes the tangential part of s,
+ *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|,
+ * smooth in s_t: below v0 (`slip`) it is a damper mu N / v0, and under a load T < mu N a body creeps at
+ * v0 artanh(T / (mu N)) instead of resting. In l, not in the centre, it makes a ball roll. What is not elastic is
+ *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
  */
 #include "effect/kind.h"
 

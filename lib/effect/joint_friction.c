@@ -1,6 +1,6 @@
 /* Friction in a joint: Coulomb's, with more of it at rest (Stribeck 1902) and a viscous part,
  *     force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v,   dissipated = -force v >= 0,
- * after Armstrong-Helouvry, Dupont and Canudas de Wit (1994), eq. 2, with the sign of v made smooth over v0.
+ * after Armstrong-Helouvry, Dupont and Canudas de Wit (1994), with the sign of v made smooth over v0.
  *
  * The force is smooth (no events), a function of the speed alone; the price is that nothing rests: under a load f < S
  * the joint creeps, at v0 artanh(f / S) where v0 << vs. At rest it is a damper of S / v0, and this is what limits the

@@ -9,4 +9,5 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 2;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_coaxial) = {.rows = 2, .evaluate = evaluate};
+const kt_loop_kind KT_KERNEL(kt_loop_coaxial) = {
+    .rows = 2, .evaluate = evaluate, .part = {KT_PART_TILT_X, KT_PART_TILT_Y}};

@@ -10,4 +10,4 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 2;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_inline) = {.rows = 2, .evaluate = evaluate};
+const kt_loop_kind KT_KERNEL(kt_loop_inline) = {.rows = 2, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y}};

@@ -9,4 +9,4 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 1;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_inplane) = {.rows = 1, .evaluate = evaluate};
+const kt_loop_kind KT_KERNEL(kt_loop_inplane) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_Z}};

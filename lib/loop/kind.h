@@ -41,9 +41,26 @@ typedef struct kt_relation_row {
     double residual, rate, drift; /* as above; drift = -f'' */
 } kt_relation_row;
 
+/* What a row is made of, for loops in a plane (flat.c): phi along an axis of end 1; the component of the relative
+ * rotation along one (orientation.h: equal orientation; one axis); axes at right angles; distance. */
+typedef enum kt_loop_part {
+    KT_PART_NONE = 0, /* the type has no form in a plane */
+    KT_PART_X,
+    KT_PART_Y,
+    KT_PART_Z,
+    KT_PART_TURN_X,
+    KT_PART_TURN_Y,
+    KT_PART_TURN_Z,
+    KT_PART_TILT_X,
+    KT_PART_TILT_Y,
+    KT_PART_NORMAL,
+    KT_PART_LENGTH
+} kt_loop_part;
+
 /* One file a type, each compiled for every instruction-set level: const kt_loop_kind KT_KERNEL(kt_loop_spherical). */
 typedef struct kt_loop_kind {
     int rows; /* of a frame loop: at most; 0: a relation of joint positions, which is one row */
+    unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
     /* Writes the rows and returns their number, which does not depend on the state. */
     int (*evaluate)(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows);

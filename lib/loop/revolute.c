@@ -11,4 +11,5 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 5;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_revolute) = {.rows = 5, .evaluate = evaluate};
+const kt_loop_kind KT_KERNEL(kt_loop_revolute) = {
+    .rows = 5, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y}};

@@ -10,4 +10,5 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 3;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_spherical) = {.rows = 3, .evaluate = evaluate};
+const kt_loop_kind KT_KERNEL(kt_loop_spherical) = {
+    .rows = 3, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z}};

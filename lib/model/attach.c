@@ -40,9 +40,10 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
 
 static bool is_zero(kt_vec3 u) { return u.x == 0.0 && u.y == 0.0 && u.z == 0.0; }
 
-/* The axis of the second end: its own where the type has one. */
-static kt_vec3 second_axis(const kt_loop *loop) {
-    if (loop->type != KT_LOOP_ORTHOGONAL && loop->type != KT_LOOP_UNIVERSAL && loop->type != KT_LOOP_ROLLING)
+kt_vec3 kt_attach_axis(const kt_loop *loop, int end) {
+    const bool two =
+        loop->type == KT_LOOP_ORTHOGONAL || loop->type == KT_LOOP_UNIVERSAL || loop->type == KT_LOOP_ROLLING;
+    if (end == 0 || !two)
         return loop->axis;
     if (!is_zero(loop->axis2))
         return loop->axis2;
@@ -50,7 +51,7 @@ static kt_vec3 second_axis(const kt_loop *loop) {
                                          : kt_triad_from_axis(kt_vec3_normalize(loop->axis), 2).x;
 }
 
-static void turn_to_axis(kt_pose *frame, kt_vec3 axis) {
+void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
@@ -71,7 +72,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
-        turn_to_axis(&r->frame[k], k == 0 ? loop->axis : second_axis(loop));
+        kt_attach_turn_to_axis(&r->frame[k], kt_attach_axis(loop, k));
     }
     if (r->link[0] == r->link[1])
         return refuse_rigid(loop, error);
@@ -178,6 +179,11 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
             m->term[r->term + k] =
                 (kt_term_record){.link = joint_link(m, joint_of_term(loop, k)),
                                  .coefficient = loop->type == KT_LOOP_MOTION ? 1.0 : loop->terms[k].coefficient};
+        if (m->n.planar && !kt_attach_is_relation(r->type) &&
+            (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
+            m->planar_loop[i] = a->flat[i];
+            kt_planar_ends(m, r, &m->planar_loop[i]);
+        }
         const kt_function function = function_of(a, loop, r);
         r->curve = kt_curve_compile(&function, m->number, *number);
         *number += kt_curve_number_count(&function);
@@ -225,7 +231,7 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
     if (ends == 2 && effect->initial_length)
         r->length = distance_between(at[0], at[1]);
     if (kt_effect_is_turned(effect))
-        turn_to_axis(&r->frame[1], effect->axis);
+        kt_attach_turn_to_axis(&r->frame[1], effect->axis);
     return KT_OK;
 }
 
@@ -317,11 +323,13 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     return kt_groups_rank(m, error);
 }
 
-kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error) {
+kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
+                          kt_error *error) {
     kt_counts n = (*model)->n;
     n.loop = (size_t)description->loop_count;
     n.effect = (size_t)description->effect_count;
-    kt_attach a = {.description = description, .tree = *model};
+    n.planar_loop = n.planar ? n.loop : 0;
+    kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = attach_layout(&n, NULL, &a);
     a.memory = aligned_alloc(KT_ALIGNMENT, bytes);
     if (!a.memory)

@@ -16,6 +16,7 @@
 
 typedef struct kt_attach {
     const kt_description *description;
+    const kt_planar_loop *flat; /* of the description's loops */
     const kt_model *tree;
     char *memory;
 #define ATTACH_DECLARE(type, name, count, meaning) type *name;
@@ -24,6 +25,11 @@ typedef struct kt_attach {
 } kt_attach;
 
 static inline bool kt_attach_is_relation(int32_t type) { return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION; }
+
+/* The axis of an end: the first's, or the second's own where the type has one. Turns an end's frame so that its z axis
+ * is that. */
+kt_vec3 kt_attach_axis(const kt_loop *loop, int end);
+void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis);
 
 /* The deepest link that carries both. */
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);

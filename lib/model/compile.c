@@ -22,6 +22,7 @@
     X(double, trace, (KT_ELEMENT_MAX * n + 1), "sum of the traces of the inertias that a link carries")                \
     X(double, shift, (KT_ELEMENT_MAX * n + 1), "largest mass times offset^2 among the steps down from a link")         \
     X(kt_body_plane, moves, n + 1, "how bodies move in planes")                                                        \
+    X(kt_planar_loop, flat, loops, "loops as they lie in planes")                                                      \
     X(kt_plane, plane, n + 1, "planes")                                                                                \
     X(int32_t, tree, n + 1, "bodies that carry a tree")                                                                \
     X(int32_t, sorted, n + 1, "the same in the order of their links")                                                  \
@@ -37,7 +38,7 @@ typedef struct build {
 #undef BUILD_DECLARE
 } build;
 
-static size_t build_layout(size_t n, size_t table_size, char *base, build *b) {
+static size_t build_layout(size_t n, size_t loops, size_t table_size, char *base, build *b) {
     size_t used = 0;
 #define BUILD_PLACE(type, name, count, meaning) b->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
     BUILD_FIELDS(BUILD_PLACE)
@@ -108,7 +109,8 @@ static size_t find_planes(build *b, kt_plan plan) {
         b->moves[i].source = b->order[i - 1];
         b->moves[i].parent = up < 0 ? 0 : b->body_of[up];
     }
-    const size_t planes = kt_planes_find(b->description, b->moves, n, b->plane);
+    const kt_ordered ordered = {.description = b->description, .names = &b->names, .body_of = b->body_of, .count = n};
+    const size_t planes = kt_planes_find(&ordered, b->moves, b->plane, b->flat);
     for (size_t i = 1; i <= n && plan == KT_PLAN_SPATIAL; i++)
         b->moves[i].plane = -1;
     return plan == KT_PLAN_SPATIAL ? 0 : planes;
@@ -390,20 +392,20 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     if (status == KT_OK && b->description->loop_count == 0)
         status = check_inertia(m, error);
     if (status == KT_OK && (b->description->loop_count || b->description->effect_count))
-        status = kt_model_attach(&b->model, b->description, error);
+        status = kt_model_attach(&b->model, b->description, b->flat, error);
     return status;
 }
 
 kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                          kt_error *error) {
-    const size_t n = (size_t)description->body_count, table = kt_names_size(n);
+    const size_t n = (size_t)description->body_count, loops = (size_t)description->loop_count, table = kt_names_size(n);
     build b = {.description = description};
-    const size_t bytes = build_layout(n, table, NULL, &b);
+    const size_t bytes = build_layout(n, loops, table, NULL, &b);
     char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     memset(memory, 0, bytes);
-    build_layout(n, table, memory, &b);
+    build_layout(n, loops, table, memory, &b);
     kt_names_place(&b.names, n, b.table);
     for (size_t i = 0; i < n; i++)
         (void)kt_names_add(&b.names, 0, description->bodies[i].name, (int)i);
@@ -416,12 +418,28 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
     return status;
 }
 
+/* What a library that was built without loops cannot do. */
+static kt_status refuse_loops(const kt_description *description, const kt_model_options *options, kt_error *error) {
+#ifdef KT_NO_LOOPS
+    const bool absolute = options->formulation == KT_FORMULATION_ABSOLUTE;
+    if (description->loop_count || absolute)
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, absolute ? "options.formulation" : "loops",
+            "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
+#else
+    (void)description, (void)options, (void)error;
+#endif
+    return KT_OK;
+}
+
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
     const kt_model_options defaults = kt_model_options_default();
     const kt_model_options *wish = options ? options : &defaults;
     kt_model *tree = NULL;
     kt_status status = kt_description_check(description, NULL, NULL, error);
+    if (status == KT_OK)
+        status = refuse_loops(description, wish, error);
     if (status == KT_OK)
         status = kt_model_build(description, wish, &tree, error);
     if (status == KT_OK && wish->formulation == KT_FORMULATION_ABSOLUTE)

@@ -100,6 +100,8 @@ static void place_groups(kt_model *m) {
         }
         m->n.dense += kt_group_dense_count(group);
         m->link[group->parent].branches = true;
+        if ((size_t)group->parent >= m->n.spatial)
+            m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
         group->loop_count = group->link_count = 0; /* counted again as they come */
     }
 }
@@ -121,6 +123,12 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         if (link->group < 0)
             continue;
         kt_group *group = &m->group[link->group];
+        if (i >= m->n.spatial) {
+            kt_planar_link *planar = &m->planar[i - m->n.spatial + 1];
+            planar->group = link->group;
+            planar->local = link->local;
+            planar->tops = group->link_count == 0;
+        }
         m->group_link[group->link + group->link_count++] = (int32_t)i;
         for (int k = 0; k < kt_link_freedoms(link); k++) {
             m->group_v[group->v + link->local + k] = link->v + k;

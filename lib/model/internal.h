@@ -225,7 +225,7 @@ typedef struct kt_counts {
     size_t batch, bearer, bearer_angle;
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on; planar: places for planar links,
      * the ground's slot before them, or 0 where there are none. */
-    size_t spatial, spatial_angle, planar, plane;
+    size_t spatial, spatial_angle, planar, plane, planar_loop;
 } kt_counts;
 
 /* Every array of a model: type, name, count, meaning. One list declares, measures and places. */
@@ -241,6 +241,7 @@ typedef struct kt_counts {
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, n->angle, "positions that are angles of turning links")                                          \
     X(kt_loop_record, loop, n->loop, "loops, in the description's order")                                              \
+    X(kt_planar_loop, planar_loop, n->planar_loop, "loops as they lie in their planes, where links are planar")        \
     X(kt_term_record, term, n->term, "terms of relations between joints")                                              \
     X(int32_t, path, n->path, "links on the loops' paths")                                                             \
     X(kt_group, group, n->group, "groups of loops that share links")                                                   \
@@ -309,7 +310,8 @@ bool kt_effect_is_turned(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
 
 /* Loops and effects onto a model that has bodies and links; *model may move. */
-kt_status kt_model_attach(kt_model **model, const kt_description *description, kt_error *error);
+kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
+                          kt_error *error);
 
 /* Poses of all links in the world at q, and for these poses their twists (world axes, of their origins), with plain
  * arithmetic; for set-up only. */

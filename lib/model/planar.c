@@ -1,4 +1,4 @@
-/* Which trees move in a plane, and their links as they lie in it.
+/* Which trees move in a plane, and their links as they lie in it. Trees that loops connect are taken as one.
  *
  * Parallel is asked joint by joint, not against one normal from afar: n goes from body to body in the body's own axes,
  * turned only by the rotation of the joint frame between, and every turn puts its own axis in n's place. So a thousand
@@ -73,8 +73,8 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
     }
 }
 
-/* Bodies at q = 0, whose tree they are of, and the trees' normals. */
-static void find_normals(const kt_description *d, kt_body_plane *body, size_t count) {
+/* Bodies at q = 0, and whose tree they are of. */
+static void find_trees(const kt_description *d, kt_body_plane *body, size_t count) {
     body[GROUND] = (kt_body_plane){.rest = kt_mat3_identity(), .source = -1, .plane = SPATIAL};
     for (size_t i = 1; i <= count; i++) {
         kt_body_plane *b = &body[i];
@@ -83,12 +83,24 @@ static void find_normals(const kt_description *d, kt_body_plane *body, size_t co
         const kt_mat3 r = joint_rotation(joint);
         b->rest = is_identity(&r) ? up->rest : kt_mat3_multiply(up->rest, r);
         b->tree = up->tree || joint->type == KT_JOINT_FIXED ? up->tree : (int32_t)i;
+        b->component = (int32_t)i;
         b->plane = UNDECIDED;
         b->known = NORMAL_OPEN;
         memset(&b->basis, 0, sizeof b->basis);
-        if (b->tree != GROUND)
-            note_joint(joint, &b->rest, &body[b->tree]);
+        b->at = kt_vec3_add(up->at, kt_mat3_apply(up->rest, joint->at));
+        b->reach = up->reach + kt_vec3_norm(joint->at);
     }
+}
+
+/* What stands for all trees that loops connect a body with. */
+static kt_body_plane *component_of(kt_body_plane *body, const kt_body_plane *b) {
+    return &body[body[b->tree].component];
+}
+
+static void find_normals(const kt_description *d, kt_body_plane *body, size_t count) {
+    for (size_t i = 1; i <= count; i++)
+        if (body[i].tree != GROUND)
+            note_joint(&d->bodies[body[i].source].joint, &body[i].rest, component_of(body, &body[i]));
 }
 
 /* ---- planes ------------------------------------------------------------------------------------------------------ */
@@ -115,7 +127,8 @@ static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) 
     for (int round = 0; round < 2; round++) /* trees of parallel slides take what plane there is */
         for (size_t i = 1; i <= count; i++) {
             kt_body_plane *b = &body[i];
-            if (b->tree != (int32_t)i || b->plane != UNDECIDED || (b->known == NORMAL_OPEN) != (round == 1))
+            if (b->tree != (int32_t)i || component_of(body, b) != b || b->plane != UNDECIDED ||
+                (b->known == NORMAL_OPEN) != (round == 1))
                 continue;
             b->plane = round ? plane_along(b->basis.x, plane, &planes) : plane_with(b->basis.z, plane, &planes);
         }
@@ -153,14 +166,18 @@ static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
 
 static void check_planes(const kt_description *d, kt_body_plane *body, size_t count, const kt_plane *plane) {
     for (size_t i = 1; i <= count; i++) {
-        kt_body_plane *b = &body[i], *tree = &body[b->tree];
-        if (tree->plane < 0)
+        kt_body_plane *b = &body[i], *tree = component_of(body, b);
+        if (b->tree == GROUND || tree->plane < 0)
             continue;
         const kt_joint *joint = &d->bodies[b->source].joint;
         const kt_body_plane *up = &body[b->parent];
         const kt_mat3 r = joint_rotation(joint);
-        b->basis =
-            up->tree == GROUND ? kt_mat3_multiply(kt_mat3_transpose(up->rest), plane[tree->plane].basis) : up->basis;
+        const bool root = up->tree == GROUND;
+        const kt_mat3 above =
+            root ? kt_mat3_multiply(kt_mat3_transpose(up->rest), plane[tree->plane].basis) : up->basis;
+        b->height =
+            kt_vec3_dot(above.z, joint->at) + (root ? kt_vec3_dot(plane[tree->plane].basis.z, up->at) : up->height);
+        b->basis = above;
         if (!is_identity(&r))
             b->basis = kt_mat3_multiply(kt_mat3_transpose(r), b->basis);
         if (!keeps_to_plane(joint, b))
@@ -168,22 +185,7 @@ static void check_planes(const kt_description *d, kt_body_plane *body, size_t co
     }
 }
 
-/* ---- loops ------------------------------------------------------------------------------------------------------- */
-
-bool kt_loop_is_planar(const kt_loop *loop, const kt_plane *plane) {
-    (void)loop;
-    (void)plane;
-    return false;
-}
-
-/* Trees that loops connect are planar together or not at all. There is no planar reduction yet: one loop makes the
- * whole scene spatial. */
-static void check_loops(const kt_description *d, kt_body_plane *body, size_t count) {
-    if (d->loop_count == 0)
-        return;
-    for (size_t i = 1; i <= count; i++)
-        body[i].plane = SPATIAL;
-}
+/* ---- what is left ------------------------------------------------------------------------------------------------ */
 
 /* Planes that are left, renumbered in their order. */
 static size_t drop_planes(kt_body_plane *body, size_t count, kt_plane *plane, size_t planes) {
@@ -205,12 +207,17 @@ static size_t drop_planes(kt_body_plane *body, size_t count, kt_plane *plane, si
     return left;
 }
 
-size_t kt_planes_find(const kt_description *description, kt_body_plane *body, size_t count, kt_plane *plane) {
-    find_normals(description, body, count);
-    const size_t planes = choose_planes(body, count, plane);
-    check_planes(description, body, count, plane);
-    check_loops(description, body, count);
-    return drop_planes(body, count, plane, planes);
+size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane, kt_planar_loop *flat) {
+    find_trees(o->description, body, o->count);
+    kt_trees_join(o, body);
+    find_normals(o->description, body, o->count);
+    const size_t planes = choose_planes(body, o->count, plane);
+    check_planes(o->description, body, o->count, plane);
+    kt_loops_flatten(o, body, plane, flat);
+    for (size_t i = 1; i <= o->count; i++)
+        if (body[i].tree == (int32_t)i)
+            body[i].plane = body[body[i].component].plane;
+    return drop_planes(body, o->count, plane, planes);
 }
 
 /* ---- links in their planes --------------------------------------------------------------------------------------- */
@@ -244,6 +251,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
         .size = link->size,
         .sign = entry(own.z, k) < 0.0 ? -1.0 : 1.0,
         .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
+        .group = -1,
         .q = link->q,
         .v = link->v,
         .angle = slides ? 0 : link->angle - (int32_t)m->n.spatial_angle,

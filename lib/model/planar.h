@@ -14,7 +14,9 @@
 #define KT_MODEL_PLANAR_H
 
 #include "algebra/lane.h"
+#include "base/names.h"
 #include "kinetree/model.h"
+#include "model/planar_loop.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,10 +40,13 @@ typedef struct kt_planar_link {
     double size;    /* as in kt_link */
     double sign;    /* of turns: 1 about n, -1 about -n */
     int32_t parent; /* place */
+    int32_t group;  /* of loops that it is part of, or -1 */
+    int32_t local;  /* its coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
     uint8_t motion;                /* KT_MOTION_TURN or KT_MOTION_SLIDE */
     bool follows, branches, leads; /* as in kt_link */
+    bool tops;                     /* it is the first of its group */
 } kt_planar_link;
 
 /* Back to the world. */
@@ -79,19 +84,40 @@ typedef struct kt_planar_response {
 typedef struct kt_body_plane {
     kt_mat3 rest;   /* its axes in the world at q = 0 */
     kt_mat3 basis;  /* e1, e2, n of the plane in its axes at q = 0 */
+    kt_vec3 at;     /* of bodies of the ground: the origin in the world */
+    double height;  /* of others: of the origin along n */
+    double reach;   /* the length of the way to it from the world's origin, by its frames */
     int32_t source; /* index in the description */
     int32_t parent;
-    int32_t tree;  /* the body whose joint on the ground carries it; 0: it is part of the ground */
-    int32_t plane; /* of the tree whose joint on the ground is this body's; -1: none, or the tree is spatial */
-    int32_t known; /* of that tree: what its normal is known from */
+    int32_t tree;      /* the body whose joint on the ground carries it; 0: it is part of the ground */
+    int32_t component; /* of a tree: one of the trees that loops connect it with, the same for all of them */
+    int32_t plane;     /* of the tree whose joint on the ground is this body's; -1: none, or the tree is spatial */
+    int32_t known;     /* of that tree: what its normal is known from */
 } kt_body_plane;
 
-/* Finds the planar trees: fills all but source and parent of bodies 0 to count (a parent precedes its children), and
- * the bases of the planes, which have room for count; returns their number. O(count) but for many different planes. */
-size_t kt_planes_find(const kt_description *description, kt_body_plane *body, size_t count, kt_plane *plane);
+/* A description whose bodies have been put in order. */
+typedef struct kt_ordered {
+    const kt_description *description;
+    const kt_names *names;  /* to indices in the description */
+    const int32_t *body_of; /* of these: bodies */
+    size_t count;           /* of bodies, without the ground */
+} kt_ordered;
 
-/* Whether a loop can be closed in the plane of index `plane`, where all its moving ends are. */
-bool kt_loop_is_planar(const kt_loop *loop, const kt_plane *plane);
+/* Finds the planar trees: fills all but source and parent of bodies 0 to count (a parent precedes its children), and
+ * the bases of the planes, which have room for count; returns their number. Trees that loops connect are planar
+ * together or not at all; flat (one a loop): how the loops of planar trees lie in their plane, but for kt_planar_ends.
+ * O(count) but for many different planes. */
+size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane, kt_planar_loop *flat);
+
+/* Trees that loops connect get one component. */
+void kt_trees_join(const kt_ordered *o, kt_body_plane *body);
+
+/* Components of which a loop cannot be closed in their plane lose it; the others' loops are laid flat. */
+void kt_loops_flatten(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat);
+
+/* Places and arms of a loop's ends, which are on planar links or the ground. */
+struct kt_loop_record;
+void kt_planar_ends(const kt_model *model, const struct kt_loop_record *loop, kt_planar_loop *flat);
 
 /* Fills planar and planar_rest of a model whose links are strung, and the rest of its planes. */
 void kt_planar_place(kt_model *model, const kt_body_plane *body);

@@ -87,7 +87,8 @@ static bool go(const approach *a, double part) {
 static double reach(const approach *a) {
     double most = 0.0;
     for (size_t i = 0; i < a->model->n.group_v; i++)
-        most = fmax(most, fabs(a->way[a->model->group_v[i]]) / a->model->unit[i]);
+        if (fabs(a->way[a->model->group_v[i]]) > most * a->model->unit[i])
+            most = fabs(a->way[a->model->group_v[i]]) / a->model->unit[i];
     return most;
 }
 

@@ -1,7 +1,12 @@
 /* Dynamics and closure of mechanisms with loops: the articulated-body recursion of dynamics/forward.c, in which each
  * group of loops is one step (group.h), and the same recursion once more, without forces, for steps that are least in
  * kinetic energy. Bodies outside all loops cost what they cost in a tree.
+ *
+ * All this for links 1 to end - 1 and the groups among them (closed.h): all of them, or those before the planar ones,
+ * which planar_closed.c takes.
  */
+#include "reduction/closed.h"
+
 #include "reduction/group.h"
 #include "reduction/kernel.h"
 #include "reduction/rows.h"
@@ -9,22 +14,23 @@
 /* ---- the recursion -------------------------------------------------------------------------------------------------
  */
 
-static void set_positions(const kt_model *model, kt_data *data, const double *q) {
+void KT_KERNEL(kt_spatial_pose)(const kt_model *model, kt_data *data, const double *q, size_t end) {
     const kt_v4 none = kt_v4_splat(0.0);
-    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
+    const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
+    kt_sincos_gather(q, model->angle, angles, data->sine, data->cosine);
     kt_ground_set(none, &data->motion[0]);
-    for (size_t i = 1; i < model->n.link; i++)
+    for (size_t i = 1; i < end; i++)
         kt_link_pose(&model->link[i], &data->motion[model->link[i].parent], q, data->cosine, data->sine,
                      &data->motion[i]);
 }
 
-static void set_velocities(const kt_model *model, kt_data *data, const double *v) {
-    for (size_t i = 1; i < model->n.link; i++)
+void KT_KERNEL(kt_spatial_move)(const kt_model *model, kt_data *data, const double *v, size_t end) {
+    for (size_t i = 1; i < end; i++)
         kt_link_velocity(&model->link[i], &data->motion[model->link[i].parent], v, &data->motion[i]);
 }
 
-static void clear(const kt_model *model, kt_data *data) {
-    for (size_t i = 1; i < model->n.link; i++) {
+void KT_KERNEL(kt_spatial_clear)(const kt_model *model, kt_data *data, size_t end) {
+    for (size_t i = 1; i < end; i++) {
         data->motion[i].moment = data->motion[i].force = kt_v4_splat(0.0);
         if (model->link[i].branches)
             memset(&data->articulated[i], 0, sizeof data->articulated[i]);
@@ -36,17 +42,17 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, const d
     const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
-    if (!kt_group_solve(KT_KERNEL(kt_reduction_of)(model), &w, data->rank[g], group->parent != 0))
+    if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], group->parent ? 6 : 0))
         return false;
     if (group->parent)
         kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
     return true;
 }
 
-static size_t way_back(const kt_model *model, kt_data *data, const double *tau) {
+static size_t way_back(const kt_model *model, kt_data *data, const double *tau, size_t end) {
     kt_articulated x, carried;
     memset(&carried, 0, sizeof carried);
-    for (size_t i = model->n.link - 1; i > 0; i--) {
+    for (size_t i = end - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         kt_articulated_rigid(link, &data->motion[i], &x);
         if (link->leads && model->link[i + 1].group < 0)
@@ -73,8 +79,8 @@ static size_t way_back(const kt_model *model, kt_data *data, const double *tau) 
     return 0;
 }
 
-static void way_out(const kt_model *model, kt_data *data, double *a) {
-    for (size_t i = 1; i < model->n.link; i++) {
+static void way_out(const kt_model *model, kt_data *data, double *a, size_t end) {
+    for (size_t i = 1; i < end; i++) {
         const kt_link *link = &model->link[i];
         if (link->group < 0) {
             kt_link_respond(model, data, i, a);
@@ -89,9 +95,15 @@ static void way_out(const kt_model *model, kt_data *data, double *a) {
     }
 }
 
-/* Factors; near a singular position the directions that are about to be lost are left out where `regular` is asked
- * for. -1: a number is not finite. */
-static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
+size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
+                                        double *a) {
+    const size_t failed = way_back(model, data, tau, end);
+    if (!failed)
+        way_out(model, data, a, end);
+    return failed;
+}
+
+int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
@@ -108,96 +120,76 @@ static int factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows 
 
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
-    set_positions(model, data, q);
-    set_velocities(model, data, v);
-    clear(model, data);
+    const size_t end = model->n.link;
+    KT_KERNEL(kt_spatial_pose)(model, data, q, end);
+    KT_KERNEL(kt_spatial_move)(model, data, v, end);
+    KT_KERNEL(kt_spatial_clear)(model, data, end);
     if (external)
         kt_external_subtract(model, data->motion, external);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
-        if (factor_group(model, data, g, KT_ROWS_ALL, regular) < 0)
+        if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
         return failed;
     data->motion[0].linear = -model->gravity;
-    failed = way_back(model, data, tau);
-    if (!failed)
-        way_out(model, data, a);
-    return failed;
+    return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, a);
 }
 
 /* ---- closure -------------------------------------------------------------------------------------------------------
  */
 
-static void hold(const kt_model *model, const kt_group *group, const kt_group_work *w, const bool *held) {
-    for (int i = 0; i < w->m; i++)
-        if (held[model->group_v[group->v + i]])
-            for (int r = 0; r < w->k; r++)
-                w->a[(size_t)r * (size_t)w->m + (size_t)i] = 0.0;
+void KT_KERNEL(kt_group_look)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
+                              kt_violation *violation) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    kt_group_look_at_positions(&w, violation);
+    if (v)
+        kt_group_look_at_velocities(model, group, &w, v, violation);
+    for (int i = 0; i < w.m && held; i++)
+        for (int r = 0; r < w.k && held[model->group_v[group->v + i]]; r++)
+            w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
 }
 
 static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
                  kt_violation *violation) {
     *violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
-    set_positions(model, data, q);
+    KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, false, q, v, t);
-        kt_group_look_at_positions(&w, violation);
-        if (v)
-            kt_group_look_at_velocities(model, &model->group[g], &w, v, violation);
-        if (held)
-            hold(model, &model->group[g], &w, held);
+        KT_KERNEL(kt_group_look)(model, data, g, v, held, violation);
     }
     return isfinite(violation->position + violation->velocity);
 }
 
-static bool factor(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+bool KT_KERNEL(kt_groups_factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= factor_group(model, data, g, rows, regular) >= 0;
+        fine &= KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
     return fine;
 }
 
 static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
-    set_positions(model, data, q);
-    set_velocities(model, data, v);
+    KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
+    KT_KERNEL(kt_spatial_move)(model, data, v, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
     }
 }
 
-/* x <- x - N (N' N)^-1 N' x, the least of the solutions. */
-static bool make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
-    const int freedoms = w->m - rank;
-    double *y = w->half;
-    kind->basis(w, rank);
-    for (int c = 0; c < freedoms; c++)
-        for (int r = 0; r < freedoms; r++)
-            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
-                kt_dense_dot(w->basis + (size_t)c * (size_t)w->m, w->basis + (size_t)r * (size_t)w->m, w->m);
-    if (!kt_dense_cholesky(w->reduced, freedoms, NULL))
-        return false;
-    memcpy(y, w->base, (size_t)w->m * sizeof *y);
-    kt_group_project(w, freedoms, y);
-    for (int i = 0; i < w->m; i++)
-        w->base[i] -= y[i];
-    return true;
-}
-
-/* Whatever is not part of a group stays. */
-static bool close_least(const kt_model *model, kt_data *data, double *step) {
+bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *step) {
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
         kind->particular(&w, data->rank[g], w.right, w.base);
-        if (!kind->least && !make_least(kind, &w, data->rank[g]))
+        if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
             return false;
         for (int i = 0; i < w.m; i++)
             step[model->group_v[group->v + i]] = w.base[i];
@@ -206,17 +198,12 @@ static bool close_least(const kt_model *model, kt_data *data, double *step) {
 }
 
 /* min dv' M dv with A dv = right: the equations of motion without forces, dv in the accelerations' place. */
-static bool close_mass(const kt_model *model, kt_data *data, double *step) {
-    set_velocities(model, data, model->zero);
-    clear(model, data);
-    if (way_back(model, data, model->zero))
-        return false;
-    way_out(model, data, step);
-    return true;
-}
-
 static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
-    return metric == KT_METRIC_MASS ? close_mass(model, data, step) : close_least(model, data, step);
+    if (metric != KT_METRIC_MASS)
+        return KT_KERNEL(kt_groups_close)(model, data, step);
+    KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
+    KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
+    return KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, step) == 0;
 }
 
 /* ---- reactions -----------------------------------------------------------------------------------------------------
@@ -224,7 +211,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
 
 /* A' lambda = M x + F' A - (tau - h) */
 static void multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {
-    set_velocities(model, data, v);
+    KT_KERNEL(kt_spatial_move)(model, data, v, model->n.link);
     data->motion[0].linear = -model->gravity;
     for (size_t i = 1; i < model->n.link; i++)
         kt_link_acceleration(&model->link[i], &data->motion[model->link[i].parent], a, &data->motion[i]);
@@ -248,7 +235,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
                                                               .look = look,
-                                                              .factor = factor,
+                                                              .factor = KT_KERNEL(kt_groups_factor),
                                                               .fill = fill,
                                                               .close = close_groups,
                                                               .multipliers = multipliers,

@@ -10,7 +10,7 @@
  */
 #include "reduction/far.h"
 
-#include "reduction/group.h"
+#include "reduction/dense.h"
 
 #include <float.h>
 #include <string.h>

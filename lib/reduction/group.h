@@ -6,13 +6,13 @@
  * not depend on A: rows.h) wrench on the parent  = Ic A + F x + W with M, F and the composite Ic by the composite-body
  * recursion over IA_i, and h, W by Newton-Euler with the accelerations that the velocities alone give. By Maggi-Kane, x
  * = x0 + N z with A_g x0 = b'' and A_g N = 0, (N' M N) z = N' (tau - h - M x0 - F' A) [MSD 7.33, 7.34] so that x = y -
- * K A and the parent feels Ic - F K and W + F y: an articulated inertia like any other.
+ * K A and the parent feels Ic - F K and W + F y: an articulated inertia like any other. (dense.h)
  */
 #ifndef KT_REDUCTION_GROUP_H
 #define KT_REDUCTION_GROUP_H
 
 #include "dynamics/articulated.h"
-#include "reduction/reduce.h"
+#include "reduction/dense.h"
 
 #include <string.h>
 
@@ -134,107 +134,6 @@ static inline void kt_group_assemble(const kt_model *model, kt_data *data, const
         kt_articulated_shift(&x, data->motion[i].offset);
         kt_articulated_add(link->parent == group->parent ? total : &data->articulated[link->parent], &x);
     }
-}
-
-/* ---- small dense algebra ------------------------------------------------------------------------------------------
- */
-
-/* y = a x for an m x n matrix */
-static inline void kt_dense_apply(const double *a, int m, int n, const double *x, double *y) {
-    for (int i = 0; i < m; i++)
-        y[i] = 0.0;
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < m; i++)
-            y[i] += a[(size_t)j * (size_t)m + (size_t)i] * x[j];
-}
-
-static inline double kt_dense_dot(const double *a, const double *b, int n) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
-/* A = L L', L over the lower triangle of A (n x n); false where A is not positive definite beyond rounding, which is
- * proportional to size[j] in A_jj (NULL: to A_jj itself). */
-static inline bool kt_dense_cholesky(double *a, int n, const double *size) {
-    for (int j = 0; j < n; j++) {
-        double *column = a + (size_t)j * (size_t)n;
-        const double whole = size ? size[j] : column[j];
-        for (int k = 0; k < j; k++) {
-            const double f = a[(size_t)k * (size_t)n + (size_t)j];
-            for (int i = j; i < n; i++)
-                column[i] -= a[(size_t)k * (size_t)n + (size_t)i] * f;
-        }
-        if (!(column[j] > 1e-14 * whole))
-            return false;
-        const double d = 1.0 / sqrt(column[j]);
-        for (int i = j; i < n; i++)
-            column[i] *= d;
-    }
-    return true;
-}
-
-/* x = (L L')^-1 x */
-static inline void kt_dense_solve(const double *l, int n, double *x) {
-    for (int j = 0; j < n; j++) {
-        x[j] /= l[(size_t)j * (size_t)(n + 1)];
-        for (int i = j + 1; i < n; i++)
-            x[i] -= l[(size_t)j * (size_t)n + (size_t)i] * x[j];
-    }
-    for (int j = n - 1; j >= 0; j--) {
-        for (int i = j + 1; i < n; i++)
-            x[j] -= l[(size_t)j * (size_t)n + (size_t)i] * x[i];
-        x[j] /= l[(size_t)j * (size_t)(n + 1)];
-    }
-}
-
-/* ---- Maggi-Kane ----------------------------------------------------------------------------------------------------
- */
-
-/* y = N (N' M N)^-1 N' y */
-static inline void kt_group_project(const kt_group_work *w, int freedoms, double *y) {
-    double *z = w->work;
-    for (int c = 0; c < freedoms; c++)
-        z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)w->m, y, w->m);
-    kt_dense_solve(w->reduced, freedoms, z);
-    kt_dense_apply(w->basis, w->m, freedoms, z, y);
-}
-
-/* y (base) and K (slope) from the factored equations with right-hand side `right`; false where N' M N is singular. */
-static inline bool kt_group_solve(const kt_reduction_kind *kind, const kt_group_work *w, int rank, bool carried) {
-    const int m = w->m, freedoms = m - rank;
-    kind->particular(w, rank, w->right, w->base);
-    kind->basis(w, rank);
-    double *size = w->work; /* n' M n may be what is left of terms n_i^2 M_ii */
-    for (int c = 0; c < freedoms; c++) {
-        double *half = w->half + (size_t)c * (size_t)m;
-        size[c] = 0.0;
-        for (int i = 0; i < m; i++) {
-            const double n = w->basis[(size_t)c * (size_t)m + (size_t)i];
-            size[c] += n * n * w->mass[(size_t)i * (size_t)(m + 1)];
-        }
-        kt_dense_apply(w->mass, m, m, w->basis + (size_t)c * (size_t)m, half);
-        for (int r = 0; r < freedoms; r++)
-            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
-                kt_dense_dot(w->basis + (size_t)r * (size_t)m, half, m);
-    }
-    if (!kt_dense_cholesky(w->reduced, freedoms, size))
-        return false;
-    double *y = w->half; /* from here on free */
-    kt_dense_apply(w->mass, m, m, w->base, y);
-    for (int i = 0; i < m; i++)
-        y[i] = w->bias[i] - y[i];
-    kt_group_project(w, freedoms, y);
-    for (int i = 0; i < m; i++)
-        w->base[i] += y[i];
-    for (int c = 0; c < 6 && carried; c++) {
-        double *k = w->slope + (size_t)c * (size_t)m;
-        for (int i = 0; i < m; i++)
-            k[i] = w->carry[6 * (size_t)i + (size_t)c];
-        kt_group_project(w, freedoms, k);
-    }
-    return true;
 }
 
 /* total -> (Ic - F K, W + F y), and onto the parent. */

@@ -22,19 +22,23 @@ typedef struct kt_reduction_kernels {
      * kinetic energy. false: the inertia is singular. */
     bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, double *step);
     /* Multipliers of all equations for accelerations a, in the groups' work: those of the state of the last `forward`,
-     * whose velocities are v. Leaves the accelerations of the links, minus gravity. */
+     * whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL where links are planar. */
     void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
-    /* What the loops exert with these multipliers (react.c). */
+    /* What the loops exert with these multipliers (react.c); NULL as well. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 } kt_reduction_kernels;
 
 #define KT_REDUCTION_DECLARE(level)                                                                                    \
-    extern const kt_reduction_kernels kt_reduction_kernels_##level;                                                    \
+    extern const kt_reduction_kernels kt_reduction_kernels_##level, kt_reduction_planar_kernels_##level;               \
     void kt_react_##level(const kt_model *, const kt_data *, double, kt_wrench *, kt_wrench *);
 KT_REDUCTION_DECLARE(baseline)
 KT_REDUCTION_DECLARE(v3)
 KT_REDUCTION_DECLARE(v4)
 
+/* As the model is swept: the spatial ones, or those that take planar links in their planes. */
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
+
+/* The spatial ones, which take planar links like all others. */
+const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model);
 
 #endif

@@ -11,7 +11,7 @@
  * horizontal or vertical) is like any other, and the result does not depend on what came before. The order of the
  * coordinates is kept in `square`.
  */
-#include "reduction/reduce.h"
+#include "reduction/dense.h"
 
 #include <math.h>
 #include <string.h>
@@ -87,7 +87,7 @@ static void solve_lower_transposed(const kt_group_work *w, int rank, double *x) 
             x[i] -= *at(w, j, i) * x[j];
 }
 
-static void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+static inline void particular(const kt_group_work *w, int rank, const double *b, double *x) {
     double *y = w->work;
     for (int i = 0; i < rank; i++) {
         y[i] = b[w->pivot[i]];
@@ -100,7 +100,7 @@ static void particular(const kt_group_work *w, int rank, const double *b, double
         x[(int)w->square[i]] = i < rank ? y[i] : 0.0;
 }
 
-static void basis(const kt_group_work *w, int rank) {
+static inline void basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
     memset(w->basis, 0, m * (m - (size_t)rank) * sizeof(double));
@@ -132,7 +132,15 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
         lambda[w->pivot[i]] = i < rank ? y[i] : 0.0;
 }
 
+static bool solve(const kt_group_work *w, int rank, int width) {
+    return kt_group_solve(particular, basis, w, rank, width);
+}
+
 static double size(const kt_group_work *w, int i) { return fabs(*at(w, i, i)); }
 
-const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {
-    .factor = factor, .size = size, .particular = particular, .basis = basis, .multipliers = multipliers};
+const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {.factor = factor,
+                                                             .size = size,
+                                                             .particular = particular,
+                                                             .basis = basis,
+                                                             .solve = solve,
+                                                             .multipliers = multipliers};

@@ -8,34 +8,15 @@
  * small loops, the loop below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK's
  * blocks win (bench/scaling).
  */
+#include "reduction/dense.h"
 #include "reduction/lapack.h"
-#include "reduction/reduce.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The column with the largest squared norm *n2 of its rows from j on, among the columns from j on. Norms are taken
- * anew: brought up to date instead, they would lose their digits where the rank ends. *all is their sum. */
-static int largest_column(const kt_group_work *w, int j, double *n2, double *all) {
-    int best = j;
-    *n2 = *all = 0.0;
-    for (int c = j; c < w->k; c++) {
-        const double *column = w->factor + (size_t)c * (size_t)w->m;
-        double sum = 0.0;
-        for (int i = j; i < w->m; i++)
-            sum += column[i] * column[i];
-        *all += sum;
-        if (sum > *n2) {
-            *n2 = sum;
-            best = c;
-        }
-    }
-    return best;
-}
-
-static void swap_columns(const kt_group_work *w, int a, int b) {
-    double *x = w->factor + (size_t)a * (size_t)w->m, *y = w->factor + (size_t)b * (size_t)w->m;
-    for (int i = 0; i < w->m; i++) {
+static inline void swap_columns(const kt_group_work *w, int m, int a, int b) {
+    double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
+    for (int i = 0; i < m; i++) {
         const double t = x[i];
         x[i] = y[i];
         y[i] = t;
@@ -46,7 +27,7 @@ static void swap_columns(const kt_group_work *w, int a, int b) {
 }
 
 /* x -= t u (u . x), u = (1, tail) from row j on. */
-static inline void reflect(const double *u, double t, int j, int m, double *x) {
+KT_INLINE void reflect(const double *restrict u, double t, int j, int m, double *restrict x) {
     double sum = x[j];
     for (int i = j + 1; i < m; i++)
         sum += u[i] * x[i];
@@ -56,41 +37,100 @@ static inline void reflect(const double *u, double t, int j, int m, double *x) {
         x[i] -= sum * u[i];
 }
 
-/* The reflector that turns rows j.. of column j, of squared norm n2, into (R_jj, 0, ...). */
-static void eliminate(const kt_group_work *w, int j, double n2) {
-    const int m = w->m;
-    double *column = w->factor + (size_t)j * (size_t)m;
-    const double head = column[j], r = head > 0.0 ? -sqrt(n2) : sqrt(n2);
-    const double u0 = head - r;
-    for (int i = j + 1; i < m; i++)
-        column[i] /= u0;
-    w->reflector[j] = -u0 / r;
-    column[j] = r;
-    for (int c = j + 1; c < w->k; c++)
-        reflect(column, w->reflector[j], j, m, w->factor + (size_t)c * (size_t)m);
+KT_INLINE double squares(const double *x, int from, int m) {
+    double sum = 0.0;
+    for (int i = from; i < m; i++)
+        sum += x[i] * x[i];
+    return sum;
 }
 
-static int factor_small(kt_group_work *w, int cap) {
-    double first = 0.0, n2, all;
-    for (int c = 0; c < w->k; c++)
+/* The reflector that turns rows j.. of column j, of squared norm norm[j], into (R_jj, 0, ...). norm: of the columns'
+ * rows from j on, and then from j + 1 on. They are taken anew: brought up to date instead, they would lose their digits
+ * where the rank ends. */
+KT_INLINE void eliminate(const kt_group_work *w, int m, int j, double *norm) {
+    double *u = w->factor + (size_t)j * (size_t)m;
+    const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
+    for (int i = j + 1; i < m; i++)
+        u[i] /= u0;
+    w->reflector[j] = t;
+    u[j] = r;
+    for (int c = j + 1; c < w->k; c++) {
+        double *x = w->factor + (size_t)c * (size_t)m;
+        reflect(u, t, j, m, x);
+        norm[c] = squares(x, j + 1, m);
+    }
+}
+
+/* The longest column from j on; *all: the sum of all squares from there. */
+KT_INLINE int longest_column(const double *norm, int j, int k, double *all) {
+    int best = j;
+    double sum = 0.0;
+    for (int c = j; c < k; c++) {
+        sum += norm[c];
+        if (norm[c] > norm[best])
+            best = c;
+    }
+    *all = sum;
+    return best;
+}
+
+/* Copies A', and takes the columns' squared norms. */
+KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
+    const double *restrict a = w->a;
+    double *restrict x = w->factor;
+    for (int c = 0; c < w->k; c++, a += m, x += m) {
         w->pivot[c] = c;
+        for (int i = 0; i < m; i++)
+            x[i] = a[i];
+        norm[c] = squares(x, 0, m);
+    }
+}
+
+KT_INLINE int factor_any(const kt_group_work *w, int cap) {
+    const int m = w->m;
+    double first = 0.0, all, *norm = w->work;
+    begin(w, m, norm);
     for (int j = 0; j < cap; j++) {
-        const int best = largest_column(w, j, &n2, &all);
+        const int best = longest_column(norm, j, w->k, &all);
         if (!isfinite(all))
             return -1;
         if (j == 0)
-            first = n2;
-        if (!(n2 > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
+            first = norm[best];
+        if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             return j;
-        if (best != j)
-            swap_columns(w, j, best);
-        eliminate(w, j, n2);
+        if (best != j) {
+            swap_columns(w, m, j, best);
+            const double t = norm[j];
+            norm[j] = norm[best];
+            norm[best] = t;
+        }
+        eliminate(w, m, j, norm);
     }
     return cap;
 }
 
+/* Three coordinates and two equations, as a closed chain in a plane has them: loops of known length are unrolled, which
+ * halves what such a group costs. */
+KT_INLINE bool is_four_bar(const kt_group_work *w, int rank) { return w->m == 3 && w->k == 2 && rank == 2; }
+
+KT_INLINE kt_group_work four_bar(const kt_group_work *w) {
+    kt_group_work known = *w;
+    known.m = 3;
+    known.k = 2;
+    return known;
+}
+
+static int factor_small(const kt_group_work *w, int cap) {
+    if (is_four_bar(w, cap)) {
+        const kt_group_work known = four_bar(w);
+        return factor_any(&known, 2);
+    }
+    return factor_any(w, cap);
+}
+
 static int factor_large(kt_group_work *w, int cap) {
     const int size = (int)kt_group_work_count((size_t)w->m, (size_t)w->k);
+    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
     for (size_t i = 0; i < (size_t)w->m * (size_t)w->k; i++)
         if (!isfinite(w->factor[i]))
             return -1;
@@ -104,14 +144,13 @@ static int factor_large(kt_group_work *w, int cap) {
 }
 
 static int factor(kt_group_work *w, int cap) {
-    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
     if (w->m == 0 || w->k == 0)
         return 0;
     return w->m >= KT_LARGE ? factor_large(w, cap) : factor_small(w, cap);
 }
 
 /* X (m x columns) = Q X with the first `count` reflectors, or Q' X. */
-static void apply(const kt_group_work *w, int count, bool transposed, double *x, int columns) {
+KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double *x, int columns) {
     const size_t m = (size_t)w->m;
     if (w->m >= KT_LARGE && count > 0) {
         const int size = (int)kt_group_work_count(m, (size_t)w->k);
@@ -125,7 +164,7 @@ static void apply(const kt_group_work *w, int count, bool transposed, double *x,
         }
 }
 
-static void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+KT_INLINE void particular(const kt_group_work *w, int rank, const double *b, double *x) {
     for (int i = 0; i < rank; i++) { /* R1' is lower triangular: its row i is column i of R */
         const double *r = w->factor + (size_t)i * (size_t)w->m;
         double sum = b[w->pivot[i]];
@@ -138,7 +177,7 @@ static void particular(const kt_group_work *w, int rank, const double *b, double
     apply(w, rank, false, x, 1);
 }
 
-static void basis(const kt_group_work *w, int rank) {
+KT_INLINE void basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
     memset(w->basis, 0, m * (m - (size_t)rank) * sizeof(double));
     for (size_t c = (size_t)rank; c < m; c++)
@@ -157,6 +196,14 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
         lambda[w->pivot[i]] = i < rank ? g[i] : 0.0;
 }
 
+static bool solve(const kt_group_work *w, int rank, int width) {
+    if (is_four_bar(w, rank)) {
+        const kt_group_work known = four_bar(w);
+        return kt_group_solve(particular, basis, &known, 2, width);
+    }
+    return kt_group_solve(particular, basis, w, rank, width);
+}
+
 static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
@@ -164,4 +211,5 @@ const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
                                                       .size = size,
                                                       .particular = particular,
                                                       .basis = basis,
+                                                      .solve = solve,
                                                       .multipliers = multipliers};

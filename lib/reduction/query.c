@@ -32,6 +32,18 @@ size_t kt_group_dense_count(const kt_group *group) {
 }
 
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
+    if (model->sweep == KT_SWEEP_SPATIAL)
+        return kt_reduction_kernels_in_space(model);
+#ifdef KT_LEVELS
+    if (model->level == KT_LEVEL_V4)
+        return &kt_reduction_planar_kernels_v4;
+    if (model->level == KT_LEVEL_V3)
+        return &kt_reduction_planar_kernels_v3;
+#endif
+    return &kt_reduction_planar_kernels_baseline;
+}
+
+const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model) {
 #ifdef KT_LEVELS
     if (model->level == KT_LEVEL_V4)
         return &kt_reduction_kernels_v4;

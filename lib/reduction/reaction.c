@@ -3,6 +3,9 @@
  * Redundant loops share a reaction in infinitely many ways: dependent equations carry none. Towards a singular position
  * reactions may grow without bound, as the direction that is lost there can hold less and less; at the position itself
  * the equation that is lost carries none.
+ *
+ * Of loops in a plane the reactions are those in space, with what acts out of the plane: the spatial kernels are asked,
+ * for which the planar ones' accelerations are as good as their own.
  */
 #include "reduction/evaluate.h"
 
@@ -26,8 +29,9 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
                  ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, &crossed, error)
                  : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
     if (status == KT_OK && model->n.group) {
-        const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-        if (crossed) /* the equations are those of a position beside */
+        const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+        if (crossed ||
+            model->sweep != KT_SWEEP_SPATIAL) /* the equations are those of a position beside, or in a plane */
             (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
         kernels->multipliers(model, data, v, a);
         kernels->react(model, data, t, on_bodies, data->loop_wrench);

@@ -60,7 +60,7 @@ static inline size_t kt_group_layout(const kt_group *group, double *base, int32_
     w->pivot = pivot;
 #define KT_GROUP_PLACE(name, count, meaning)                                                                           \
     w->name = base ? base + used : NULL;                                                                               \
-    used += ((count) + 7) / 8 * 8;
+    used += (count);
     KT_GROUP_FIELDS(KT_GROUP_PLACE)
 #undef KT_GROUP_PLACE
     return used;
@@ -72,6 +72,11 @@ static inline kt_group_work kt_group_place(const kt_model *model, const kt_data 
     (void)kt_group_layout(group, data->dense + group->dense, data->pivot + group->row, &w);
     w.k = group->count[rows];
     return w;
+}
+
+/* Whether a group's loops are closed in a plane. */
+static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
+    return (size_t)model->group_link[group->link] >= model->n.spatial;
 }
 
 /* How much the equations are violated: the largest of all. */
@@ -118,6 +123,12 @@ static inline void kt_group_look_at_velocities(const kt_model *model, const kt_g
  * (evaluate.c). */
 #define KT_NEAR_SINGULAR 1e-2
 
+/* x (m): a solution of the independent equations of A x = b (k). */
+typedef void kt_particular(const kt_group_work *w, int rank, const double *b, double *x);
+
+/* w->basis: m x (m - rank), A basis = 0. */
+typedef void kt_basis(const kt_group_work *w, int rank);
+
 /* A way to solve A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural rank.
  */
 typedef struct kt_reduction_kind {
@@ -126,10 +137,10 @@ typedef struct kt_reduction_kind {
     int (*factor)(kt_group_work *w, int cap);
     /* Size of the i-th direction as factored. */
     double (*size)(const kt_group_work *w, int i);
-    /* x (m): a solution of the independent equations of A x = b (k). */
-    void (*particular)(const kt_group_work *w, int rank, const double *b, double *x);
-    /* w->basis: m x (m - rank), A basis = 0. */
-    void (*basis)(const kt_group_work *w, int rank);
+    kt_particular *particular;
+    kt_basis *basis;
+    /* Maggi-Kane with these two (dense.h). */
+    bool (*solve)(const kt_group_work *w, int rank, int width);
     /* lambda (k): A' lambda = g (m), zeros for dependent equations; g is overwritten. */
     void (*multipliers)(const kt_group_work *w, int rank, double *g, double *lambda);
 } kt_reduction_kind;

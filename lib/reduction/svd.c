@@ -4,8 +4,8 @@
  *
  * U is kept in `square`, V' over A' in `factor` (row i: right vector i).
  */
+#include "reduction/dense.h"
 #include "reduction/lapack.h"
-#include "reduction/reduce.h"
 
 #include <math.h>
 #include <string.h>
@@ -26,7 +26,7 @@ static int factor(kt_group_work *w, int cap) {
     return rank;
 }
 
-static void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+static inline void particular(const kt_group_work *w, int rank, const double *b, double *x) {
     const size_t m = (size_t)w->m;
     memset(x, 0, m * sizeof(double));
     for (int i = 0; i < rank; i++) {
@@ -39,7 +39,7 @@ static void particular(const kt_group_work *w, int rank, const double *b, double
     }
 }
 
-static void basis(const kt_group_work *w, int rank) {
+static inline void basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m, r = (size_t)rank;
     if (w->k == 0) { /* nothing was factored: all coordinates are free */
         memset(w->basis, 0, m * m * sizeof(double));
@@ -64,6 +64,10 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
     }
 }
 
+static bool solve(const kt_group_work *w, int rank, int width) {
+    return kt_group_solve(particular, basis, w, rank, width);
+}
+
 static double size(const kt_group_work *w, int i) { return w->reflector[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
@@ -71,4 +75,5 @@ const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
                                                        .size = size,
                                                        .particular = particular,
                                                        .basis = basis,
+                                                       .solve = solve,
                                                        .multipliers = multipliers};

@@ -1,10 +1,11 @@
-"""What is installed is complete: a program finds it by pkg-config alone, and runs, linked either way.
+"""What is installed is complete: a program finds it by pkg-config or CMake alone, and runs, linked either way.
 
 install.py BUILD-DIRECTORY HAS-SCENE HAS-COMMAND C-COMPILER...
 """
 import os
 import pathlib
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -40,6 +41,31 @@ def build_and_run(compiler, folder, package, pkg_environment, libdir, static):
     return [] if ran.returncode == 0 and ran.stdout == version else [f"prints {ran.stdout!r}, not {version!r}", ran.stderr]
 
 
+CMAKE = """
+cmake_minimum_required(VERSION 3.16)
+project(stranger C)
+find_package(kinetree 0.1 REQUIRED COMPONENTS {targets})
+add_executable(program program.c)
+target_link_libraries(program kinetree::{target})
+"""
+
+
+def build_with_cmake(folder, root, target, libdir):
+    """Problems; a project of somebody else finds the installed package, and its program prints the version."""
+    project = folder / f"cmake-{target}"
+    project.mkdir()
+    (project / "program.c").write_text(PROGRAM)
+    (project / "CMakeLists.txt").write_text(CMAKE.format(target=target, targets=target))
+    prefix = next(path for path in root.rglob("lib*") if (path / "cmake" / "kinetree").is_dir()).parent
+    for command in (["cmake", "-S", project, "-B", project / "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
+                    ["cmake", "--build", project / "build"]):
+        made = run(*command)
+        if made.returncode != 0:
+            return (made.stdout + made.stderr).splitlines()
+    ran = run(project / "build" / "program", environment={**os.environ, "LD_LIBRARY_PATH": str(libdir)})
+    return [] if ran.returncode == 0 and ran.stdout.strip() else [f"prints {ran.stdout!r}", ran.stderr]
+
+
 def main():
     build, has_scene, has_command, *compiler = sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
@@ -49,7 +75,7 @@ def main():
         claim("installs", [] if made.returncode == 0 else (made.stdout + made.stderr).splitlines())
 
         found = {path.relative_to(root).as_posix() for path in root.rglob("*")}
-        wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", "/libkinetree.so.0", "/libkinetree.a", "/kinetree.pc"]
+        wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", "/libkinetree.so.0", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []
         wanted += ["/bin/kinetree"] if has_command == "true" else []
         claim("installs_every_part", [f"no {part}" for part in wanted if not any(path.endswith(part) for path in found)])
@@ -70,6 +96,11 @@ def main():
                 for static in (False, True):
                     claim(f"program_links_{package.replace('-', '_')}_{'statically' if static else 'shared'}",
                           build_and_run(compiler, folder, package, environment, pc.parent.parent, static))
+            if shutil.which("cmake"):
+                for target in ["kinetree", "static"] + (["scene", "scene-static"] if has_scene == "true" else []):
+                    claim(f"cmake_finds_{target.replace('-', '_')}", build_with_cmake(folder, root, target, pc.parent.parent))
+                claim("cmake_refuses_what_is_not_there",
+                      [] if build_with_cmake(folder, root, "moon", pc.parent.parent) else ["it found kinetree::moon"])
     finish()
 
 

@@ -63,24 +63,31 @@ KT_TEST(two_windows_follow_the_exact_motion) {
 }
 
 /* A step that ends at the singular position, and stages that meet it: the start lies there, or before it by a whole
- * number of steps, or by half a step more. */
+ * number of steps, or by half a step more. Where five windows start there, it is rounding alone that says how each of
+ * them goes on: from 6e-11 to 1.4e-6 m were measured at twelve rates from 3 to 3.4 rad/s, in the plane and in space
+ * alike; the worst of these rates is among those below. */
 KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
     static linkage l;
-    static const double before[] = {0.0, 0.1, 0.1005, 0.25};
-    for (int n = 2; n <= 5; n += 3)
-        for (size_t k = 0; k < sizeof before / sizeof before[0]; k++) {
-            exact e = {(long double)windows_acceleration(n, pi / 2.0), (long double)(pi / 2.0), 3.0L};
-            exact_advance(&e, -before[k]);
-            linkage_windows(&l, n, (double)e.theta, (double)e.rate, KT_LOOP_REVOLUTE);
-            char what[60];
-            snprintf(what, sizeof what, "%d windows, %g s before", n, before[k]);
-            if (linkage_build(&l, 0.0)) {
-                e.theta = (long double)-l.q[0];
-                e.rate = (long double)-l.v[0];
-                kt_check_below(what, worst_distance(&l, n, e, "rk4", 1e-3, 0.0, 10.0, NULL), 1e-9);
-            }
-            linkage_free(&l);
+    static const struct {
+        int n;
+        double before, rate, bound;
+    } cases[] = {{2, 0.0, 3.0, 1e-9},   {2, 0.1, 3.0, 1e-9},    {2, 0.1005, 3.0, 1e-9}, {2, 0.25, 3.0, 1e-9},
+                 {5, 0.1, 3.0, 1e-9},   {5, 0.1005, 3.0, 1e-9}, {5, 0.25, 3.0, 1e-9},   {5, 0.0, 3.0, 5e-6},
+                 {5, 0.0, 3.037, 5e-6}, {5, 0.0, 3.074, 5e-6}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        const int n = cases[k].n;
+        exact e = {(long double)windows_acceleration(n, pi / 2.0), (long double)(pi / 2.0), (long double)cases[k].rate};
+        exact_advance(&e, -cases[k].before);
+        linkage_windows(&l, n, (double)e.theta, (double)e.rate, KT_LOOP_REVOLUTE);
+        char what[60];
+        snprintf(what, sizeof what, "%d windows, %g s before", n, cases[k].before);
+        if (linkage_build(&l, 0.0)) {
+            e.theta = (long double)-l.q[0];
+            e.rate = (long double)-l.v[0];
+            kt_check_below(what, worst_distance(&l, n, e, "rk4", 1e-3, 0.0, 10.0, NULL), cases[k].bound);
         }
+        linkage_free(&l);
+    }
 }
 
 /* Error control must not be led astray by what rounding does near such positions: forty windows at 1e-11. */

@@ -105,8 +105,8 @@ static double find_period(void) {
     return period;
 }
 
-/* phi and phi' along x and y (in the first end's frame), after some periods of steps. */
-static bool drift(const char *method, double step, bool loose, double time, double phi[2], double rate[2]) {
+/* phi and phi' along x and y (in the first end's frame) after some time, and the largest term of phi'. */
+static bool drift(const char *method, double step, bool loose, double time, double phi[2], double rate[3]) {
     static linkage l;
     linkage_run r;
     double a[15], residual[5], partial[5];
@@ -120,6 +120,8 @@ static bool drift(const char *method, double step, bool loose, double time, doub
         for (int k = 0; k < 2; k++) {
             phi[k] = residual[k];
             rate[k] = a[k] * l.v[0] + a[5 + k] * l.v[1] + a[10 + k] * l.v[2];
+            for (int i = 0; i < 3; i++)
+                rate[2] = fmax(k || i ? rate[2] : 0.0, fabs(a[5 * i + k] * l.v[i]));
         }
         linkage_run_stop(&r);
     }
@@ -138,7 +140,7 @@ KT_TEST(loop_drifts_as_theory_says_without_projection) {
     kt_check_above("period", period, 1.0);
     for (int i = 0; i < 3; i++) {
         const int order = kt_method_find(cases[i].method)->order;
-        double phi[4][2], rate[4][2], finer[2], finer_rate[2];
+        double phi[4][2], rate[4][3], finer[2], finer_rate[3];
         bool fine = true;
         kt_note("%s", cases[i].method);
         for (int k = 0; k < 4; k++)
@@ -162,10 +164,10 @@ KT_TEST(loop_drifts_as_theory_says_without_projection) {
 KT_TEST(loop_stays_closed_with_projection) {
     static const char *const methods[] = {"euler", "heun", "rk4", "dopri5"};
     for (int i = 0; i < 4; i++) {
-        double phi[2], rate[2];
+        double phi[2], rate[3];
         if (drift(methods[i], i ? 2e-2 : 1e-3, false, 20.0, phi, rate)) {
             kt_check_below(methods[i], hypot(phi[0], phi[1]), 4e-15);
-            kt_check_below("phi'", hypot(rate[0], rate[1]), 1e-15);
+            kt_check_below("phi'", hypot(rate[0], rate[1]), 10.0 * DBL_EPSILON * rate[2]); /* where project.c stops */
         }
     }
 }

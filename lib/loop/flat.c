@@ -1,0 +1,150 @@
+/* A loop as it lies in a plane (model/planar_loop.h), from what its type is made of (kind.h: parts).
+ *
+ * Ends are given in the plane's basis, n last. With e_k the axes of end 1, f_k those of end 2:
+ *   x, y, z         phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
+ *   turn about k    phi = e_k . p, p = 4 tan(theta / 4) n: a turn with the factor e_k . n, if n lies alike in both ends
+ *   tilt about k    the same, theta being the angle from e_z to f_z, if both lie in the plane; void if both are n
+ *   normal          if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
+ */
+#include "loop/kind.h"
+#include "model/planar_loop.h"
+
+static kt_vec3 axis_of(const kt_pose *end, int k) {
+    return k == 0 ? end->rotation.x : k == 1 ? end->rotation.y : end->rotation.z;
+}
+
+static double across(kt_vec3 u) { return sqrt(u.x * u.x + u.y * u.y); }
+
+/* What is being laid flat. */
+typedef struct sheet {
+    const kt_pose *end;
+    double direction, length; /* what passes for zero */
+    kt_planar_loop *flat;
+} sheet;
+
+static void take_angle(const sheet *s, double cosine, double sine) {
+    const double norm = sqrt(cosine * cosine + sine * sine);
+    s->flat->c = cosine / norm;
+    s->flat->s = sine / norm;
+}
+
+static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
+    const kt_vec3 e = axis_of(&s->end[0], k);
+    const double rise = e.z * s->flat->height;
+    const bool level = fabs(rise) <= s->length;
+    if (across(e) <= s->direction)
+        return level;
+    row->kind = KT_FLAT_ALONG;
+    row->e[0] = e.x;
+    row->e[1] = e.y;
+    row->constant = level ? 0.0 : rise;
+    return true;
+}
+
+static void lay_turn(const sheet *s, int k, kt_planar_row *row) {
+    row->constant = axis_of(&s->end[0], k).z;
+    if (fabs(row->constant) > s->direction)
+        row->kind = KT_FLAT_TURN;
+}
+
+/* Both ends' axes z are n (1), lie in the plane (2), or neither (0). */
+static int lie_of_axes(const sheet *s) {
+    const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
+    if (across(e) <= s->direction && across(f) <= s->direction)
+        return 1;
+    return fabs(e.z) <= s->direction && fabs(f.z) <= s->direction ? 2 : 0;
+}
+
+static void take_angle_of_axes(const sheet *s) {
+    const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
+    take_angle(s, e.x * f.x + e.y * f.y, e.x * f.y - e.y * f.x);
+}
+
+static bool lay_tilt(const sheet *s, int k, kt_planar_row *row) {
+    const int lie = lie_of_axes(s);
+    if (lie == 1)
+        return s->end[0].rotation.z.z * s->end[1].rotation.z.z > 0.0;
+    if (lie == 0)
+        return false;
+    take_angle_of_axes(s);
+    lay_turn(s, k, row);
+    return true;
+}
+
+/* R2 = R_n(theta) R1 */
+static bool lay_parallel(const sheet *s, int k, kt_planar_row *row) {
+    double cosine = 0.0, sine = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const kt_vec3 e = axis_of(&s->end[0], i), f = axis_of(&s->end[1], i);
+        if (fabs(e.z - f.z) > s->direction)
+            return false;
+        cosine += e.x * f.x + e.y * f.y;
+        sine += e.x * f.y - e.y * f.x;
+    }
+    take_angle(s, cosine, sine);
+    lay_turn(s, k, row);
+    return true;
+}
+
+static bool lay_normal(const sheet *s, kt_planar_row *row) {
+    const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
+    if (lie_of_axes(s) != 2)
+        return (across(e) <= s->direction && fabs(f.z) <= s->direction) ||
+               (across(f) <= s->direction && fabs(e.z) <= s->direction);
+    take_angle_of_axes(s);
+    row->kind = KT_FLAT_ORTHOGONAL;
+    return true;
+}
+
+static void lay_distance(const sheet *s, kt_planar_row *row) {
+    const kt_vec3 x = s->end[0].rotation.x, y = s->end[0].rotation.y;
+    const kt_vec3 e = across(x) >= 0.5 ? x : y; /* of two axes at right angles one reaches so far into the plane */
+    row->kind = KT_FLAT_DISTANCE;
+    row->e[0] = e.x / across(e);
+    row->e[1] = e.y / across(e);
+}
+
+static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {
+    switch (part) {
+    case KT_PART_X:
+    case KT_PART_Y:
+    case KT_PART_Z:
+        return lay_along(s, (int)part - KT_PART_X, row);
+    case KT_PART_TURN_X:
+    case KT_PART_TURN_Y:
+    case KT_PART_TURN_Z:
+        return lay_parallel(s, (int)part - KT_PART_TURN_X, row);
+    case KT_PART_TILT_X:
+    case KT_PART_TILT_Y:
+        return lay_tilt(s, (int)part - KT_PART_TILT_X, row);
+    case KT_PART_NORMAL:
+        return lay_normal(s, row);
+    case KT_PART_LENGTH:
+        lay_distance(s, row);
+        return true;
+    case KT_PART_NONE:
+        break;
+    }
+    return false;
+}
+
+bool kt_loop_flatten(kt_loop_type type, const kt_pose end[2], double direction, double length, kt_planar_loop *flat) {
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[type];
+    const sheet s = {.end = end, .direction = direction, .length = length, .flat = flat};
+    kt_planar_row rows[KT_FLAT_MAX];
+    flat->c = 1.0;
+    flat->s = 0.0;
+    flat->height = end[1].position.z - end[0].position.z;
+    flat->count = flat->void_count = 0;
+    for (int r = 0; r < kind->rows; r++) {
+        rows[r] = (kt_planar_row){.kind = KT_FLAT_VOID, .row = r};
+        if (!lay_part(&s, (kt_loop_part)kind->part[r], &rows[r]))
+            return false;
+        if (rows[r].kind != KT_FLAT_VOID)
+            flat->row[flat->count++] = rows[r];
+    }
+    for (int r = 0; r < kind->rows; r++)
+        if (rows[r].kind == KT_FLAT_VOID)
+            flat->row[flat->count + flat->void_count++] = rows[r];
+    return true;
+}

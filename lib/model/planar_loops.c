@@ -1,0 +1,130 @@
+/* Loops among planar trees: what they connect, and how they lie in the plane.
+ *
+ * What a loop asks of its ends out of the plane, all planar motion leaves as it is, so it must hold at q = 0 already.
+ * It must hold to rounding: the directions of the ends' axes against n, which come through one rotation more than those
+ * of joints (planar.c), and heights against the way to them. Where it does not, the loop may not close at all, and it
+ * is for the spatial kernels to say so.
+ */
+#include "model/attach.h"
+
+#include <float.h>
+#include <string.h>
+
+#define PARALLEL (64.0 * DBL_EPSILON)
+#define LEVEL (64.0 * DBL_EPSILON)
+
+enum { GROUND = 0, SPATIAL = -1 };
+
+/* The body of a name; a missing one is the world. Names have been checked. */
+static int32_t body_named(const kt_ordered *o, const char *name) {
+    const int i = !name || strcmp(name, "world") == 0 ? -1 : kt_names_find(o->names, 0, name);
+    return i < 0 ? GROUND : o->body_of[i];
+}
+
+/* Bodies that a loop connects, and the k-th of them. */
+static int connected_count(const kt_loop *loop) {
+    return loop->type == KT_LOOP_COUPLING ? loop->term_count : loop->type == KT_LOOP_MOTION ? 1 : 2;
+}
+
+static int32_t connected(const kt_ordered *o, const kt_loop *loop, int k) {
+    return body_named(o, loop->type == KT_LOOP_COUPLING ? loop->terms[k].joint
+                         : loop->type == KT_LOOP_MOTION ? loop->joint
+                                                        : loop->between[k].body);
+}
+
+/* ---- components --------------------------------------------------------------------------------------------------
+ */
+
+static int32_t component_of(kt_body_plane *body, int32_t tree) {
+    while (body[tree].component != tree)
+        tree = body[tree].component = body[body[tree].component].component;
+    return tree;
+}
+
+void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
+    for (int i = 0; i < o->description->loop_count; i++) {
+        const kt_loop *loop = &o->description->loops[i];
+        int32_t first = GROUND;
+        for (int k = 0; k < connected_count(loop); k++) {
+            const int32_t tree = body[connected(o, loop, k)].tree;
+            if (tree == GROUND)
+                continue;
+            if (first == GROUND)
+                first = tree;
+            body[component_of(body, tree)].component = component_of(body, first);
+        }
+    }
+    for (size_t i = 1; i <= o->count; i++)
+        body[i].component = component_of(body, (int32_t)i);
+}
+
+/* ---- loops in their planes -----------------------------------------------------------------------------------------
+ */
+
+/* A point of an end, in its body's frame. */
+static kt_vec3 point_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b) {
+    if (!end->marker)
+        return end->at;
+    const kt_body *body = &o->description->bodies[b->source];
+    for (int k = 0; k < body->marker_count; k++)
+        if (strcmp(body->markers[k].name, end->marker) == 0)
+            return body->markers[k].at;
+    return end->at;
+}
+
+/* An end in the plane's basis at q = 0: its axes, and its height along n (in position.z). */
+static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_body_plane *b, const kt_plane *plane,
+                    kt_pose *pose, double *reach) {
+    const kt_end *end = &loop->between[k];
+    const kt_vec3 at = point_of(o, end, b);
+    kt_error ignored; /* a rotation that cannot be evaluated is refused where loops are attached */
+    if (kt_rotation_evaluate(&end->rotation, &pose->rotation, &ignored) != KT_OK)
+        return false;
+    kt_attach_turn_to_axis(pose, kt_attach_axis(loop, k));
+    const bool ground = b->tree == GROUND;
+    const kt_mat3 basis = ground ? kt_mat3_multiply(kt_mat3_transpose(b->rest), plane->basis) : b->basis;
+    pose->rotation = kt_mat3_multiply(kt_mat3_transpose(basis), pose->rotation);
+    const double height = ground ? kt_vec3_dot(plane->basis.z, b->at) : b->height;
+    pose->position = kt_vec3_make(0.0, 0.0, height + kt_vec3_dot(basis.z, at));
+    *reach += b->reach + kt_vec3_norm(at);
+    return true;
+}
+
+static bool lay_loop(const kt_ordered *o, const kt_loop *loop, const kt_body_plane *body, const kt_plane *plane,
+                     kt_planar_loop *flat) {
+    kt_pose end[2];
+    double reach = 0.0;
+    if (kt_attach_is_relation((int32_t)loop->type))
+        return true;
+    for (int k = 0; k < 2; k++)
+        if (!lay_end(o, loop, k, &body[connected(o, loop, k)], plane, &end[k], &reach))
+            return false;
+    return kt_loop_flatten(loop->type, end, PARALLEL, LEVEL * reach, flat);
+}
+
+void kt_loops_flatten(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat) {
+    for (int i = 0; i < o->description->loop_count; i++) {
+        const kt_loop *loop = &o->description->loops[i];
+        int32_t tree = GROUND;
+        for (int k = 0; k < connected_count(loop) && tree == GROUND; k++)
+            tree = body[connected(o, loop, k)].tree;
+        kt_body_plane *component = &body[body[tree].component];
+        if (tree != GROUND && component->plane >= 0 && !lay_loop(o, loop, body, &plane[component->plane], &flat[i]))
+            component->plane = SPATIAL;
+    }
+}
+
+void kt_planar_ends(const kt_model *m, const struct kt_loop_record *loop, kt_planar_loop *flat) {
+    const int32_t shift = (int32_t)m->n.spatial - 1, some = loop->link[loop->link[0] ? 0 : 1] - shift;
+    kt_v4 basis[3];
+    kt_v4_from_mat3(m->plane[m->planar_rest[some].plane].basis, basis);
+    flat->ancestor = loop->ancestor ? loop->ancestor - shift : 0;
+    for (int k = 0; k < 2; k++) {
+        const kt_v4 at = kt_v4_from(loop->frame[k].position);
+        flat->place[k] = loop->link[k] ? loop->link[k] - shift : 0;
+        const kt_v4 arm =
+            flat->place[k] ? kt_v4_apply(m->planar_rest[flat->place[k]].axes, at) : kt_v4_apply_transposed(basis, at);
+        flat->arm[k][0] = arm[0];
+        flat->arm[k][1] = arm[1];
+    }
+}

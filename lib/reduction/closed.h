@@ -1,0 +1,33 @@
+/* What closed.c is made of, for planar_closed.c to use the same where some or all links are planar.
+ *
+ * `end`: the links 1 to end - 1 and the groups among them are taken: n.link, or n.spatial.
+ */
+#ifndef KT_REDUCTION_CLOSED_H
+#define KT_REDUCTION_CLOSED_H
+
+#include "reduction/reduce.h"
+
+/* kt_spatial_pose: poses of the links, the ground at rest without gravity. kt_spatial_move: velocities, after poses.
+ * kt_spatial_clear: no wrenches, no inertias from children.
+ * kt_spatial_accelerate: the way back and the way out, the groups' equations being factored; returns the link at which
+ * the inertia is singular, or 0.
+ * kt_group_factor: near a singular position the directions that are about to be lost are left out where `regular` is
+ * asked for; -1: a number is not finite.
+ * kt_groups_factor: all of them; false: a number is not finite.
+ * kt_group_look: adds the violations of equations that have been filled, with -(A v + phi_t) in `right` (v may be
+ * NULL); held coordinates (NULL: none) count as constants from then on. kt_groups_close: the least step in coordinates;
+ * whatever is not part of a group stays. */
+#define KT_CLOSED_DECLARE(level)                                                                                       \
+    void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
+    void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
+    void kt_spatial_clear_##level(const kt_model *, kt_data *, size_t);                                                \
+    size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, double *);               \
+    int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
+    bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
+    void kt_group_look_##level(const kt_model *, kt_data *, size_t, const double *, const bool *, kt_violation *);     \
+    bool kt_groups_close_##level(const kt_model *, kt_data *, double *);
+KT_CLOSED_DECLARE(baseline)
+KT_CLOSED_DECLARE(v3)
+KT_CLOSED_DECLARE(v4)
+
+#endif

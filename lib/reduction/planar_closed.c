@@ -1,0 +1,197 @@
+/* Dynamics and closure where some or all links are planar: closed.c for the spatial links and the groups among them,
+ * and the same in the plane for the others (planar_forward.c, planar_group.h, planar_rows.h). No joint is between, and
+ * a group is of one kind.
+ *
+ * Reactions also hold what the plane cannot move; they are left to the spatial kernels (reaction.c).
+ */
+#include "reduction/closed.h"
+#include "reduction/kernel.h"
+#include "reduction/planar_group.h"
+
+static const double none[2] = {0.0, 0.0};
+
+static bool has_spatial(const kt_model *model) { return model->n.spatial > 1; }
+
+static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
+                       double t) {
+    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    if (kt_group_is_planar(model, &model->group[g]))
+        kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
+    else
+        kt_rows_fill(model, data, g, &w, moving, q, v, t);
+}
+
+/* ---- the recursion in the planes ----------------------------------------------------------------------------------
+ */
+
+static void pose(const kt_model *model, kt_data *data, const double *q) {
+    kt_planar_motion *motion = data->planar;
+    kt_planar_gather(model, data, q);
+    kt_planar_ground_set(none, &motion[0]);
+    for (size_t k = 1; k < model->n.planar; k++)
+        kt_planar_pose(&model->planar[k], &motion[model->planar[k].parent], q, data->planar_cosine, data->planar_sine,
+                       &motion[k]);
+}
+
+/* Velocities, no wrenches, no inertias from children. */
+static void move(const kt_model *model, kt_data *data, const double *v) {
+    for (size_t k = 1; k < model->n.planar; k++) {
+        const kt_planar_link *link = &model->planar[k];
+        kt_planar_motion *m = &data->planar[k];
+        kt_planar_velocity(link, &data->planar[link->parent], v, m);
+        m->moment = m->force[0] = m->force[1] = 0.0;
+        if (link->branches)
+            data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
+    }
+}
+
+/* One group on the way back; its parent has the place `top`. */
+static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                        const double *tau) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
+    kt_planar_inertia total;
+    kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
+    kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
+    if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
+        return false;
+    if (top)
+        kt_planar_group_onto_parent(&w, &total, &data->planar_inertia[top]);
+    return true;
+}
+
+/* Returns the place of a link at which the inertia is singular, or 0. */
+static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
+                        const double *tau) {
+    kt_planar_inertia x, carried = {.j = 0.0};
+    for (int32_t k = plane->last - 1; k >= plane->first; k--) {
+        const kt_planar_link *link = &model->planar[k];
+        const kt_planar_motion *m = &data->planar[k];
+        kt_planar_response *response = &data->planar_response[k];
+        kt_planar_rigid(link, m, &x);
+        if (link->leads && link[1].group < 0)
+            kt_planar_add(&x, &carried);
+        if (link->branches)
+            kt_planar_add(&x, &data->planar_inertia[k]);
+        if (link->group >= 0) {
+            data->planar_inertia[k] = x;
+            if (link->tops && !close_group(model, data, link->group, link->parent, gravity, tau))
+                return k;
+            continue;
+        }
+        const bool done = link->motion == KT_MOTION_TURN
+                              ? kt_absorb_turn(link, m, link->sign * tau[link->v], &x, response)
+                              : kt_absorb_slide(link, m, tau[link->v], &x, response);
+        if (!done)
+            return k;
+        if (link->parent == 0)
+            continue;
+        kt_planar_shift(&x, m->offset);
+        if (link->follows)
+            carried = x;
+        else
+            kt_planar_add(&data->planar_inertia[link->parent], &x);
+    }
+    return 0;
+}
+
+static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, double *a) {
+    kt_planar_ground_set(gravity, &data->planar[0]);
+    for (int32_t k = plane->first; k < plane->last; k++) {
+        const kt_planar_link *link = &model->planar[k];
+        if (link->group < 0) {
+            kt_planar_respond(link, &data->planar_response[k], &data->planar[link->parent], &data->planar[k], a);
+            continue;
+        }
+        if (link->tops) {
+            const kt_group_work w = kt_group_place(model, data, (size_t)link->group, KT_ROWS_ALL);
+            kt_planar_group_respond(model, data, &model->group[link->group], &w, link->parent, a);
+        }
+        if (link->leads || link->branches)
+            kt_planar_acceleration(link, &data->planar[link->parent], a, &data->planar[k]);
+    }
+}
+
+/* `weightless`: without gravity. */
+static size_t accelerate(const kt_model *model, kt_data *data, const double *tau, bool weightless, double *a) {
+    for (size_t p = 0; p < model->n.plane; p++) {
+        const kt_plane *plane = &model->plane[p];
+        const double *gravity = weightless ? none : plane->gravity;
+        const int32_t failed = way_back(model, data, plane, gravity, tau);
+        if (failed)
+            return (size_t)failed + model->n.spatial - 1;
+        way_out(model, data, plane, gravity, a);
+    }
+    return 0;
+}
+
+/* ---- kernels -------------------------------------------------------------------------------------------------------
+ */
+
+static void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
+                       const kt_wrench *external) {
+    pose(model, data, q);
+    move(model, data, v);
+    if (external)
+        kt_planar_external(model, data->planar, external);
+    if (!has_spatial(model))
+        return;
+    KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);
+    KT_KERNEL(kt_spatial_move)(model, data, v, model->n.spatial);
+    KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
+    if (external)
+        kt_external_subtract(model, data->motion, external);
+}
+
+static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double *tau, const kt_wrench *external, bool regular, double *a) {
+    size_t failed = 0;
+    set_motion(model, data, q, v, external);
+    for (size_t g = 0; g < model->n.group; g++) {
+        fill_group(model, data, g, true, q, v, t);
+        if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
+            failed = (size_t)model->group_link[model->group[g].link];
+    }
+    if (failed)
+        return failed;
+    if (has_spatial(model)) {
+        data->motion[0].linear = -model->gravity;
+        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, a);
+    }
+    return failed ? failed : accelerate(model, data, tau, false, a);
+}
+
+static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
+                 kt_violation *violation) {
+    *violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
+    pose(model, data, q);
+    if (has_spatial(model))
+        KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);
+    for (size_t g = 0; g < model->n.group; g++) {
+        fill_group(model, data, g, false, q, v, t);
+        KT_KERNEL(kt_group_look)(model, data, g, v, held, violation);
+    }
+    return isfinite(violation->position + violation->velocity);
+}
+
+static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    set_motion(model, data, q, v, NULL);
+    for (size_t g = 0; g < model->n.group; g++)
+        fill_group(model, data, g, true, q, v, t);
+}
+
+static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
+    if (metric != KT_METRIC_MASS)
+        return KT_KERNEL(kt_groups_close)(model, data, step);
+    move(model, data, model->zero);
+    if (has_spatial(model)) {
+        KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
+        KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
+        if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, step))
+            return false;
+    }
+    return accelerate(model, data, model->zero, true, step) == 0;
+}
+
+const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {
+    .forward = forward, .look = look, .factor = KT_KERNEL(kt_groups_factor), .fill = fill, .close = close_groups};

@@ -1,0 +1,142 @@
+/* One group of loops inside the articulated-body recursion, in a plane: group.h with three numbers for six.
+ *
+ * Velocities alone give no angular acceleration in a plane. A group on the ground asks nothing of it: F and Ic are left
+ * out there.
+ */
+#ifndef KT_REDUCTION_PLANAR_GROUP_H
+#define KT_REDUCTION_PLANAR_GROUP_H
+
+#include "dynamics/planar_articulated.h"
+#include "reduction/dense.h"
+#include "reduction/planar_rows.h"
+
+enum { KT_PLANAR_WIDTH = 3 };
+
+/* Accelerations that the velocities alone give, the parent's being zero (in response->linear), and the wrenches that go
+ * with them: the bias becomes IA_i A0_i + bias. (ax, ay): of the ground, minus gravity. */
+static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
+                                        double ax, double ay) {
+    for (int l = 0; l < group->link_count; l++) {
+        const int32_t place = kt_place_of(model, model->group_link[group->link + l]);
+        const int32_t up = model->planar[place].parent;
+        const kt_planar_motion *m = &data->planar[place];
+        kt_planar_inertia *x = &data->planar_inertia[place];
+        double *linear = data->planar_response[place].linear;
+        linear[0] = m->linear[0];
+        linear[1] = m->linear[1];
+        if (up != top) {
+            linear[0] += data->planar_response[up].linear[0];
+            linear[1] += data->planar_response[up].linear[1];
+        } else if (up == 0) {
+            linear[0] += ax;
+            linear[1] += ay;
+        }
+        x->moment += x->h[0] * linear[0] + x->h[1] * linear[1];
+        x->force[0] += x->xx * linear[0] + x->xy * linear[1];
+        x->force[1] += x->xy * linear[0] + x->yy * linear[1];
+    }
+}
+
+/* (moment, force) along the freedom of the link at `place`. */
+KT_INLINE double kt_planar_along_freedom(const kt_model *model, const kt_data *data, int32_t place, double moment,
+                                         double fx, double fy) {
+    const kt_planar_link *link = &model->planar[place];
+    double u[2];
+    if (link->motion == KT_MOTION_TURN)
+        return link->sign * moment;
+    kt_planar_along(link, &data->planar[place], u);
+    return u[0] * fx + u[1] * fy;
+}
+
+/* Columns of M, and of F where the parent (top) accelerates, for the freedom of the link at `place`, whose composite c
+ * is complete. */
+KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
+                                      int32_t place, const kt_planar_inertia *c) {
+    const kt_planar_link *link = &model->planar[place];
+    const int m = w->m, own = link->local;
+    double moment, fx, fy, u[2];
+    if (link->motion == KT_MOTION_TURN) {
+        moment = link->sign * c->j;
+        fx = link->sign * c->h[0];
+        fy = link->sign * c->h[1];
+        w->mass[own * (m + 1)] = c->j;
+    } else {
+        kt_planar_along(link, &data->planar[place], u);
+        moment = c->h[0] * u[0] + c->h[1] * u[1];
+        fx = c->xx * u[0] + c->xy * u[1];
+        fy = c->xy * u[0] + c->yy * u[1];
+        w->mass[own * (m + 1)] = u[0] * fx + u[1] * fy;
+    }
+    for (int32_t j = place;;) {
+        const double *r = data->planar[j].offset;
+        j = model->planar[j].parent;
+        if (j == 0)
+            return;
+        moment += r[0] * fy - r[1] * fx;
+        if (j == top)
+            break;
+        const double x = kt_planar_along_freedom(model, data, j, moment, fx, fy);
+        const int other = model->planar[j].local;
+        w->mass[own * m + other] = x;
+        w->mass[other * m + own] = x;
+    }
+    double *carry = w->carry + KT_PLANAR_WIDTH * own;
+    carry[0] = moment;
+    carry[1] = fx;
+    carry[2] = fy;
+}
+
+/* M, F, tau - h; where the parent accelerates, `total` is what it feels while x = 0: (Ic, W). */
+static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
+                                            const kt_group_work *w, int32_t top, const double *tau,
+                                            kt_planar_inertia *total) {
+    *total = (kt_planar_inertia){.j = 0.0};
+    for (int i = 0; i < w->m * w->m; i++)
+        w->mass[i] = 0.0;
+    for (int l = group->link_count - 1; l >= 0; l--) {
+        const int32_t place = kt_place_of(model, model->group_link[group->link + l]);
+        const kt_planar_link *link = &model->planar[place];
+        kt_planar_inertia *x = &data->planar_inertia[place];
+        w->bias[link->local] =
+            tau[link->v] - kt_planar_along_freedom(model, data, place, x->moment, x->force[0], x->force[1]);
+        kt_planar_group_column(model, data, w, top, place, x);
+        if (link->parent == 0)
+            continue;
+        kt_planar_shift(x, data->planar[place].offset);
+        kt_planar_add(link->parent == top ? total : &data->planar_inertia[link->parent], x);
+    }
+}
+
+/* total -> (Ic - F K, W + F y), and onto the parent. */
+static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar_inertia *total,
+                                               kt_planar_inertia *parent) {
+    const size_t m = (size_t)w->m;
+    for (size_t i = 0; i < m; i++) {
+        const double *f = w->carry + KT_PLANAR_WIDTH * i;
+        const double y = w->base[i], kn = w->slope[i], kx = w->slope[m + i], ky = w->slope[2 * m + i];
+        total->moment += f[0] * y;
+        total->force[0] += f[1] * y;
+        total->force[1] += f[2] * y;
+        total->j -= f[0] * kn;
+        total->h[0] -= f[1] * kn;
+        total->h[1] -= f[2] * kn;
+        total->xx -= f[1] * kx;
+        total->xy -= f[2] * kx;
+        total->yy -= f[2] * ky;
+    }
+    kt_planar_add(parent, total);
+}
+
+/* Accelerations of the group's coordinates, the parent's (of place `top`) known, into a. */
+static inline void kt_planar_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
+                                           const kt_group_work *w, int32_t top, double *a) {
+    const int m = w->m;
+    const int32_t *v = model->group_v + group->v;
+    const kt_planar_motion *p = &data->planar[top];
+    for (int i = 0; i < m; i++)
+        a[v[i]] = w->base[i];
+    for (int i = 0; i < m && top; i++)
+        a[v[i]] -= w->slope[i] * p->alpha + (w->slope[m + i] * p->linear[0] + w->slope[2 * m + i] * p->linear[1]);
+}
+
+#endif

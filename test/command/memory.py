@@ -1,0 +1,73 @@
+"""Each allocation of the command fails in turn, alone: it ends with an exit code and a word, or does its work all the same.
+
+memory.py PRELOAD.so KINETREE SCENES
+"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+preload, kinetree, scenes = sys.argv[1:]
+MOST = 200  # allocations made to fail in one command line: the first half of them one by one, then evenly spread
+
+
+def run(folder, words, fail_at):
+    environment = {**os.environ, "LD_PRELOAD": preload, "KT_FAIL_AT": str(fail_at), "KT_COUNT_TO": str(folder / "count")}
+    return subprocess.run([kinetree, *words], capture_output=True, cwd=folder, env=environment, timeout=60)
+
+
+def chosen(count):
+    if count <= MOST:
+        return list(range(1, count + 1))
+    half = MOST // 2
+    return list(range(1, half + 1)) + [half + round((count - half) * (k + 1) / half) for k in range(half)]
+
+
+def results(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name.startswith("out")}
+
+
+def clear(folder):
+    for path in folder.iterdir():
+        if path.name.startswith("out"):
+            path.unlink()
+
+
+def problems(words):
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        whole = run(folder, words, 0)
+        if whole.returncode != 0:
+            return [f"status {whole.returncode}", whole.stderr.decode()]
+        expected = (whole.stdout, results(folder))
+        count = int((folder / "count").read_text())
+        found, failed = [], 0
+        for n in chosen(count):
+            clear(folder)
+            got = run(folder, words, n)
+            if got.returncode == 0:
+                if (got.stdout, results(folder)) != expected:
+                    found.append(f"allocation {n}: status 0, and another result")
+            elif got.returncode not in (2, 3, 4) or not got.stderr:
+                found.append(f"allocation {n}: status {got.returncode}: {got.stderr.decode(errors='replace')[:200]}")
+            failed += got.returncode != 0
+        note(f"{words[0]}: {count} allocations, {len(chosen(count))} made to fail, {failed} of them told")
+        return found if failed >= 5 else found + [f"only {failed} were told"]
+
+
+four_bar = f"{scenes}/four-bar.yaml"
+andrews = f"{scenes}/andrews.yaml"
+# No summary and no cpu time in what is compared: that differs from run to run.
+claim("run_stands_it", problems(["run", andrews, "--quiet", "--duration", "1e-3", "--out", "out.csv",
+                                 "--record", "position,energy,reaction,balance"]))
+claim("absolute_run_stands_it", problems(["run", four_bar, "--quiet", "--duration", "1e-2", "--out", "out.csv",
+                                          "--formulation", "absolute", "--checkpoint", "state",
+                                          "--checkpoint-interval", "1e-9"]))
+claim("evaluate_stands_it", problems(["evaluate", four_bar]))
+claim("info_stands_it", problems(["info", andrews]))
+claim("check_stands_it", problems(["check", four_bar]))
+finish()
