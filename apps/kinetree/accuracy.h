@@ -10,7 +10,7 @@ enum {
     KT_ACCURACY_GOALS_MAX = 6,
     KT_ACCURACY_SETTINGS_MAX = 40,
     KT_ACCURACY_METHODS_MAX = 64,
-    KT_COMPARED_SETS = 6,
+    KT_COMPARED_SETS = 7,
 };
 
 /* ---- the command line -------------------------------------------------------------------------------------------- */

@@ -47,7 +47,7 @@ static const kt_usage usage = {
         "between them, in rad; lengths over the scene's length scale (in metres where there are no angles).\n"
         "Where the scene is chaotic the study ends when errors have grown a million times, and says so.\n"
         "--compare-sets: the reduction with and without projection, the absolute formulation, Baumgarte's\n"
-        "stabilisation, the augmented Lagrangian and force projection.\n",
+        "stabilisation (gains of 0.1 and 0.4 over the step), the augmented Lagrangian, force projection.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

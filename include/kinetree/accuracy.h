@@ -43,6 +43,7 @@ typedef struct kt_variant {
     bool records;                     /* the timed runs hand over the scene's records; else none */
     bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
     kt_set_type set;
+    double gain; /* of the set: its gains, in parts of those by default; 0: 1 */
 } kt_variant;
 
 /* The scene's own way: what `run` asks for. */

@@ -172,7 +172,12 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
  * the reference. */
 static kt_set_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive, double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
-    return kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    kt_set_options options = kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    if (variant->gain > 0.0) {
+        options.alpha *= variant->gain;
+        options.beta *= variant->gain;
+    }
+    return options;
 }
 
 kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,

@@ -267,28 +267,44 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     kt_case_close(&c);
 }
 
+/* Runs with dopri5 at tolerances from 1e-5 to 1e-9 that do not arrive, or elsewhere, and of the others the largest
+ * error over the reduction's. */
+static int lost_ways(const kt_case *c, motion *m, const kt_set_options *o, double *worst) {
+    int lost = 0;
+    *worst = 0.0;
+    for (double tolerance = 1e-5; tolerance > 5e-10; tolerance *= 0.1) {
+        go(c, m, "dopri5", 0.0, tolerance, NULL);
+        const double right = m->error;
+        kt_set *set = make_set(c->model, o);
+        go(c, m, "dopri5", 0.0, tolerance, set);
+        check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
+        kt_set_free(set);
+        if (m->status != KT_OK || m->error > 0.3)
+            lost++;
+        else
+            *worst = fmax(*worst, m->error / right);
+    }
+    return lost;
+}
+
 /* The N-four-bar passes positions where its freedom jumps from 1 to 3 and a closure error, however small, decides the
- * way on. dopri5 at 1e-8. */
-KT_TEST(sets_that_drift_leave_the_n_four_bar_by_another_way) {
+ * way on, at some 5 rad/s. Without gains it is lost at every tolerance, and so it is with gains of 2 / s, with loops
+ * that look closed to 1e-9; with 24 / s it passes most times (one of these five was lost, and which one is a matter of
+ * rounding). */
+KT_TEST(sets_that_drift_lose_the_n_four_bar_at_every_tolerance_and_stiff_gains_only_help) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
-        go(&c, &m, "dopri5", 0.0, 1e-8, NULL);
-        kt_check_below("the reduction's error", m.error, 5e-5);
+        double worst;
         kt_set_options o = kt_set_options_default(KT_SET_GAUSS, 0.01);
-        kt_set *set = make_set(c.model, &o);
-        go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_above("gauss: error", m.error, 1.0);
-        kt_check_below("gauss: the loops look closed all the same", m.open, 1e-7);
-        check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
-        kt_set_free(set);
-        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.01);
-        set = make_set(c.model, &o);
-        go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_above("baumgarte: error", m.error, 1.0);
-        kt_check_below("baumgarte: the loops look closed all the same", m.open, 1e-9);
-        check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
-        kt_set_free(set);
+        kt_check_equal_int("gauss: lost", lost_ways(&c, &m, &o, &worst), 5);
+        kt_check_below("loops at the last tolerance", m.open, 1e-9);
+        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.05);
+        kt_check_equal_int("soft gains: lost", lost_ways(&c, &m, &o, &worst), 5);
+        kt_check_below("loops at the last tolerance", m.open, 1e-9);
+        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.1 / 24.0);
+        kt_check_below("stiff gains: lost", lost_ways(&c, &m, &o, &worst), 3.0);
+        kt_check_below("errors over the reduction's", worst, 2.0);
     }
     kt_case_close(&c);
 }
