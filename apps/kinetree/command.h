@@ -24,6 +24,8 @@ kt_command_main kt_command_run;
 kt_command_main kt_command_accuracy;
 kt_command_main kt_command_plot;
 kt_command_main kt_command_evaluate;
+kt_command_main kt_command_modes;
+kt_command_main kt_command_equilibrium;
 kt_command_main kt_command_info;
 kt_command_main kt_command_check;
 kt_command_main kt_command_demo;

@@ -16,6 +16,8 @@ static const kt_subcommand subcommands[] = {
     {"accuracy", kt_command_accuracy, "what accuracy costs: error against CPU time, for every method"},
     {"plot", kt_command_plot, "draw the columns of a result: positions, energies, a phase plane"},
     {"evaluate", kt_command_evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON"},
+    {"modes", kt_command_modes, "frequencies, damping and shapes of small motions; state matrices as JSON"},
+    {"equilibrium", kt_command_equilibrium, "where a scene comes to rest, and whether it stays there"},
     {"info", kt_command_info, "what a scene consists of: the tree, its freedoms and masses"},
     {"check", kt_command_check, "find every fault of scene files"},
     {"demo", kt_command_demo, "run one of the bundled scenes, or list them"},

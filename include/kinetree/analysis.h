@@ -131,8 +131,9 @@ typedef struct kt_equilibrium {
  * steps that the loops allow are taken, so that a wheel rolls to its place; freedoms that no force acts in keep their
  * positions. q is untouched on failure. found may be NULL.
  *
- * Steps d solve (H + mu M) d = g with the force g = M a in the freedoms that are left and H the negative of its
- * derivative; mu is the least for which H + mu M is positive definite (0 near a stable equilibrium: Newton), and a step
+ * Steps d solve (H + mu D) d = g with the force g = M a in the freedoms that are left, H the stiffness and D the
+ * diagonal of M there; mu is the least for which H + mu D is positive definite (0 near a stable equilibrium: Newton),
+ * and a step
  * is shortened until the force still does work along it. Nearest: mu = 0, shortened until |a| falls. The linearisation
  * serves as workspace; its system stays what it was.
  * Errors: KT_ERROR_STEP where none is found, which names the joint that is still pushed most, or that runs away;

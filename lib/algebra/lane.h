@@ -8,13 +8,39 @@
 
 #include "kinetree/algebra.h"
 
+#include <stdint.h>
+#include <string.h>
+
 typedef double kt_v4 __attribute__((vector_size(32)));
+
+/* Two lanes, for vectors in a plane. */
+typedef double kt_v2 __attribute__((vector_size(16)));
 
 #define KT_INLINE static inline __attribute__((always_inline, unused))
 
 KT_INLINE kt_v4 kt_v4_splat(double s) { return (kt_v4){s, s, s, s}; }
 KT_INLINE kt_v4 kt_v4_from(kt_vec3 a) { return (kt_v4){a.x, a.y, a.z, 0.0}; }
 KT_INLINE kt_vec3 kt_v4_vec3(kt_v4 a) { return kt_vec3_make(a[0], a[1], a[2]); }
+
+KT_INLINE kt_v2 kt_v2_splat(double s) { return (kt_v2){s, s}; }
+KT_INLINE kt_v2 kt_v2_load(const double *x) {
+    kt_v2 v;
+    memcpy(&v, x, sizeof v);
+    return v;
+}
+KT_INLINE void kt_v2_store(double *x, kt_v2 v) { memcpy(x, &v, sizeof v); }
+KT_INLINE kt_v2 kt_v2_swap(kt_v2 a) { return __builtin_shufflevector(a, a, 1, 0); }
+KT_INLINE double kt_v2_dot(kt_v2 a, kt_v2 b) {
+    const kt_v2 p = a * b, sum = p + kt_v2_swap(p);
+    return sum[0];
+}
+/* (-x, y) */
+KT_INLINE kt_v2 kt_v2_mirror(kt_v2 a) {
+    typedef int64_t bits __attribute__((vector_size(16)));
+    return (kt_v2)((bits)a ^ (bits){INT64_MIN, 0});
+}
+/* a turned by a right angle: (-y, x) */
+KT_INLINE kt_v2 kt_v2_across(kt_v2 a) { return kt_v2_mirror(kt_v2_swap(a)); }
 
 /* a x b */
 KT_INLINE kt_v4 kt_v4_cross(kt_v4 a, kt_v4 b) {

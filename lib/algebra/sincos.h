@@ -95,12 +95,14 @@ KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t co
         else
             for (size_t k = 0; k < lanes; k++)
                 x.lane[k] = q[angle[i + k]];
-        const kt_i8 within = (x.v <= KT_V8(KT_SINCOS_LIMIT)) & (x.v >= KT_V8(-KT_SINCOS_LIMIT));
-        int64_t small = -1;
+        /* Bits of sizes compare like the sizes, with what is not finite beyond all: a difference of them is negative
+         * where a size is too large. (Comparisons of eight lanes at once are taken apart by the compiler.) */
+        const kt_i8 left = (kt_i8)KT_V8(KT_SINCOS_LIMIT) - ((kt_i8)x.v & KT_I8(INT64_MAX));
+        int64_t beyond = 0;
         for (int k = 0; k < KT_SINCOS_LANES; k++)
-            small &= within[k];
+            beyond |= left[k];
         kt_v8_sincos(x.v, &s.v, &c.v);
-        for (size_t k = 0; k < lanes && !small; k++)
+        for (size_t k = 0; k < lanes && beyond < 0; k++)
             if (!(fabs(x.lane[k]) <= KT_SINCOS_LIMIT)) {
                 s.lane[k] = sin(x.lane[k]);
                 c.lane[k] = cos(x.lane[k]);

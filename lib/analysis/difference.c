@@ -78,7 +78,12 @@ static void expect_rounding(const extrapolation *x, double h) {
 
 /* Which part of a probe a number is of, and what it is held against within it. */
 static size_t part_of(const kt_linearization *l, size_t i) { return i < 3 * l->size.v ? i / l->size.v : 3; }
-static double unit_of(const kt_linearization *l, size_t i) { return i < 3 * l->size.v ? l->unit[i % l->size.v] : 1.0; }
+static double unit_of(const kt_linearization *l, size_t i) {
+    if (i >= 3 * l->size.v)
+        return 1.0;
+    const double unit = l->unit[i % l->size.v];
+    return l->by_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* forces times units are energies */
+}
 
 /* One step; tells whether a number that is not good yet became better, and the largest error against its size. */
 static bool go_on(extrapolation *x, double h, double *worst) {

@@ -1,13 +1,14 @@
 /* Static equilibrium: a position where the mechanism stays at rest.
  *
  * In the directions E that the loops allow (chart.c: free velocities, so that rolling wheels roll) the force is
- * g = E' M a and its change along E y is -H y, H = -E' M E (da/dy). With V the potential energy, where there is one, g
- * is -dV/dy and H its second derivative. A step solves
- *     (H + mu M) y = g,   M for E' M E
- * which is the way of q' = a, the mechanism in honey, taken implicitly in steps of 1 / mu (pseudo-transient
+ * g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. With V the potential energy, where
+ * there is one, g is -dV/dy and H its second derivative. A step solves
+ *     (H + mu D) y = g,   D the diagonal of E' M E
+ * which is the way of D y' = g, the mechanism in honey, taken implicitly in steps of 1 / mu (pseudo-transient
  * continuation: C. T. Kelley & D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523). With mu large enough
- * for H + mu M to be positive definite it leads downhill and past saddles; at a stable equilibrium mu = 0 is enough,
- * and that is Newton's method. A step counts where the mean of the forces at both its ends does work along it.
+ * for H + mu D to be positive definite it leads downhill and past saddles; at a stable equilibrium mu = 0 is enough,
+ * and that is Newton's method. A step counts where the mean of the forces at both its ends does work along it. D is
+ * diagonal, so that freedoms without force or stiffness stay where they are.
  *
  * The same with mu = 0 for any H, and steps counting where |a| falls, finds the equilibria nearby, whatever their kind.
  */
@@ -24,7 +25,8 @@ enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 
 #define REACH 0.3     /* first limit of a step, in units */
 #define TURN_MOST 1.0 /* an angle never moves farther in one step, rad */
-#define RUNAWAY 1e9   /* in units: who has come so far does not come back */
+#define RUNAWAY 1e9   /* in units: who has come so far does not come back; */
+#define FAR 50.0      /* and who has come so far without finding anything seems to go on */
 #define NEUTRAL 1e-10 /* of the largest stiffness: what is added where there is none */
 #define CLOSE 1e-6    /* steps so short are Newton's own, */
 #define ROUNDING (4.0 * DBL_EPSILON)
@@ -41,7 +43,8 @@ typedef struct search {
     kt_system_arrays *out;
     bool nearest;
     int freedoms;
-    double reach; /* limit of a step */
+    double reach;    /* limit of a step */
+    double rounding; /* of forces times units, J */
 } search;
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
@@ -53,25 +56,48 @@ static double dot(const double *a, const double *b, size_t n) {
     return sum;
 }
 
-/* E' M a, with half = M E. */
-static void reduce_force(const search *s, const double *a, double *force) {
+/* E' f */
+static void reduce_force(const search *s, const double *f, double *force) {
     for (int j = 0; j < s->freedoms; j++)
-        force[j] = dot(s->l->half + (size_t)j * s->l->size.v, a, s->l->size.v);
+        force[j] = dot(s->l->free_velocity + (size_t)j * s->l->size.v, f, s->l->size.v);
 }
 
-/* M and E' M E at q0. */
-static kt_status fill_mass(const search *s, kt_error *error) {
+/* E' M a at q, by way of scratch. */
+static kt_status force_at(const search *s, const double *q, const double *a, double *scratch, double *force,
+                          kt_error *error) {
+    memcpy(scratch, a, s->l->size.v * sizeof *a);
+    const kt_status status = kt_probe_force(s->l, q, scratch, error);
+    reduce_force(s, scratch, force);
+    return status;
+}
+
+/* D, the diagonal of E' M E at q0. */
+static kt_status fill_inertia(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
-    const size_t nv = l->size.v, n = (size_t)s->freedoms;
-    const kt_status status = kt_dynamics_mass(l->model, l->data, l->q0, l->mass, error);
+    const size_t nv = l->size.v;
+    for (size_t j = 0; j < (size_t)s->freedoms; j++) {
+        const double *e = l->free_velocity + j * nv;
+        memcpy(l->ahead, e, nv * sizeof *e);
+        const kt_status status = kt_probe_force(l, l->q0, l->ahead, error);
+        if (status != KT_OK)
+            return status;
+        l->inertia[j] = dot(e, l->ahead, nv);
+    }
+    return KT_OK;
+}
+
+/* g at q0, and what its numbers are rounded in proportion to. */
+static kt_status fill_force(const search *s, kt_error *error) {
+    kt_linearization *l = s->l;
+    const size_t nv = l->size.v;
+    double most = 0.0;
+    const kt_status status = force_at(s, l->q0, l->a0, l->ahead, l->force, error);
     if (status != KT_OK)
         return status;
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < nv; i++) /* M is symmetric: its row i is its column i */
-            l->half[j * nv + i] = dot(l->mass + i * nv, l->free_velocity + j * nv, nv);
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++)
-            l->reduced[j * n + i] = dot(l->free_velocity + i * nv, l->half + j * nv, nv);
+    for (size_t i = 0; i < nv; i++)
+        most = fmax(most, fmax(fabs(l->ahead[i]), fabs(l->weight[i])) * l->unit[i]);
+    for (size_t i = 0; i < nv; i++)
+        l->floor[2 * nv + i] = most / l->unit[i];
     return KT_OK;
 }
 
@@ -91,38 +117,47 @@ static kt_status fill_stiffness(const search *s, kt_error *error) {
     return KT_OK;
 }
 
-/* The stiffest freedom for its mass: a bound for eigenvalues of M^-1 H but for a small factor. */
+/* The stiffest freedom for its mass: a bound for eigenvalues of D^-1 H but for a small factor. */
 static double stiffest(const search *s) {
     const size_t n = (size_t)s->freedoms;
     double most = 0.0;
     for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++) {
-            const double mass = s->l->reduced[i * n + i] * s->l->reduced[j * n + j];
-            most = fmax(most, fabs(s->l->stiffness[j * n + i]) / sqrt(mass));
-        }
+        for (size_t i = 0; i < n; i++)
+            most = fmax(most, fabs(s->l->stiffness[j * n + i]) / sqrt(s->l->inertia[i] * s->l->inertia[j]));
     return most;
 }
 
-/* factor <- H + mu M, or its symmetric part */
+/* factor <- H + mu D, or its symmetric part */
 static void add_up(const search *s, double mu, bool symmetric) {
     const size_t n = (size_t)s->freedoms;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++) {
             const double h = s->l->stiffness[j * n + i];
             s->l->factor[j * n + i] =
-                (symmetric ? 0.5 * (h + s->l->stiffness[i * n + j]) : h) + mu * s->l->reduced[j * n + i];
+                (symmetric ? 0.5 * (h + s->l->stiffness[i * n + j]) : h) + (i == j ? mu * s->l->inertia[i] : 0.0);
         }
 }
 
-/* Accelerations below what rounding leaves of them are zero, so that no step follows from them where nothing resists;
- * returns whether any are left. Those that the stiffest freedom's unit step makes, and gravity, are what is rounded. */
-static bool clear_rounding(const search *s, double stiff) {
+/* What forces are rounded to, from weights and the forces of the stiffest freedom moved by a unit. */
+static void expect_rounding(search *s) {
     kt_linearization *l = s->l;
+    double most = 0.0;
+    for (size_t i = 0; i < l->size.v; i++)
+        most = fmax(most, l->floor[2 * l->size.v + i] * l->unit[i]);
+    for (size_t j = 0; j < (size_t)s->freedoms; j++) {
+        const double unit = l->unit[s->out->velocity_coordinate[j]];
+        most = fmax(most, fabs(l->stiffness[j * (size_t)s->freedoms + j]) * unit * unit);
+    }
+    s->rounding = ROUNDING * most;
+}
+
+/* Forces below their rounding are zero, so that no step follows from them where nothing resists; returns whether any
+ * are left. */
+static bool clear_rounding(const search *s) {
     bool any = false;
-    for (size_t i = 0; i < l->size.v; i++) {
-        const double least = ROUNDING * fmax(stiff * l->unit[i], l->floor[2 * l->size.v + i]);
-        const bool zero = fabs(l->a0[i]) <= least;
-        l->a0[i] = zero ? 0.0 : l->a0[i];
+    for (int j = 0; j < s->freedoms; j++) {
+        const bool zero = fabs(s->l->force[j]) * s->l->unit[s->out->velocity_coordinate[j]] <= s->rounding;
+        s->l->force[j] = zero ? 0.0 : s->l->force[j];
         any |= !zero;
     }
     return any;
@@ -201,7 +236,8 @@ static bool is_better(const search *s, double length) {
     kt_linearization *l = s->l;
     if (s->nearest || length < CLOSE)
         return sum_of_squares(l, l->tried_a) < sum_of_squares(l, l->a0);
-    reduce_force(s, l->tried_a, l->behind);
+    if (force_at(s, l->tried_q, l->tried_a, l->ahead, l->behind, NULL) != KT_OK)
+        return false;
     const double work = dot(l->force, l->step, (size_t)s->freedoms) + dot(l->behind, l->step, (size_t)s->freedoms);
     return work > 0.0;
 }
@@ -266,7 +302,7 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.120s'", name);
     return kt_error_set(error, KT_ERROR_STEP, where,
-                        gone ? "no equilibrium: the mechanism runs away in this joint, nothing holds it (still "
+                        gone ? "no equilibrium: the mechanism runs away in this joint, which nothing holds (still "
                                "accelerating by %.3g rad/s^2, or lengths a second squared, after %d steps)"
                              : "no equilibrium was found: this joint still accelerates by %.3g rad/s^2, or lengths a "
                                "second squared, after %d steps; try another start",
@@ -287,16 +323,17 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         s->freedoms = system.velocities;
         kt_probe_floor(l);
         if (status == KT_OK)
-            status = fill_mass(s, error);
+            status = fill_inertia(s, error);
+        if (status == KT_OK)
+            status = fill_force(s, error);
         if (status == KT_OK)
             status = fill_stiffness(s, error);
         if (status != KT_OK)
             return status;
-        const double stiff = stiffest(s);
-        if (!clear_rounding(s, stiff))
+        expect_rounding(s);
+        if (!clear_rounding(s))
             return KT_OK;
-        reduce_force(s, l->a0, l->force);
-        if (!solve(s, stiff))
+        if (!solve(s, stiffest(s)))
             break;
         const double before = length, wanted = spread(s);
         status = step(s, &length, error);
@@ -308,7 +345,7 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         if (length == 0.0)
             break;
     }
-    return give_up(s, found->steps, path >= RUNAWAY, error);
+    return give_up(s, found->steps, path >= FAR, error);
 }
 
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
@@ -323,8 +360,10 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     if (status == KT_OK)
         status = refuse_driven(l, error);
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
+    l->by_force = true;
     if (status == KT_OK)
         status = run(&s, wish.most > 0 ? wish.most : STEPS_MOST, &result, error);
+    l->by_force = false;
     if (status != KT_OK)
         return status;
     memcpy(q, l->q0, l->size.q * sizeof *q);

@@ -60,9 +60,8 @@ typedef struct kt_system_arrays {
     X(double, floor, s->f, "rounding of what is probed")                                                               \
     X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
     X(double, chart, s->n * s->n, "derivatives of the states along the directions taken")                              \
-    X(double, mass, s->v * s->v, "M")                                                                                  \
-    X(double, half, s->v * s->v, "M times a basis")                                                                    \
-    X(double, reduced, s->v * s->v, "M in the freedoms that are left")                                                 \
+    X(double, weight, s->v, "forces at rest")                                                                          \
+    X(double, inertia, s->v, "diagonal of M in the freedoms that are left")                                            \
     X(double, stiffness, s->v * s->v, "H in the freedoms that are left")                                               \
     X(double, factor, s->v * s->v, "to be factored")                                                                   \
     X(int32_t, pivot, s->v, "of LU")                                                                                   \
@@ -79,6 +78,7 @@ struct kt_linearization {
     const kt_model *model;
     kt_data *data;
     double t;
+    bool by_force; /* probes tell forces M a instead of accelerations */
     kt_system_arrays arrays[2];
     int next; /* of these, which the next evaluation may write */
     kt_linear_system system;
@@ -103,6 +103,9 @@ static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv +
 
 /* The state at a distance `step` along l->way, projected, and what is looked at there. */
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);
+
+/* a <- M a at q. */
+kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_error *error);
 
 /* Size of what rounding is proportional to, for each number of a probe, into l->floor. */
 void kt_probe_floor(kt_linearization *l);

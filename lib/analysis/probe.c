@@ -1,7 +1,8 @@
 /* What is differenced: a state beside the given one, on the manifold, and what happens there.
  *
  * A probe at a distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and tells, in this order, how far it really
- * has come, q (-) q0 and v - v0 (nv each), the acceleration there (nv), and the velocities of the markers (3 each).
+ * has come, q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
+ * At rest the force M a can be asked for in the place of a: inverse dynamics with a less that without.
  */
 #include "analysis/internal.h"
 
@@ -23,6 +24,15 @@ static kt_status look_at_markers(kt_linearization *l, double *out, kt_error *err
     return status;
 }
 
+kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_error *error) {
+    kt_status status = kt_dynamics_inverse(l->model, l->data, q, NULL, a, NULL, a, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(l->model, l->data, q, NULL, NULL, NULL, l->weight, error);
+    for (size_t i = 0; i < l->size.v && status == KT_OK; i++)
+        a[i] -= l->weight[i];
+    return status;
+}
+
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error) {
     const size_t nv = l->size.v;
     for (size_t i = 0; i < nv; i++) {
@@ -37,6 +47,8 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
     for (size_t i = 0; i < nv; i++)
         out[nv + i] = l->v[i] - l->v0[i];
     status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q, l->v, l->tau, NULL, out + 2 * nv, error);
+    if (status == KT_OK && l->by_force)
+        status = kt_probe_force(l, l->q, out + 2 * nv, error);
     return status == KT_OK ? look_at_markers(l, out + 3 * nv, error) : status;
 }
 

@@ -93,27 +93,31 @@ KT_INLINE bool kt_absorb_slide(const kt_planar_link *link, const kt_planar_motio
     return true;
 }
 
-/* Accelerations of one link from its parent's, the joint's response known; writes the joint's own to a. The joint's is
- * computed first and the link's from it, so that a rounding of the former is felt by all that follow, as by whoever is
- * given it. */
+/* Accelerations of one link from its parent's, alpha and linear, which become its own; the joint's response is known,
+ * and its own acceleration goes to a. It is computed first and the link's from it, so that a rounding of the former is
+ * felt by all that follow, as by whoever is given it. */
+KT_INLINE void kt_planar_respond_after(const kt_planar_link *link, const kt_planar_response *response, double *alpha,
+                                       kt_v2 *linear, kt_planar_motion *m, double *a) {
+    const kt_v2 p = kt_v2_across(kt_v2_load(m->offset));
+    const double x = (response->base - response->angular * *alpha) - kt_v2_dot(kt_v2_load(response->linear), *linear);
+    *linear = kt_v2_load(m->linear) + (*linear + kt_v2_splat(*alpha) * p);
+    if (link->motion == KT_MOTION_TURN) {
+        *alpha += x;
+        a[link->v] = link->sign * x;
+    } else {
+        *linear += kt_v2_splat(x) * kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
+        a[link->v] = x;
+    }
+    m->alpha = *alpha;
+    kt_v2_store(m->linear, *linear);
+}
+
+/* The same from the parent's motion. */
 KT_INLINE void kt_planar_respond(const kt_planar_link *link, const kt_planar_response *response,
                                  const kt_planar_motion *parent, kt_planar_motion *m, double *a) {
-    const double alpha = parent->alpha, ax = parent->linear[0], ay = parent->linear[1];
-    const double x =
-        (response->base - response->angular * alpha) - (response->linear[0] * ax + response->linear[1] * ay);
-    m->linear[0] += ax - alpha * m->offset[1];
-    m->linear[1] += ay + alpha * m->offset[0];
-    if (link->motion == KT_MOTION_TURN) {
-        m->alpha = alpha + x;
-        a[link->v] = link->sign * x;
-        return;
-    }
-    double u[2];
-    kt_planar_along(link, m, u);
-    m->alpha = alpha;
-    m->linear[0] += x * u[0];
-    m->linear[1] += x * u[1];
-    a[link->v] = x;
+    double alpha = parent->alpha;
+    kt_v2 linear = kt_v2_load(parent->linear);
+    kt_planar_respond_after(link, response, &alpha, &linear, m, a);
 }
 
 /* Takes wrenches on bodies (world axes, about the body frames' origins) off the wrenches of their links. What is left

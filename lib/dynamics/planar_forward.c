@@ -9,71 +9,174 @@
  *   J -= n_u^2 / D,   h -= n_u U / D,   M -= U U' / D
  * then the shift to the parent:
  *   J += 2 p . h + p . M p,   h += M p,   n_b += p . f_b.
+ *
+ * Every link waits for its child's J, and dividing by it takes the longest. So a turn's J after the shift, p . M p with
+ * the M that is left, is computed as p . M p - (p . h)^2 / J from the M that was there: all but the last product and
+ * difference go on while the division does. What is lost is of the order of eps |M| |p|^2 either way.
  */
 #include "dynamics/kernel.h"
 #include "dynamics/planar_articulated.h"
 
+/* kt_planar_inertia as it is passed from link to link: M = [xx xy; xy yy] as (xx, yy) and xy. */
+typedef struct carried {
+    kt_v2 h, diagonal, force;
+    double j, xy, moment;
+} carried;
+
+KT_INLINE carried load(const kt_planar_inertia *x) {
+    return (carried){.h = kt_v2_load(x->h),
+                     .diagonal = {x->xx, x->yy},
+                     .force = kt_v2_load(x->force),
+                     .j = x->j,
+                     .xy = x->xy,
+                     .moment = x->moment};
+}
+
+KT_INLINE kt_planar_inertia unload(const carried *x) {
+    return (kt_planar_inertia){.j = x->j,
+                               .h = {x->h[0], x->h[1]},
+                               .xx = x->diagonal[0],
+                               .xy = x->xy,
+                               .yy = x->diagonal[1],
+                               .moment = x->moment,
+                               .force = {x->force[0], x->force[1]}};
+}
+
+/* M u */
+KT_INLINE kt_v2 apply(const carried *x, kt_v2 u) { return x->diagonal * u + kt_v2_splat(x->xy) * kt_v2_swap(u); }
+
+/* Takes a turn out of x and moves the rest to the parent's origin; tau counts about n. */
+KT_INLINE bool pass_turn(const kt_planar_link *link, const kt_planar_motion *m, double tau, carried *x,
+                         kt_planar_response *response) {
+    const kt_v2 h = x->h, c = kt_v2_load(m->linear), p = kt_v2_across(kt_v2_load(m->offset));
+    const double j = x->j;
+    if (!(j > KT_NO_INERTIA * (j + link->size)))
+        return false;
+    const double d = 1.0 / j, n = kt_v2_dot(p, h), nd = n * d, y = tau - x->moment;
+    const kt_v2 g = h * kt_v2_splat(d);
+    x->j = kt_v2_dot(p, apply(x, p)) - n * nd;
+    x->diagonal -= h * g;
+    x->xy -= h[0] * g[1];
+    x->h = apply(x, p);
+    x->force += kt_v2_splat(y) * g + apply(x, c);
+    x->moment = tau + kt_v2_dot(p, x->force);
+    response->base = y * d - kt_v2_dot(g, c);
+    response->angular = 1.0 + nd;
+    kt_v2_store(response->linear, g);
+    return true;
+}
+
+/* The same of a slide. By value, and apart, so that x can stay in registers on its way from turn to turn. */
+static __attribute__((noinline)) carried pass_slide(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                                    carried x, kt_planar_response *response, bool *done) {
+    kt_planar_inertia whole = unload(&x);
+    *done = kt_absorb_slide(link, m, tau, &whole, response);
+    kt_planar_shift(&whole, m->offset);
+    return load(&whole);
+}
+
 static inline void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
                            const double *v) {
-    kt_planar_motion *motion = data->planar;
+    const double *cosine = data->planar_cosine, *sine = data->planar_sine;
+    const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
+    kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
+    kt_v2 e = {1.0, 0.0};
+    double omega = 0.0;
     kt_planar_ground_set(plane->gravity, &motion[0]);
-    for (int32_t k = plane->first; k < plane->last; k++) {
-        const kt_planar_link *link = &model->planar[k];
-        kt_planar_motion *m = &motion[k];
-        kt_planar_pose(link, &motion[link->parent], q, data->planar_cosine, data->planar_sine, m);
-        kt_planar_velocity(link, &motion[link->parent], v, m);
-        m->moment = m->force[0] = m->force[1] = 0.0;
+    for (; link < last; link++, m++) {
+        if (!link->follows) {
+            e = kt_v2_load(motion[link->parent].turn);
+            omega = motion[link->parent].omega;
+        }
+        e = kt_planar_pose_after(link, e, q, cosine, sine, m);
+        omega = kt_planar_velocity_after(link, omega, v, m);
+        const kt_v2 first = kt_planar_sum(e, link->moment[0], link->moment[1]);
+        kt_v2_store(m->first, first);
+        m->moment = 0.0;
+        kt_v2_store(m->force, kt_v2_splat(-(omega * omega)) * first);
         if (link->branches)
-            data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
+            data->planar_inertia[link - model->planar] = (kt_planar_inertia){.j = 0.0};
     }
 }
 
+/* The link's own, and what follows it has passed on in x. */
+KT_INLINE void gather(const kt_planar_link *link, const kt_planar_motion *m, carried *x) {
+    const kt_v2 h = kt_v2_across(kt_v2_load(m->first)), force = kt_v2_load(m->force), mass = kt_v2_splat(link->mass);
+    if (link->leads) {
+        x->h += h;
+        x->diagonal += mass;
+        x->force += force;
+        x->j += link->inertia;
+        x->moment += m->moment;
+    } else {
+        *x = (carried){.h = h, .diagonal = mass, .force = force, .j = link->inertia, .moment = m->moment};
+    }
+}
+
+KT_INLINE void add_others(const kt_planar_inertia *others, carried *x) {
+    const carried more = load(others);
+    x->h += more.h;
+    x->diagonal += more.diagonal;
+    x->force += more.force;
+    x->j += more.j;
+    x->xy += more.xy;
+    x->moment += more.moment;
+}
+
 /* Returns the place of a link without inertia along its freedom, or 0. */
-static inline int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *tau) {
-    kt_planar_inertia x, carried = {.j = 0.0};
-    for (int32_t k = plane->last - 1; k >= plane->first; k--) {
-        const kt_planar_link *link = &model->planar[k];
-        const kt_planar_motion *m = &data->planar[k];
-        kt_planar_response *response = &data->planar_response[k];
-        kt_planar_rigid(link, m, &x);
-        if (link->leads)
-            kt_planar_add(&x, &carried);
+static inline size_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *tau) {
+    const kt_planar_link *first = &model->planar[plane->first], *link = &model->planar[plane->last] - 1;
+    const kt_planar_motion *m = &data->planar[plane->last] - 1;
+    kt_planar_response *response = &data->planar_response[plane->last] - 1;
+    kt_planar_inertia *inertia = data->planar_inertia;
+    carried x = {.j = 0.0};
+    for (; link >= first; link--, m--, response--) {
+        bool done;
+        gather(link, m, &x);
         if (link->branches)
-            kt_planar_add(&x, &data->planar_inertia[k]);
-        const bool done = link->motion == KT_MOTION_TURN
-                              ? kt_absorb_turn(link, m, link->sign * tau[link->v], &x, response)
-                              : kt_absorb_slide(link, m, tau[link->v], &x, response);
-        if (!done)
-            return k;
-        if (link->parent == 0)
-            continue;
-        kt_planar_shift(&x, m->offset);
-        if (link->follows)
-            carried = x;
+            add_others(&inertia[link - model->planar], &x);
+        if (link->motion == KT_MOTION_TURN)
+            done = pass_turn(link, m, link->sign * tau[link->v], &x, response);
         else
-            kt_planar_add(&data->planar_inertia[link->parent], &x);
+            x = pass_slide(link, m, tau[link->v], x, response, &done);
+        if (!done)
+            return (size_t)(link - model->planar);
+        if (!link->follows && link->parent) {
+            const kt_planar_inertia whole = unload(&x);
+            kt_planar_add(&inertia[link->parent], &whole);
+        }
     }
     return 0;
 }
 
+static inline void way_out_again(const kt_model *model, kt_data *data, const kt_plane *plane, double *a) {
+    const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
+    const kt_planar_response *response = &data->planar_response[plane->first];
+    kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
+    kt_v2 linear = -kt_v2_load(plane->gravity);
+    double alpha = 0.0;
+    kt_planar_ground_set(plane->gravity, &motion[0]);
+    for (; link < last; link++, m++, response++) {
+        if (!link->follows) {
+            alpha = motion[link->parent].alpha;
+            linear = kt_v2_load(motion[link->parent].linear);
+        }
+        kt_planar_respond_after(link, response, &alpha, &linear, m, a);
+    }
+}
+
 size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
                                     const double *tau, const kt_wrench *external, double *a) {
-    kt_planar_motion *motion = data->planar;
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
         way_out(model, data, &model->plane[p], q, v);
     if (external)
-        kt_planar_external(model, motion, external);
+        kt_planar_external(model, data->planar, external);
     for (size_t p = 0; p < model->n.plane; p++) {
-        const kt_plane *plane = &model->plane[p];
-        const int32_t failed = way_back(model, data, plane, tau);
+        const size_t failed = way_back(model, data, &model->plane[p], tau);
         if (failed)
-            return model->n.spatial + (size_t)failed - 1;
-        kt_planar_ground_set(plane->gravity, &motion[0]);
-        for (int32_t k = plane->first; k < plane->last; k++) {
-            const kt_planar_link *link = &model->planar[k];
-            kt_planar_respond(link, &data->planar_response[k], &motion[link->parent], &motion[k], a);
-        }
+            return model->n.spatial + failed - 1;
+        way_out_again(model, data, &model->plane[p], a);
     }
     return 0;
 }

@@ -8,44 +8,40 @@
 #include "dynamics/planar_articulated.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
-    double h[2];
-    kt_planar_turn(m, link->moment, h);
-    const double ww = m->omega * m->omega, ax = m->linear[0], ay = m->linear[1];
-    m->moment = link->inertia * m->alpha + (h[0] * ay - h[1] * ax);
-    m->force[0] = link->mass * ax - m->alpha * h[1] - ww * h[0];
-    m->force[1] = link->mass * ay + m->alpha * h[0] - ww * h[1];
+    const kt_v2 first = kt_planar_sum(kt_v2_load(m->turn), link->moment[0], link->moment[1]); /* m c */
+    const kt_v2 h = kt_v2_across(first), linear = kt_v2_load(m->linear);
+    m->moment = link->inertia * m->alpha + kt_v2_dot(h, linear);
+    kt_v2_store(m->force, kt_v2_splat(link->mass) * linear +
+                              (kt_v2_splat(m->alpha) * h - kt_v2_splat(m->omega * m->omega) * first));
 }
 
 static inline void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
                            const double *v, const double *a) {
-    kt_planar_motion *motion = data->planar;
+    const double *cosine = data->planar_cosine, *sine = data->planar_sine;
+    const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
+    kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
     kt_planar_ground_set(plane->gravity, &motion[0]);
-    for (int32_t k = plane->first; k < plane->last; k++) {
-        const kt_planar_link *link = &model->planar[k];
-        const kt_planar_motion *parent = &motion[link->parent];
-        kt_planar_pose(link, parent, q, data->planar_cosine, data->planar_sine, &motion[k]);
-        kt_planar_velocity(link, parent, v, &motion[k]);
-        kt_planar_acceleration(link, parent, a, &motion[k]);
-        inertial_wrench(link, &motion[k]);
+    for (; link < last; link++, m++) {
+        const kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
+        kt_planar_pose(link, parent, q, cosine, sine, m);
+        kt_planar_velocity(link, parent, v, m);
+        kt_planar_acceleration(link, parent, a, m);
+        inertial_wrench(link, m);
     }
 }
 
 static inline void way_back(const kt_model *model, kt_data *data, double *tau) {
-    kt_planar_motion *motion = data->planar;
-    for (size_t k = model->n.planar - 1; k > 0; k--) {
-        const kt_planar_link *link = &model->planar[k];
-        const kt_planar_motion *m = &motion[k];
-        kt_planar_motion *parent = &motion[link->parent];
-        if (link->motion == KT_MOTION_TURN) {
+    const kt_planar_link *link = &model->planar[model->n.planar] - 1;
+    kt_planar_motion *motion = data->planar, *m = &motion[model->n.planar] - 1;
+    for (; m > motion; link--, m--) {
+        kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
+        const kt_v2 force = kt_v2_load(m->force), p = kt_v2_across(kt_v2_load(m->offset));
+        if (link->motion == KT_MOTION_TURN)
             tau[link->v] = link->sign * m->moment;
-        } else {
-            double u[2];
-            kt_planar_along(link, m, u);
-            tau[link->v] = u[0] * m->force[0] + u[1] * m->force[1];
-        }
-        parent->moment += m->moment + (m->offset[0] * m->force[1] - m->offset[1] * m->force[0]);
-        parent->force[0] += m->force[0];
-        parent->force[1] += m->force[1];
+        else
+            tau[link->v] = kt_v2_dot(force, kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]));
+        parent->moment += m->moment + kt_v2_dot(p, force);
+        kt_v2_store(parent->force, kt_v2_load(parent->force) + force);
     }
 }
 

@@ -13,10 +13,14 @@
 #include "algebra/sincos.h"
 #include "model/internal.h"
 
+/* x e + y e', where e' is across e: a vector (x, y), given at q = 0, in the axes that e is the first of. */
+KT_INLINE kt_v2 kt_planar_sum(kt_v2 e, double x, double y) {
+    return kt_v2_splat(x) * e + kt_v2_splat(y) * kt_v2_across(e);
+}
+
 /* u, given at q = 0, as the link m has turned it. */
 KT_INLINE void kt_planar_turn(const kt_planar_motion *m, const double u[2], double out[2]) {
-    out[0] = m->c * u[0] - m->s * u[1];
-    out[1] = m->s * u[0] + m->c * u[1];
+    kt_v2_store(out, kt_planar_sum(kt_v2_load(m->turn), u[0], u[1]));
 }
 
 /* Direction of a slide, which is that of its link too. */
@@ -24,55 +28,61 @@ KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motio
     kt_planar_turn(m, link->along, out);
 }
 
-/* Position of one link from its parent's: c, s, offset. */
-KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
-                              const double *cosine, const double *sine, kt_planar_motion *out) {
+/* Position of one link from its parent's c + i s, which is e: c, s, offset. Returns its own c + i s. */
+KT_INLINE kt_v2 kt_planar_pose_after(const kt_planar_link *link, kt_v2 e, const double *q, const double *cosine,
+                                     const double *sine, kt_planar_motion *out) {
     if (link->motion == KT_MOTION_TURN) {
-        const double c = cosine[link->angle], s = link->sign * sine[link->angle];
-        kt_planar_turn(parent, link->at, out->offset);
-        out->c = parent->c * c - parent->s * s;
-        out->s = parent->s * c + parent->c * s;
-        return;
+        const kt_v2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
+        kt_v2_store(out->offset, kt_planar_sum(e, link->at[0], link->at[1]));
+        kt_v2_store(out->turn, own);
+        return own;
     }
-    const double x = q[link->q], at[2] = {link->at[0] + x * link->along[0], link->at[1] + x * link->along[1]};
-    kt_planar_turn(parent, at, out->offset);
-    out->c = parent->c;
-    out->s = parent->s;
+    const kt_v2 at = kt_v2_load(link->at) + kt_v2_splat(q[link->q]) * kt_v2_load(link->along);
+    kt_v2_store(out->offset, kt_planar_sum(e, at[0], at[1]));
+    kt_v2_store(out->turn, e);
+    return e;
 }
 
-/* Velocity of one link, and its c_f in linear. */
+/* Velocity of one link whose position is known from its parent's, which is w, and its c_f in linear. Returns its own
+ * omega. */
+KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, const double *v,
+                                          kt_planar_motion *out) {
+    const kt_v2 around = kt_v2_splat(-(w * w)) * kt_v2_load(out->offset);
+    const double x = v[link->v];
+    if (link->motion == KT_MOTION_TURN) {
+        kt_v2_store(out->linear, around);
+        return out->omega = w + link->sign * x;
+    }
+    const kt_v2 u = kt_planar_sum(kt_v2_load(out->turn), link->along[0], link->along[1]);
+    kt_v2_store(out->linear, around + kt_v2_splat(2.0 * (w * x)) * kt_v2_across(u));
+    return out->omega = w;
+}
+
+/* The same from the parent's motion. */
+KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
+                              const double *cosine, const double *sine, kt_planar_motion *out) {
+    (void)kt_planar_pose_after(link, kt_v2_load(parent->turn), q, cosine, sine, out);
+}
+
 KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const double *v,
                                   kt_planar_motion *out) {
-    const double w = parent->omega, ww = -(w * w);
-    out->linear[0] = ww * out->offset[0];
-    out->linear[1] = ww * out->offset[1];
-    if (link->motion == KT_MOTION_TURN) {
-        out->omega = w + link->sign * v[link->v];
-        return;
-    }
-    double u[2];
-    kt_planar_along(link, out, u);
-    const double twice = 2.0 * (w * v[link->v]);
-    out->omega = w;
-    out->linear[0] -= twice * u[1];
-    out->linear[1] += twice * u[0];
+    (void)kt_planar_velocity_after(link, parent->omega, v, out);
 }
 
 /* From c_f to the full accelerations, for joint accelerations a. */
 KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_planar_motion *parent, const double *a,
                                       kt_planar_motion *out) {
     const double alpha = parent->alpha, x = a[link->v];
-    out->linear[0] += parent->linear[0] - alpha * out->offset[1];
-    out->linear[1] += parent->linear[1] + alpha * out->offset[0];
-    out->alpha = alpha;
+    const kt_v2 p = kt_v2_across(kt_v2_load(out->offset));
+    const kt_v2 linear = kt_v2_load(out->linear) + (kt_v2_load(parent->linear) + kt_v2_splat(alpha) * p);
     if (link->motion == KT_MOTION_TURN) {
-        out->alpha += link->sign * x;
+        kt_v2_store(out->linear, linear);
+        out->alpha = alpha + link->sign * x;
         return;
     }
-    double u[2];
-    kt_planar_along(link, out, u);
-    out->linear[0] += x * u[0];
-    out->linear[1] += x * u[1];
+    const kt_v2 u = kt_planar_sum(kt_v2_load(out->turn), link->along[0], link->along[1]);
+    kt_v2_store(out->linear, linear + kt_v2_splat(x) * u);
+    out->alpha = alpha;
 }
 
 /* The ground as a plane sees it: at rest, pushed up by gravity. */

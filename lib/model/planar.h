@@ -57,12 +57,18 @@ typedef struct kt_planar_rest {
 
 /* A planar link in motion, about its own origin, along (e1, e2). */
 typedef struct kt_planar_motion {
-    double c, s;             /* of its angle against q = 0 */
+    union {
+        struct {
+            double c, s; /* of its angle against q = 0 */
+        };
+        double turn[2];
+    };
     double offset[2];        /* r: own origin minus the parent's */
     double omega;            /* angular velocity about n */
     double alpha;            /* angular acceleration */
     double linear[2];        /* acceleration of the origin (in dynamics: minus gravity); c_f before it is known */
     double moment, force[2]; /* wrench */
+    double first[2];         /* m c, turned; by forward dynamics only */
 } kt_planar_motion;
 
 /* Articulated inertia and bias wrench: n = J alpha + h . a + n_b, f = h alpha + M a + f_b. Of a rigid link h is its
@@ -73,9 +79,11 @@ typedef struct kt_planar_inertia {
     double moment, force[2];
 } kt_planar_inertia;
 
-/* A joint accelerates by base - angular alpha - linear . a of its parent. */
+/* A joint accelerates by base - angular alpha - linear . a of its parent. (`base` and `angular`, a product less and one
+ * more than a number, must not be neighbours: gcc 12 would make one fused instruction of the two, whatever it is told
+ * of contraction.) */
 typedef struct kt_planar_response {
-    double base, angular, linear[2];
+    double base, linear[2], angular;
 } kt_planar_response;
 
 /* ---- set-up ------------------------------------------------------------------------------------------------------ */

@@ -131,9 +131,13 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
 
 static void finish(kt_model *model, const kt_data *data, const samples *found) {
     for (size_t g = 0; g < model->n.group; g++) {
-        for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
-            model->group[g].rank[rows] = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
+        kt_group *group = &model->group[g];
         place_rows(model, data, g, found->alive);
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* of void equations rounding alone has been factored */
+            const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
+            group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
+            group->usual[rows] = group->rank[rows] ? group->usual[rows] : 0.0;
+        }
     }
 }
 

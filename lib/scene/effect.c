@@ -87,12 +87,23 @@ static bool read_body(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return kt_read_end(r, scope, node, kt_field_in(object, field));
 }
 
+/* A vector; or a marker, MARKER or BODY.MARKER, of the body that `on` has named. */
 static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const kt_effect *effect = object;
-    const kt_vec3 *at = &effect->between[0].at;
-    if (effect->between[0].marker != NULL || at->x != 0.0 || at->y != 0.0 || at->z != 0.0)
+    kt_end *on = &((kt_effect *)object)->between[0], point;
+    (void)field;
+    if (on->marker != NULL || on->at.x != 0.0 || on->at.y != 0.0 || on->at.z != 0.0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'on' says where already; leave one of them out");
-    return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
+    if (node->kind == KT_NODE_LIST)
+        return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &on->at);
+    if (node->kind != KT_NODE_TEXT || on->body == NULL)
+        return kt_fault_expected(r, scope, node, "a list of three numbers, or a marker");
+    if (!kt_read_end(r, scope, node, &point))
+        return false;
+    if (point.body == NULL || (point.marker != NULL && strcmp(point.body, on->body) != 0))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is not on %s; name a marker of that body",
+                           kt_name_quote(node->of.text).text, kt_name_quote(on->body).text);
+    on->marker = point.marker != NULL ? point.marker : point.body;
+    return true;
 }
 
 static bool same_point(const kt_field *field, const void *object, const void *standard) {

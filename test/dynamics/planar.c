@@ -68,7 +68,7 @@ static void check_dynamics(bool is_mixed) {
     }
     kt_check_above("worlds that move", moving, 0.9 * TREES);
     if (is_mixed)
-        kt_check_above("mixed worlds", mixed, 0.6 * TREES);
+        kt_check_above("mixed worlds", mixed, 0.5 * TREES);
     else
         kt_check_equal_int("planar worlds", planar, moving);
     for (int k = 0; k < 3; k++)

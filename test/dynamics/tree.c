@@ -163,16 +163,22 @@ static kt_vec3 flatten_joint(kt_joint *joint, kt_vec3 above, kt_random *random) 
     return n;
 }
 
-/* Every step-th tree into a plane of its own. Some bodies that turn become points, well off their axes. */
-static void flatten(kt_tree *tree, const int *parent, int count, int step, kt_random *random) {
+/* Every step-th tree into a plane of its own, or all into one. Some bodies that turn become points, well off their
+ * axes.
+ */
+static void flatten(kt_tree *tree, const int *parent, int count, const kt_tree_plan *plan, kt_random *random) {
     kt_vec3 normal[KT_TREE_BODIES];
     int number[KT_TREE_BODIES], trees = 0;
+    tree->normal = plan->one_plane ? kt_tree_direction(random) : kt_vec3_make(0.0, 0.0, 0.0);
     for (int i = 0; i < count; i++) {
         kt_joint *joint = &tree->body[i].joint;
         number[i] = parent[i] < 0 ? trees++ : number[parent[i]];
-        if (number[i] % step != 0)
+        if (number[i] % plan->planar != 0)
             continue;
-        normal[i] = flatten_joint(joint, parent[i] < 0 ? kt_tree_direction(random) : normal[parent[i]], random);
+        const kt_vec3 above = parent[i] >= 0    ? normal[parent[i]]
+                              : plan->one_plane ? tree->normal
+                                                : kt_tree_direction(random);
+        normal[i] = flatten_joint(joint, above, random);
         const double off = kt_vec3_norm(kt_vec3_cross(normal[i], tree->body[i].com));
         if (joint->type == KT_JOINT_REVOLUTE && off > 0.2 && kt_random_int(random, 0, 2) == 0)
             tree->body[i].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -205,7 +211,7 @@ void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random
     if (plan->massless)
         take_mass(tree, parent, plan->bodies, random);
     if (plan->planar)
-        flatten(tree, parent, plan->bodies, plan->planar, random);
+        flatten(tree, parent, plan->bodies, plan, random);
     for (int i = 0; plan->is_shuffled && i < plan->bodies; i++) { /* Fisher and Yates, inside out */
         place[i] = i;
         const int j = kt_random_int(random, 0, i);

@@ -23,8 +23,9 @@ typedef struct kt_tree_plan {
     bool floats;       /* the first body is free and carries all others */
     bool is_shuffled;  /* the description lists children before their parents */
     double from_world; /* chance that a body hangs on the world */
-    int planar; /* 1: every tree moves in an oblique plane; 2: every second; and so on. 0: none is made to. Of types
-                 * KT_TREE_PLANAR_TYPES alone; masses and forces lie anywhere. Not with massless or shuffled. */
+    int planar;     /* 1: every tree moves in an oblique plane; 2: every second; and so on. 0: none is made to. Of types
+                     * KT_TREE_PLANAR_TYPES alone; masses and forces lie anywhere. Not with massless or shuffled. */
+    bool one_plane; /* all of them in the same plane, or in parallel ones */
 } kt_tree_plan;
 
 /* 12 bodies, all types, massless ones, gravity, in order. */
@@ -43,6 +44,7 @@ typedef struct kt_tree {
     kt_data *data;
     int count; /* of bodies in the model, world included */
     int nq, nv;
+    kt_vec3 normal; /* of one_plane, in the world */
 } kt_tree;
 
 /* Describes a mechanism, without a model. */

@@ -220,6 +220,18 @@ KT_TEST(effects_are_checked) {
                    "torque is missing; give a number or a function of time");
     REFUSES_EFFECT(ENGINE, e->torque.value = nan_value, -1, "torque", "effect 'engine'",
                    "torque is nan; give a finite number");
+    REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0, e->lower = nan_value), -1, "lower",
+                   "effect 'oil'", "lower is nan; give a finite number");
+    REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0), -1, "lower", "effect 'oil'",
+                   "there is neither lower nor upper; give at least one of them");
+    REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_TORQUE, e->value[0] = e->value[1] = kt_function_constant(1.0)), -1,
+                   "value", "effect 'oil'", "value has a component missing; give three numbers or functions");
+    REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_BUSHING, e->dampings[3] = -1.0), -1, "damping", "effects[0]",
+                   "damping[3] is -1; it cannot be negative");
+    REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_ATTRACTION, e->strength = nan_value), -1, "strength", "effects[0]",
+                   "strength is nan; give a finite number");
+    REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_CONTACT, e->exponent = 0.9), -1, "exponent", "effects[0]",
+                   "exponent is 0.9; it must be 1 or more: below, contact would be endlessly stiff at its begin");
     mechanism m;
     mechanism_fill(&m);
     m.effects[COIL].initial_length = true;

@@ -14,6 +14,17 @@ tangle_plan tangle_plan_default(void) {
     return plan;
 }
 
+tangle_plan tangle_plan_planar(void) {
+    tangle_plan plan = tangle_plan_default();
+    const int bodies = plan.tree.bodies;
+    plan.tree = kt_tree_plan_planar();
+    plan.tree.bodies = bodies;
+    plan.tree.from_world = 0.25;
+    plan.tree.one_plane = true;
+    plan.types = TANGLE_PLANAR_TYPES;
+    return plan;
+}
+
 /* ---- loops that are closed where the tree stands ----------------------------------------------------------------- */
 
 static kt_pose pose_of(const kt_tree *tree, int body) {
@@ -142,6 +153,19 @@ static void draw_rolling(const tangle *g, kt_random *random, kt_loop *loop, cons
     loop->between[1] = end_on(&g->tree, body[1], plane);
 }
 
+/* An axis that a loop in the plane can have, in its frame: along the normal, in the plane, or any. */
+static kt_vec3 draw_flat_axis(const tangle *g, kt_random *random, kt_loop_type type, kt_pose frame) {
+    const kt_vec3 n = g->tree.normal, any = kt_tree_direction(random);
+    const bool free = type == KT_LOOP_SPHERICAL || type == KT_LOOP_INLINE || type == KT_LOOP_INPLANE ||
+                      type == KT_LOOP_DISTANCE || type == KT_LOOP_PARALLEL || type == KT_LOOP_PRISMATIC ||
+                      type == KT_LOOP_WELD;
+    const int lie = kt_random_int(random, 0, free ? 2 : 1);
+    const kt_vec3 axis = lie == 0   ? kt_vec3_scale(kt_random_int(random, 0, 1) ? 1.0 : -1.0, n)
+                         : lie == 1 ? kt_vec3_normalize(kt_vec3_cross(n, any))
+                                    : any;
+    return kt_mat3_apply_transposed(frame.rotation, axis);
+}
+
 static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int i) {
     kt_loop *loop = &g->loop[i];
     int body[2];
@@ -153,16 +177,21 @@ static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int
     while (!(plan->types & 1U << loop->type));
     if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION)
         return draw_relation(g, random, loop, g->term[i], plan->still);
-    if (!draw_bodies(g, plan, random, equations_of(loop->type), body))
+    const int equations = equations_of(loop->type), planar = equations < 3 ? equations : 3;
+    if (!draw_bodies(g, plan, random, plan->tree.one_plane ? planar : equations, body))
         return false;
     kt_pose frame = draw_pose(random, pose_of(&g->tree, body[0]).position);
     if (loop->type == KT_LOOP_ROLLING) {
         draw_rolling(g, random, loop, body, frame);
         return true;
     }
-    const kt_vec3 axis = kt_tree_direction(random);
+    const kt_vec3 axis =
+        plan->tree.one_plane ? draw_flat_axis(g, random, loop->type, frame) : kt_tree_direction(random);
+    const kt_vec3 normal = kt_mat3_apply_transposed(frame.rotation, g->tree.normal),
+                  across = kt_vec3_cross(normal, axis);
+    const bool lies = plan->tree.one_plane && kt_vec3_norm(across) > 0.5;
     loop->axis = kt_vec3_scale(kt_random_uniform(random, 0.5, 2.0), axis);
-    loop->axis2 = kt_vec3_cross(axis, kt_tree_direction(random));
+    loop->axis2 = lies ? across : kt_vec3_cross(axis, kt_tree_direction(random));
     loop->pitch = kt_random_uniform(random, 0.1, 0.3) * (kt_random_int(random, 0, 1) ? 1.0 : -1.0);
     loop->between[0] = end_on(&g->tree, body[0], frame);
     if (loop->type == KT_LOOP_DISTANCE) {

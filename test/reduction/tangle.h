@@ -9,6 +9,7 @@
 #include "kinetree/reduction.h"
 
 enum { TANGLE_LOOPS = 8, TANGLE_ROWS = 6 * TANGLE_LOOPS, TANGLE_ALL_TYPES = (1 << KT_LOOP_TYPE_COUNT) - 1 };
+enum { TANGLE_PLANAR_TYPES = TANGLE_ALL_TYPES & ~(1 << KT_LOOP_SCREW | 1 << KT_LOOP_ROLLING) };
 
 typedef struct tangle_plan {
     kt_tree_plan tree;
@@ -21,6 +22,10 @@ typedef struct tangle_plan {
 
 /* 14 bodies, 4 loops of all types. */
 tangle_plan tangle_plan_default(void);
+
+/* The same of trees in one oblique plane, and loops that can be closed there: axes along its normal or in it, or where
+ * the type allows any. */
+tangle_plan tangle_plan_planar(void);
 
 /* Points into itself: not to be copied. */
 typedef struct tangle {

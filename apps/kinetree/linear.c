@@ -1,0 +1,139 @@
+/* A scene, linearised: what modes and equilibrium share. */
+#include "linear.h"
+
+#include "command.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Dense matrices of twice as many rows: more would take minutes. */
+enum { FREEDOMS_MOST = 500 };
+
+static int say_memory(void) {
+    kt_say("there is not enough memory");
+    return KT_EXIT_INTEGRATION;
+}
+
+static int fail(kt_status status, const kt_error *error) {
+    if (status != KT_OK)
+        kt_say_error(error);
+    return kt_exit_code(status);
+}
+
+int kt_small_motion_open(kt_small_motion *motion, const char *path) {
+    kt_error error = {0};
+    memset(motion, 0, sizeof *motion);
+    const int code = kt_load_model(path, &motion->scene, &motion->model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    const kt_model *model = motion->model;
+    if (kt_model_nv(model) > FREEDOMS_MOST) {
+        kt_say("the scene has %d freedoms; small motions are computed with dense matrices, for up to %d",
+               kt_model_nv(model), FREEDOMS_MOST);
+        return KT_EXIT_INTEGRATION;
+    }
+    motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
+    motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
+    if (motion->q == NULL || motion->v == NULL)
+        return say_memory();
+    kt_status status = kt_linearization_create(model, NULL, &motion->linearization, &error);
+    if (status == KT_OK)
+        status = kt_modes_create(model, &motion->modes, &error);
+    if (status == KT_OK)
+        status = kt_data_create(model, &motion->data, &error);
+    kt_model_initial(model, motion->q, motion->v);
+    if (status == KT_OK)
+        status = kt_state_assemble(model, motion->data, 0.0, motion->q, motion->v, &error);
+    return fail(status, &error);
+}
+
+void kt_small_motion_close(kt_small_motion *motion) {
+    kt_data_free(motion->data);
+    kt_modes_free(motion->modes);
+    kt_linearization_free(motion->linearization);
+    free(motion->q);
+    free(motion->v);
+    if (motion->model != NULL) {
+        kt_model_free(motion->model);
+        kt_scene_free(&motion->scene);
+    }
+}
+
+bool kt_small_motion_moves(const kt_small_motion *motion) {
+    for (int i = 0; i < kt_model_nv(motion->model); i++)
+        if (fabs(motion->v[i]) > 1e-12)
+            return true;
+    return false;
+}
+
+kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error *error) {
+    kt_equilibrium_options options = kt_equilibrium_options_default();
+    options.nearest = nearest;
+    const kt_status status =
+        kt_equilibrium_find(motion->linearization, &options, 0.0, motion->q, NULL, &motion->equilibrium, error);
+    if (status != KT_OK)
+        return status;
+    memset(motion->v, 0, (size_t)kt_model_nv(motion->model) * sizeof *motion->v);
+    motion->settled = true;
+    return KT_OK;
+}
+
+int kt_small_motion_linearize(kt_small_motion *motion) {
+    kt_error error = {0};
+    kt_status status = kt_linearization_evaluate(motion->linearization, 0.0, motion->q, motion->v, NULL, &error);
+    if (status == KT_OK)
+        status = kt_modes_evaluate(motion->modes, kt_linearization_system(motion->linearization), &error);
+    return fail(status, &error);
+}
+
+kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
+    kt_coordinate_name name = {""};
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        if (coordinate < at.v || coordinate >= at.v + at.nv)
+            continue;
+        if (at.nv == 1)
+            snprintf(name.text, sizeof name.text, "%.80s", kt_body_name(model, body));
+        else
+            snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_body_name(model, body), coordinate - at.v);
+    }
+    return name;
+}
+
+static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+
+bool kt_mode_is_neutral(const kt_mode *mode) { return size_of(mode) <= mode->error || size_of(mode) < DBL_MIN; }
+
+bool kt_mode_grows(const kt_mode *mode) {
+    return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * size_of(mode);
+}
+
+int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    const double *shape = kt_modes_positions(motion->modes, mode);
+    double largest = 0.0;
+    for (int pass = 0; pass < 2 && largest == 0.0; pass++) {
+        shape = pass ? kt_modes_velocities(motion->modes, mode) : shape;
+        for (int i = 0; i < system->coordinates; i++)
+            largest = fmax(largest, hypot(shape[2 * i], shape[2 * i + 1]) / system->unit[i]);
+    }
+    int count = 0;
+    for (int i = 0; i < system->coordinates; i++) {
+        const double share = hypot(shape[2 * i], shape[2 * i + 1]) / system->unit[i] / largest;
+        if (!(share > least))
+            continue;
+        int at = count < most ? count++ : most;
+        for (; at > 0 && movers[at - 1].share < share * (1.0 - 1e-6); at--)
+            if (at < most)
+                movers[at] = movers[at - 1];
+        if (at < most)
+            movers[at] = (kt_mover){i, share, atan2(shape[2 * i + 1], shape[2 * i])};
+    }
+    const double first = count > 0 ? movers[0].phase : 0.0;
+    for (int i = 0; i < count; i++)
+        movers[i].phase = remainder(movers[i].phase - first, 2.0 * 3.14159265358979323846);
+    return count;
+}

@@ -1,0 +1,110 @@
+/* modes and equilibrium. */
+#include "shell.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A cart with a motor and a point-mass pendulum, which starts on its side. */
+static const char cart[] = "kinetree: 1\n"
+                           "name: cart\n"
+                           "gravity: [0, -9.81, 0]\n"
+                           "bodies:\n"
+                           "  - {name: cart, joint: {type: prismatic, axis: x, position: 0.5}, mass: 2}\n"
+                           "  - name: bob\n"
+                           "    parent: cart\n"
+                           "    joint: {type: revolute, axis: z, position: 90 deg}\n"
+                           "    mass: 0.3\n"
+                           "    com: [0, -0.6, 0]\n"
+                           "    markers: {tip: [0, -0.6, 0]}\n"
+                           "effects:\n"
+                           "  - {type: motor, joint: cart, torque: 0}\n";
+
+KT_TEST(modes_prints_frequencies_and_what_moves) {
+    kt_write_file("cart.yaml", cart);
+    kt_ran ran = kt_shell("$K modes cart.yaml");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_text("no words", ran.err, "");
+    kt_check_contains("about", ran.out, "cart: 4 states about its equilibrium\n");
+    /* sqrt((1 + 0.3 / 2) 9.81 / 0.6) / (2 pi) = 0.690125 */
+    kt_check_contains("mode", ran.out, "   1      0.690125             0     0.0000  bob, cart 0.1");
+    kt_check_contains("neutral", ran.out, "2 eigenvalues are zero: nothing brings back, or slows down, cart\n");
+    ran = kt_shell("$K make pendulum --links 5 | $K modes - --count 2");
+    kt_check_contains("the rest is counted", ran.out, "\n3 more, faster\n");
+}
+
+KT_TEST(modes_tells_which_state_it_is_about) {
+    kt_write_file("cart.yaml", cart);
+    kt_ran ran = kt_shell("$K modes cart.yaml --at initial");
+    kt_check_contains("initial", ran.out, "about its initial position\n");
+    kt_check_contains("warning", ran.err, "is no equilibrium");
+    ran = kt_shell("sed 's/90 deg/170 deg/' cart.yaml | $K modes - --nearest");
+    kt_check_contains("upright", ran.out, "-       4.33618  "); /* sqrt(1.15 9.81 / 0.6) */
+    ran = kt_shell("sed 's/position: 90 deg/velocity: 3/' cart.yaml | $K modes -");
+    kt_check_contains("motion", ran.out, "about its motion\n");
+    kt_check_contains("warning", ran.err, "a motion that does not stay as it is");
+    ran = kt_shell("sed 's/position: 90 deg/velocity: 3/' cart.yaml | $K modes - --at equilibrium");
+    kt_check_contains("equilibrium", ran.out, "   1      0.690125  ");
+    ran = kt_shell("sed 's/position: 0.5/velocity: 0.5/; s/position: 90 deg/position: 0/' cart.yaml | $K modes -");
+    kt_check_contains("steady motion", ran.out, "about its steady motion\n");
+    kt_check_text("which is fine", ran.err, "");
+    kt_expect(1, "--nearest is about an equilibrium", "$K modes cart.yaml --nearest --at initial");
+}
+
+/* With m / M = 0.15: x'' = u / 2 + ..., theta'' = -(u / 2) / 0.6 about hanging. */
+KT_TEST(modes_gives_matrices_with_names_as_json) {
+    kt_write_file("cart.yaml", cart);
+    kt_ran ran = kt_shell("$K modes cart.yaml --json");
+    json_t *root = kt_json(ran.out);
+    static const char *const states[] = {"position.cart", "position.bob", "velocity.cart", "velocity.bob"};
+    const json_t *names = kt_json_find(root, "states"), *outputs = kt_json_find(root, "outputs");
+    for (size_t i = 0; i < 4; i++)
+        kt_check_text("state", json_string_value(json_array_get(names, i)), states[i]);
+    kt_check_text("input", json_string_value(json_array_get(kt_json_find(root, "inputs"), 0)), "motor.cart");
+    kt_check_equal_int("outputs", (long long)json_array_size(outputs), 6);
+    kt_check_text("output", json_string_value(json_array_get(outputs, 3)), "marker.bob.tip.vx");
+    kt_check_text("about", json_string_value(kt_json_find(root, "about")), "equilibrium");
+    kt_check_near("A", kt_json_at(root, "state_matrix[3][1]"), -1.15 * 9.81 / 0.6, 1e-13);
+    kt_check_near("B", kt_json_at(root, "input_matrix[3][0]"), -1.0 / (2.0 * 0.6), 1e-15);
+    kt_check_near("C", kt_json_at(root, "output_matrix[0][1]"), 0.6, 1e-15);
+    kt_check_near("C", kt_json_at(root, "output_matrix[3][3]"), 0.6, 1e-15);
+    const json_t *modes = kt_json_find(root, "modes");
+    kt_check_equal_int("modes", (long long)json_array_size(modes), 3);
+    kt_check_near("omega", kt_json_at(root, "modes[2].imaginary"), sqrt(1.15 * 9.81 / 0.6), 1e-14);
+    kt_check_near("cart against bob", kt_json_at(root, "modes[2].position.cart[0][0]"), -0.6 * 0.15 / 1.15, 1e-14);
+    json_decref(root);
+}
+
+KT_TEST(equilibrium_prints_and_writes_what_a_scene_can_hold) {
+    kt_write_file("cart.yaml", cart);
+    kt_ran ran = kt_shell("$K equilibrium cart.yaml");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("cart stays", ran.out, "cart: {position: 0.5}\n");
+    kt_check_contains("words", ran.err, "a neutral equilibrium: 2 eigenvalues are zero");
+    ran =
+        kt_shell("$K equilibrium cart.yaml --scene rest.yaml >a 2>&1 && $K equilibrium rest.yaml >b 2>&1 && cmp a b && "
+                 "$K evaluate rest.yaml");
+    kt_check_equal_int("rests", ran.code, 0);
+    json_t *root = kt_json(ran.out);
+    kt_check_near("acceleration", kt_json_at(root, "acceleration[1]"), 0.0, 2e-14);
+    kt_check_near("energy", kt_json_at(root, "energy.total"), -0.3 * 9.81 * 0.6, 1e-15);
+    json_decref(root);
+    ran = kt_shell("sed 's/90 deg/170 deg/' cart.yaml | $K equilibrium - --nearest --json");
+    root = kt_json(ran.out);
+    kt_check_text("unstable", json_string_value(kt_json_find(root, "stability")), "unstable");
+    kt_check_near("growth", kt_json_at(root, "growth"), sqrt(1.15 * 9.81 / 0.6), 1e-13);
+    kt_check_near("upright", kt_json_at(root, "position.bob"), acos(-1.0), 1e-15);
+    json_decref(root);
+}
+
+KT_TEST(equilibrium_says_why_there_is_none) {
+    kt_write_file("cart.yaml", cart);
+    kt_expect(4, "joint 'cart': no equilibrium: the mechanism runs away in this joint",
+              "sed 's/torque: 0/torque: 1/' cart.yaml | $K equilibrium -");
+    kt_ran ran = kt_shell("sed 's/torque: 0/torque: 1/' cart.yaml | $K modes -");
+    kt_check_equal_int("modes go on", ran.code, 0);
+    kt_check_contains("about the initial state", ran.err, "these are the modes about the initial state instead");
+    kt_expect(3, "drive: this loop is driven",
+              "(cat cart.yaml; echo 'loops: [{name: drive, type: motion, joint: cart, position: {sine: {amplitude: 1, "
+              "frequency: 1, offset: 0.5}}}]') | $K equilibrium -");
+    kt_expect(4, "up to 500", "$K make chain --links 501 | $K modes -");
+}

@@ -1,0 +1,143 @@
+/* Effects on one body or joint against closed forms: drag, torques, forces; stops that never pull; friction that
+ * creeps.
+ *
+ * Bounds are three times what was measured when the test was written.
+ */
+#include "../simulation/scenes.h"
+
+#include "effect/kind.h"
+
+#include <float.h>
+#include <math.h>
+
+/* One effect on a body with a free joint, inertia diag(1, 2, 3), m = 2: its state at t. */
+static bool run_free(kt_effect *effect, kt_lone *lone, double t, double *q, double *v) {
+    kt_run run = kt_run_default();
+    kt_error error;
+    bool fine = false;
+    run.integrator = "dop853";
+    run.relative = run.absolute = 1e-13;
+    effect->between[0].body = lone->body.name;
+    lone->description.bodies = &lone->body;
+    lone->description.effects = effect;
+    lone->description.effect_count = 1;
+    kt_model *model = kt_scene_compile(&lone->description);
+    kt_simulation *simulation = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (simulation && kt_fine("advance", kt_simulation_advance(simulation, t, &error), &error)) {
+        for (int i = 0; i < kt_model_nq(model); i++)
+            q[i] = kt_simulation_positions(simulation)[i];
+        for (int i = 0; i < kt_model_nv(model); i++)
+            v[i] = kt_simulation_velocities(simulation)[i];
+        fine = true;
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    return fine;
+}
+
+/* m v' = m g - c v: v = g T (1 - exp(-t / T)), T = m / c;  m v' = m g - c v^2: v = u tanh(g t / u), u^2 = m g / c. */
+KT_TEST(falling_bodies_approach_their_terminal_speed) {
+    const double g = 9.81, t = 1.3, m = 2.0;
+    for (int quadratic = 0; quadratic < 2; quadratic++) {
+        kt_lone lone;
+        kt_effect drag = kt_effect_default();
+        double q[7], v[6];
+        kt_lone_make(&lone, KT_JOINT_FREE, m);
+        lone.description.gravity = kt_vec3_make(0.0, 0.0, -g);
+        drag.type = KT_EFFECT_DRAG;
+        drag.linear = quadratic ? 0.0 : 1.5;
+        drag.quadratic = quadratic ? 1.5 : 0.0;
+        if (!run_free(&drag, &lone, t, q, v))
+            return;
+        const double u = sqrt(m * g / 1.5), rate = 1.5 / m;
+        kt_check_near("speed", -v[2], quadratic ? u * tanh(g * t / u) : g / rate * (1.0 - exp(-rate * t)), 4e-14);
+        kt_check_near("way", -q[2],
+                      quadratic ? u * u / g * log(cosh(g * t / u)) : g / rate * (t - (1.0 - exp(-rate * t)) / rate),
+                      4e-14);
+    }
+}
+
+/* Flat throw against quadratic drag alone: v = v0 / (1 + c v0 t / m), whatever the direction. */
+KT_TEST(quadratic_drag_is_against_the_velocity) {
+    kt_lone lone;
+    kt_effect drag = kt_effect_default();
+    double q[7], v[6];
+    kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
+    lone.body.joint.velocity[0] = 3.0;
+    lone.body.joint.velocity[1] = -4.0;
+    drag.type = KT_EFFECT_DRAG;
+    drag.quadratic = 0.7;
+    if (!run_free(&drag, &lone, 2.0, q, v))
+        return;
+    kt_check_near("x", v[0], 3.0 / (1.0 + 0.7 * 5.0 * 2.0 / 2.0), 1.2e-14);
+    kt_check_near("y", v[1], -4.0 / (1.0 + 0.7 * 5.0 * 2.0 / 2.0), 1.2e-14);
+}
+
+/* About a principal axis of a body that is turned by a right angle about x, so that its y is the world's z: the same
+ * torque, in the world's axes and in the body's, gives the rate sin(w t) and the angle (1 - cos(w t)) / w. */
+KT_TEST(torques_act_in_the_axes_they_are_given_in) {
+    const double half = sqrt(0.5), w = 3.0, t = 0.8, inertia = 2.0;
+    for (int in_body = 0; in_body < 2; in_body++) {
+        kt_lone lone;
+        kt_effect torque = kt_effect_default();
+        double q[7], v[6];
+        kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
+        lone.body.joint.position[3] = lone.body.joint.position[4] = half;
+        torque.type = KT_EFFECT_TORQUE;
+        torque.frame = in_body ? KT_FRAME_BODY : KT_FRAME_WORLD;
+        for (int i = 0; i < 3; i++)
+            torque.value[i] = kt_function_constant(0.0);
+        torque.value[in_body ? 1 : 2] = kt_function_sine(inertia * w, w / 6.283185307179586, 1.5707963267948966, 0.0);
+        if (!run_free(&torque, &lone, t, q, v))
+            return;
+        kt_check_near("rate about the body's y", v[4], sin(w * t), 4e-15);
+        kt_check_below("other rates", fabs(v[3]) + fabs(v[5]), 2e-15);
+        const kt_mat3 turned = kt_matrix_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
+        kt_check_near("angle about the world's z", atan2(turned.x.y, turned.x.x), (1.0 - cos(w * t)) / w, 1.5e-13);
+        kt_check_below("centre", fabs(v[0]) + fabs(v[1]) + fabs(v[2]), 0.0);
+    }
+}
+
+/* Against all speeds and depths: never towards the stop, no more than twice the spring's force, next to nothing at the
+ * stop, and the plain damper's far inside. */
+KT_TEST(stops_push_back_continuously) {
+    const kt_effect_record r = {
+        .type = KT_EFFECT_JOINT_LIMIT, .stiffness = 1e3, .damping = 20.0, .lower = -1.0, .upper = 0.5};
+    const kt_effect_kind *kind = kt_effect_kinds[KT_EFFECT_JOINT_LIMIT];
+    kt_random random = kt_random_of_test();
+    int wrong = 0;
+    for (int n = 0; n < 10000; n++) {
+        const double depth = pow(10.0, kt_random_uniform(&random, -20.0, 2.0)), v = 10.0 * kt_random_normal(&random);
+        const double above = kind->drive(&r, NULL, 0.5 + depth, v, 0.0, NULL);
+        const double below = kind->drive(&r, NULL, -1.0 - depth, v, 0.0, NULL);
+        const double x = (0.5 + depth) - 0.5, y = -1.0 - (-1.0 - depth);
+        wrong += above > 0.0 || below < 0.0 || -above > 2e3 * x || below > 2e3 * y;
+    }
+    kt_check_equal_int("forces that pull, or are too large", wrong, 0);
+    kt_check_near("between the stops", kind->drive(&r, NULL, 0.4, 5.0, 0.0, NULL), 0.0, 0.0);
+    kt_check_near("far inside", kind->drive(&r, NULL, 100.5, 0.3, 0.0, NULL), -1e5 - 6.0, 6.0 * 6.0 / 1e5);
+    kt_check_near("and on the way back", kind->drive(&r, NULL, 100.5, -0.3, 0.0, NULL), -1e5 + 6.0, 6.0 * 6.0 / 1e5);
+}
+
+/* Under a load of half the friction a joint creeps at v0 artanh(1 / 2), and not faster. */
+KT_TEST(loads_below_friction_creep_as_slowly_as_smoothing_says) {
+    kt_lone lone;
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_run run = kt_run_default();
+    kt_error error;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
+    effects[0].type = KT_EFFECT_JOINT_FRICTION;
+    effects[1].type = KT_EFFECT_MOTOR;
+    effects[0].joint = effects[1].joint = lone.body.name;
+    effects[0].coulomb = 4.0;
+    effects[1].torque = kt_function_constant(2.0);
+    lone.description.bodies = &lone.body;
+    lone.description.effects = effects;
+    lone.description.effect_count = 2;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (simulation && kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error))
+        kt_check_near("speed", kt_simulation_velocities(simulation)[0], 1e-3 * atanh(0.5), 1e-10);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}

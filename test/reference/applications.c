@@ -1,0 +1,225 @@
+/* The scenes of applications against what theory says of them: a rotor's flap frequency, a tether's libration, a ball
+ * that comes to roll, a pump's straight-line rod, and the moment of a wheel's axle that is turned.
+ *
+ * Bounds are three times what was measured when the test was written, unless a comment derives them.
+ */
+#include "scene.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COUNT_OF(array) ((int)(sizeof(array) / sizeof(array)[0]))
+
+static double position_of(const kt_case *c, const kt_record *record, const char *joint) {
+    return record->q[kt_case_q(c, joint)];
+}
+
+static kt_vec3 point_of(const kt_case *c, const kt_record *record, const char *name, const char *marker) {
+    const int body = kt_body_find(c->model, name);
+    return kt_point_position(c->model, record->data, body,
+                             kt_marker_at(c->model, body, kt_marker_find(c->model, body, marker)));
+}
+
+/* ---- the rotor --------------------------------------------------------------------------------------------------- */
+
+/* A blade of uniform mass m and length L beyond a hinge at distance e from the shaft has, about the hinge, the inertia
+ * I = m L^2 / 3 and the first moment S = m L / 2. At a flap angle b its element at x is pulled outwards by
+ * Omega^2 (e + x cos b) dm, which has about the hinge the arm x sin b:
+ *     I b'' = -Omega^2 (I cos b sin b + e S sin b),   for small b:  b'' = -Omega^2 (1 + e S / I) b,
+ * and e S / I = 3/2 e / L. With the radius R = e + L that is nu^2 = 1 + 3/2 (e/R) / (1 - e/R) (Johnson, Helicopter
+ * Theory, 1980, 5-3). The lag hinge lacks the first part, for there the radius turns with the blade: nu^2 = 3/2 e / L.
+ */
+typedef struct blades {
+    double flap, lag, omega, size;
+    kt_worst error[2];
+} blades;
+
+static int follow_blades(const kt_record *record, void *user) {
+    blades *b = user;
+    /* coordinates: hub, flap and lag of each blade; the first one flaps, the second one lags */
+    const double flap = record->q[1], lag = record->q[4], t = record->time;
+    kt_worst_near(&b->error[0], flap / b->size, cos(b->flap * b->omega * t), 4e-8, "t = %g", t);
+    kt_worst_near(&b->error[1], lag / b->size, cos(b->lag * b->omega * t), 4e-7, "t = %g", t);
+    return 0;
+}
+
+/* The scene without gravity and effects, its blades at rest but for one that flaps and one that lags, by so little that
+ * the square of the angle, which the theory leaves out, is next to nothing; a tolerance of 1e-13 is 1e-8 of it. */
+KT_TEST(rotor_blades_flap_and_lag_at_their_frequencies) {
+    static const kt_setting setting = {"dop853", 0.0, 1e-13, 0.0};
+    const double e = 0.35, length = 6.65, ratio = e / (e + length);
+    blades b = {.flap = sqrt(1.0 + 1.5 * ratio / (1.0 - ratio)), .lag = sqrt(1.5 * e / length), .omega = 27.0};
+    kt_case c;
+    b.size = 1e-5;
+    b.error[0] = kt_worst_make("flap angle, relative");
+    b.error[1] = kt_worst_make("lag angle, relative");
+    if (kt_case_open(&c, "articulated-rotor")) {
+        static kt_body bodies[16];
+        kt_description d = c.scene.description;
+        kt_error error;
+        memcpy(bodies, d.bodies, sizeof *bodies * (size_t)d.body_count);
+        for (int i = 1; i < d.body_count; i++)
+            bodies[i].joint.position[0] = i == 1 || i == 4 ? b.size : 0.0;
+        d.bodies = bodies;
+        d.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+        d.effect_count = 0;
+        kt_model_free(c.model);
+        c.model = NULL;
+        if (kt_fine("model", kt_model_compile(&d, NULL, &c.model, &error), &error))
+            (void)kt_case_run(&c, &setting, 0.01, follow_blades, &b);
+        kt_check_near("flap frequency of the rotor's", b.flap, 1.0387, 1e-4);
+        kt_check_worst(&b.error[0]);
+        kt_check_worst(&b.error[1]);
+    }
+    kt_case_close(&c);
+}
+
+/* ---- the tether -------------------------------------------------------------------------------------------------- */
+
+/* The angle of the tether against the local vertical, and its zero crossings. */
+typedef struct libration {
+    const kt_case *c;
+    double before, last, crossing[8], shortest;
+    int count;
+} libration;
+
+static int follow_tether(const kt_record *record, void *user) {
+    libration *l = user;
+    const kt_vec3 a = point_of(l->c, record, "mother", "hook"), b = point_of(l->c, record, "daughter", "hook");
+    const kt_vec3 along = kt_vec3_sub(b, a), middle = kt_vec3_add(kt_vec3_scale(500.0, a), kt_vec3_scale(50.0, b));
+    const double angle = atan2(kt_vec3_cross(middle, along).z, kt_vec3_dot(middle, along));
+    if (record->index > 0 && l->last < 0.0 && angle >= 0.0 && l->count < COUNT_OF(l->crossing))
+        l->crossing[l->count++] = record->time - (record->time - l->before) * angle / (angle - l->last);
+    l->shortest = record->index == 0 ? 1e9 : fmin(l->shortest, kt_vec3_norm(along) - 2e4);
+    l->before = record->time;
+    l->last = angle;
+    return 0;
+}
+
+/* A dumbbell with masses m at l along the tether, outwards, on a circular orbit of rate n and radius R: from the first
+ * terms of GM m / |R + l|, the restoring moment at a small angle t is
+ *     3 n^2 (sum m l^2 - 2 / R sum m l^3) t,
+ * so that the period is 1 / sqrt(3) of the orbit's, longer by (sum m l^3) / (R sum m l^2), relatively: for m1 = 500 kg
+ * and m2 = 50 kg by (m1 - m2) / (m1 + m2) L / R; and like that of a pendulum, which 2 t is, longer by A^2 / 4 for an
+ * amplitude A. The terms that follow are of the order of 1e-5. */
+KT_TEST(tether_librates_at_root_three_of_its_orbit) {
+    static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
+    const double radius = 6.771e6, amplitude = kt_degrees(5.0);
+    const double n = sqrt(3.986004418e14 / pow(radius, 3.0)), period = 2.0 * 3.14159265358979 / (sqrt(3.0) * n);
+    const double longer = 450.0 / 550.0 * 2e4 / radius + 0.25 * amplitude * amplitude;
+    kt_case c;
+    libration l = {.c = &c};
+    if (kt_case_open(&c, "tethered-satellites") && kt_case_run(&c, &own, 0.0, follow_tether, &l) &&
+        kt_check_equal_int("crossings", l.count, 3)) {
+        const double measured = 0.5 * (l.crossing[2] - l.crossing[0]);
+        kt_check_near("period of small swings of a short tether", measured / period, 1.0 + longer, 2e-5);
+        kt_check_above("stretch, m: never slack", l.shortest, 0.2);
+    }
+    kt_case_close(&c);
+}
+
+/* ---- the ball ---------------------------------------------------------------------------------------------------- */
+
+/* Contact acts on the lowest point alone, so that the angular momentum about a line on the ground is kept,
+ *     m r v_x + I w_y,   I = 2/5 m r^2,
+ * in flight, through impacts and sliding, until the ball rolls, v_x = r w_y: then v_x = (5 v - 2 r w) / 7 of the start
+ * v, -w: 5/7 v without spin. */
+typedef struct ball {
+    const kt_case *c;
+    double start, slip, speed;
+    kt_worst momentum;
+} ball;
+
+static int follow_ball(const kt_record *record, void *user) {
+    ball *b = user;
+    const double *v = record->v, r = 0.03;
+    const double momentum = r * v[0] + 0.4 * r * r * v[4]; /* about y, which the body turns about from first to last */
+    if (record->index == 0)
+        b->start = momentum;
+    kt_worst_near(&b->momentum, momentum, b->start, 2e-16, "t = %g", record->time);
+    b->slip = v[0] - r * v[4];
+    b->speed = v[0];
+    return 0;
+}
+
+static void roll(double spin) {
+    static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
+    kt_case c;
+    ball b = {.c = &c, .momentum = kt_worst_make("angular momentum about the ground / m")};
+    if (kt_case_open(&c, "rolling-ball")) {
+        kt_description d = c.scene.description;
+        kt_body body = d.bodies[0];
+        kt_error error;
+        body.joint.velocity[4] = spin;
+        d.bodies = &body;
+        kt_model_free(c.model);
+        c.model = NULL;
+        if (kt_fine("model", kt_model_compile(&d, NULL, &c.model, &error), &error) &&
+            kt_case_run(&c, &own, 0.0, follow_ball, &b)) {
+            kt_check_worst(&b.momentum);
+            kt_check_near("slip at the end", b.slip, 0.0, 1e-15);
+            kt_check_near("speed at the end", b.speed, (5.0 * 1.5 + 2.0 * 0.03 * spin) / 7.0, 5e-15);
+        }
+    }
+    kt_case_close(&c);
+}
+
+KT_TEST(ball_ends_up_rolling_with_five_sevenths_of_its_speed) { roll(0.0); }
+KT_TEST(ball_with_backspin_ends_up_rolling_slower) { roll(-30.0); }
+
+/* ---- the pump ---------------------------------------------------------------------------------------------------- */
+
+/* The pitman's foot is where the crank's pin is, and the rod rises by 3 m times the beam's angle. */
+static double pump_error(const kt_case *c, const kt_record *record, const void *about) {
+    const double rise = position_of(c, record, "rod") - 3.0 * position_of(c, record, "beam");
+    const kt_vec3 gap = kt_vec3_sub(point_of(c, record, "crank", "pin"), point_of(c, record, "pitman", "foot"));
+    (void)about;
+    return fmax(fabs(rise), kt_vec3_norm(gap));
+}
+
+KT_TEST(pump_rod_follows_the_beam) {
+    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-14}, {"rk4", 0.01, 0.0, 1e-14}};
+    kt_case c;
+    if (kt_case_open(&c, "walking-beam-pump"))
+        kt_case_follow(&c, settings, COUNT_OF(settings), pump_error, NULL);
+    kt_case_close(&c);
+}
+
+/* ---- the landing gear -------------------------------------------------------------------------------------------- */
+
+/* The leg turns about x, and with it the axle y' of the wheel, whose spin momentum is J w_w y': turning it takes the
+ * moment J w_w p x' x y' = J w_w p z', p the leg's rate, on top of what turns about x and brakes about y'. At the leg's
+ * hinge, whose reaction is about the hinge's point, the masses lie in the plane of y and z: of the moment along z' all
+ * else is zero. */
+typedef struct gear {
+    const kt_case *c;
+    kt_worst moment;
+    double most;
+} gear;
+
+static int follow_gear(const kt_record *record, void *user) {
+    gear *g = user;
+    const double spin = 0.5 * 60.0 * 0.16; /* of a cylinder of 60 kg and 0.4 m */
+    const int leg = kt_body_find(g->c->model, "leg");
+    const double p = record->v[kt_case_v(g->c, "leg")], w = record->v[kt_case_v(g->c, "wheel")];
+    const kt_mat3 axes = kt_body_pose(g->c->model, record->data, leg).rotation;
+    const double expected = spin * w * p;
+    g->most = fmax(g->most, fabs(expected));
+    kt_worst_near(&g->moment, kt_vec3_dot(record->reactions[leg].moment, axes.z), expected, 2e-12, "t = %g",
+                  record->time);
+    return 0;
+}
+
+KT_TEST(axle_of_a_spinning_wheel_resists_being_turned) {
+    static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
+    kt_case c;
+    gear g = {.c = &c, .moment = kt_worst_make("gyroscopic moment, N m")};
+    if (kt_case_open(&c, "landing-gear") && kt_case_run(&c, &own, 0.0, follow_gear, &g)) {
+        kt_check_worst(&g.moment);
+        kt_check_above("the largest, N m", g.most, 180.0);
+    }
+    kt_case_close(&c);
+}

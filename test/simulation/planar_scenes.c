@@ -1,0 +1,72 @@
+/* Every bundled scene of planar trees without loops, in the plane and in space: the first tenth of each, record for
+ * record, with energies and all reactions.
+ */
+#include "both.h"
+
+#include "kinetree/scene.h"
+
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int is_scene(const struct dirent *entry) {
+    const size_t length = strlen(entry->d_name);
+    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+static kt_model *compile(const kt_scene *scene, kt_plan plan) {
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_error error;
+    options.reduction = scene->run.reduction;
+    options.metric = scene->run.metric;
+    options.plan = plan;
+    return kt_fine("compiles", kt_model_compile(&scene->description, &options, &model, &error), &error) ? model : NULL;
+}
+
+/* Bounds: five times the largest of all scenes. */
+static void compare(kt_both_worst *worst, const char *name, const kt_scene *scene, const kt_model *planar,
+                    const kt_model *spatial) {
+    static kt_both_trace flat, space;
+    const kt_both_bounds bounds = {
+        .position = 5e-15, .velocity = 1e-14, .acceleration = 2.5e-14, .energy = 2e-14, .reaction = 1e-14};
+    kt_run run = kt_run_fixed("dop853", 2e-4 * scene->run.duration, 0.1 * scene->run.duration);
+    run.interval = 1e-3 * scene->run.duration;
+    if (kt_both_run(spatial, KT_FORMULATION_TREE, run, NULL, &space) &&
+        kt_both_run(planar, KT_FORMULATION_TREE, run, NULL, &flat))
+        kt_both_compare(worst, name, &space, &flat, &bounds);
+}
+
+KT_TEST(planar_scenes_move_in_the_plane_as_in_space) {
+    struct dirent **entries = NULL;
+    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    kt_both_worst worst = kt_both_worst_make();
+    int compared = 0;
+    for (int i = 0; i < count; i++) {
+        char path[1024];
+        kt_scene scene;
+        kt_error error;
+        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
+        if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
+            kt_model *planar = compile(&scene, KT_PLAN_AUTO), *spatial = compile(&scene, KT_PLAN_SPATIAL);
+            const bool is_planar =
+                planar && scene.description.loop_count == 0 && strcmp(kt_model_plan(planar), "spatial") != 0;
+            if (is_planar && scene.description.body_count >= KT_BOTH_BODIES)
+                kt_note("%s: %s, left out: %d bodies", entries[i]->d_name, kt_model_plan(planar),
+                        scene.description.body_count);
+            else if (is_planar && spatial) {
+                kt_note("%s: %s", entries[i]->d_name, kt_model_plan(planar));
+                compare(&worst, entries[i]->d_name, &scene, planar, spatial);
+                compared++;
+            }
+            kt_model_free(planar);
+            kt_model_free(spatial);
+            kt_scene_free(&scene);
+        }
+        free(entries[i]);
+    }
+    free(entries);
+    kt_check_above("scenes compared", compared, 5);
+    kt_both_check(&worst);
+}
