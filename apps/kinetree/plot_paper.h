@@ -38,4 +38,8 @@ void kt_paper_mark(cairo_t *c, double x, double y, int mark, bool hollow, kt_col
 void kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                    double width, double height, double room);
 
+/* A picture, as SVG or PNG by its name, drawn by `draw`. Returns KT_EXIT_DONE, or an exit code after saying why. */
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what);
+
 #endif
