@@ -59,7 +59,8 @@ static int tell(const kt_findings *findings) {
     if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
         kt_findings_print(findings);
         fflush(stdout);
-        const int priced = kt_findings_print_prices(findings);
+        const int priced =
+            arguments->compare_sets ? kt_findings_print_sets(findings) : kt_findings_print_prices(findings);
         code = code == KT_EXIT_DONE ? priced : code;
     }
     return kt_finish_output(code);
@@ -69,7 +70,13 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
                        const kt_reference_file *reference) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
-    const kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    kt_variant variants[KT_COMPARED_SETS];
+    if (arguments->compare_sets) {
+        kt_compared_sets(&scene->run, variants);
+        options.variants = variants;
+        options.variant_count = KT_COMPARED_SETS;
+    }
     kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
     kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);
     kt_progress_end(&progress);
@@ -91,6 +98,12 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;
+    if (arguments->compare_sets && kt_loop_count(model) == 0) {
+        kt_say("accuracy: %s: --compare-sets: nothing to compare: there are no loops to keep closed", path);
+        kt_model_free(model);
+        kt_scene_free(&scene);
+        return KT_EXIT_USAGE;
+    }
     code = arguments->reference != NULL
                ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
                : -1;

@@ -5,6 +5,9 @@
  */
 #include "plot_paper.h"
 
+#include "command.h"
+
+#include <cairo-svg.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -139,4 +142,31 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
     kt_paper_use(c, colour);
     cairo_set_line_width(c, 1.3);
     cairo_stroke(c);
+}
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+/* PNG pictures have two pixels a unit, for sharp screens. */
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what) {
+    const size_t length = strlen(path);
+    const bool is_svg = length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+    const int scale = is_svg ? 1 : 2;
+    cairo_surface_t *surface = is_svg ? cairo_svg_surface_create(path, width, height)
+                                      : cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
+    cairo_t *c = cairo_create(surface);
+    cairo_scale(c, scale, scale);
+    draw(c, what);
+    cairo_status_t status = cairo_status(c);
+    cairo_destroy(c);
+    if (status == CAIRO_STATUS_SUCCESS && !is_svg)
+        status = cairo_surface_write_to_png(surface, path);
+    cairo_surface_finish(surface);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_surface_status(surface);
+    cairo_surface_destroy(surface);
+    if (status == CAIRO_STATUS_SUCCESS)
+        return KT_EXIT_DONE;
+    kt_say("%s cannot be written: %s", path, cairo_status_to_string(status));
+    return KT_EXIT_INTEGRATION;
 }

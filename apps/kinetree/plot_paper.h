@@ -39,4 +39,8 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
 void kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                    double width, double height, double room);
 
+/* A picture, as SVG or PNG by its name, drawn by `draw`. Returns KT_EXIT_DONE, or an exit code after saying why. */
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what);
+
 #endif

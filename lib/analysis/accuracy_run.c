@@ -203,7 +203,12 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
  * the reference. */
 static kt_set_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive, double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
-    return kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    kt_set_options options = kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    if (variant->gain > 0.0) {
+        options.alpha *= variant->gain;
+        options.beta *= variant->gain;
+    }
+    return options;
 }
 
 kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,
@@ -219,11 +224,18 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_va
         const kt_set_options wish = choose_set(study, variant, adaptive, setting);
         const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
         status = kt_set_create(absolute ? kt_model_absolute(model) : model, &wish, &set, error);
+        if (status == KT_ERROR_SINGULAR) { /* the set cannot do this scene */
+            point->status = point->verdict = status;
+            judge(study, point);
+            return KT_OK;
+        }
         if (status == KT_OK)
             kt_set_use(set, &options);
     }
     if (status == KT_OK)
         status = try_with(study, model, variant, &run, &options, point, error);
+    if (status == KT_OK && set != NULL)
+        point->verdict = kt_set_verdict(set, NULL);
     kt_set_free(set);
     return status;
 }
