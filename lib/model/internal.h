@@ -250,6 +250,7 @@ typedef struct kt_counts {
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
     X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
+    X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
     X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
     X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \

@@ -37,6 +37,10 @@
 typedef struct kt_group_work {
     int m, k;
     int32_t *pivot;
+    /* Of redundant equations those with the larger weights are chosen (k; NULL where there are none), so that it is the
+     * same ones at all stages of a step: at stages, off the manifold, each choice gives another acceleration, and a
+     * method of any order would come down to the second. Powers of two, that nothing is rounded. */
+    const double *weight;
 #define KT_GROUP_DECLARE(name, count, meaning) double *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
@@ -58,6 +62,7 @@ static inline size_t kt_group_layout(const kt_group *group, double *base, int32_
     w->m = group->v_count;
     w->k = group->count[KT_ROWS_ALL];
     w->pivot = pivot;
+    w->weight = NULL;
 #define KT_GROUP_PLACE(name, count, meaning)                                                                           \
     w->name = base ? base + used : NULL;                                                                               \
     used += (count);
@@ -71,6 +76,7 @@ static inline kt_group_work kt_group_place(const kt_model *model, const kt_data 
     const kt_group *group = &model->group[g];
     (void)kt_group_layout(group, data->dense + group->dense, data->pivot + group->row, &w);
     w.k = group->count[rows];
+    w.weight = group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
     return w;
 }
 
