@@ -12,13 +12,17 @@ static const double none[2] = {0.0, 0.0};
 
 static bool has_spatial(const kt_model *model) { return model->n.spatial > 1; }
 
-static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
-                       double t) {
+KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
+                          double t) {
     const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
     if (kt_group_is_planar(model, &model->group[g]))
         kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
     else
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
+}
+
+static void fill_moving(const kt_model *model, kt_data *data, size_t g, const double *q, const double *v, double t) {
+    fill_group(model, data, g, true, q, v, t);
 }
 
 /* ---- the recursion in the planes ----------------------------------------------------------------------------------
@@ -148,7 +152,7 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
     size_t failed = 0;
     set_motion(model, data, q, v, external);
     for (size_t g = 0; g < model->n.group; g++) {
-        fill_group(model, data, g, true, q, v, t);
+        fill_moving(model, data, g, q, v, t);
         if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
     }
@@ -177,7 +181,7 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
 static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
     set_motion(model, data, q, v, NULL);
     for (size_t g = 0; g < model->n.group; g++)
-        fill_group(model, data, g, true, q, v, t);
+        fill_moving(model, data, g, q, v, t);
 }
 
 static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {

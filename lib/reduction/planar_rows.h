@@ -251,8 +251,8 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
 }
 
 /* As kt_rows_fill. */
-static inline void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
-                                       bool moving, const double *q, const double *v, double t) {
+KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
+                                   bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];
     for (int i = 0; i < w->m * w->k; i++)
         w->a[i] = 0.0;
