@@ -111,6 +111,15 @@ static int lengths_of(const kt_link *link) {
     return link->motion == KT_MOTION_SLIDE ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
 }
 
+/* Whose accelerations others follow from; those inside a group come all at once. */
+static void mark_passing(kt_model *m) {
+    for (size_t i = m->n.planar; i-- > 1;) {
+        const kt_planar_link *link = &m->planar[i];
+        kt_planar_link *up = &m->planar[link->parent];
+        up->passes |= link->passes || link->group < 0 || link->group != up->group;
+    }
+}
+
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
@@ -135,4 +144,5 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
             m->unit[group->v + link->local + k] = k < lengths_of(link) ? m->length : 1.0;
         }
     }
+    mark_passing(m);
 }

@@ -70,17 +70,22 @@ static inline size_t kt_group_layout(const kt_group *group, double *base, int32_
     return used;
 }
 
-static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
+/* Finds a group's matrices in the data. */
+KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
     const kt_group *group = &model->group[g];
     double *base = data->dense + group->dense;
     const size_t *at = group->at;
-    kt_group_work w;
-    w.m = group->v_count;
-    w.k = group->count[rows];
-    w.pivot = data->pivot + group->row;
-#define KT_GROUP_FIND(name, count, meaning) w.name = base + *at++;
+    w->m = group->v_count;
+    w->k = group->count[rows];
+    w->pivot = data->pivot + group->row;
+#define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
     KT_GROUP_FIELDS(KT_GROUP_FIND)
 #undef KT_GROUP_FIND
+}
+
+static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
     return w;
 }
 
