@@ -31,6 +31,7 @@ kt_command_main kt_command_check;
 kt_command_main kt_command_demo;
 kt_command_main kt_command_make;
 kt_command_main kt_command_integrators;
+kt_command_main kt_command_stability;
 
 /* Words to the user, on standard error: "kinetree: ..." and a newline. */
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);

@@ -1,21 +1,37 @@
 /* kinetree info: what a scene consists of. */
 #include "arguments.h"
 #include "command.h"
+#include "info_plan.h"
 #include "tree.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+typedef struct info_arguments {
+    bool plan, json;
+} info_arguments;
+
+static const kt_option options[] = {
+    {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
+     "what is computed at each evaluation, step and record, what it costs in floating-point operations, and what the "
+     "scene does without",
+     NULL},
+    {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "the plan as JSON", NULL},
+};
+
 static const kt_usage usage = {
     .command = "info",
     .examples = "  kinetree info robot.yaml\n"
-                "  kinetree make tree --links 1000 | kinetree info -\n",
+                "  kinetree make tree --links 1000 | kinetree info -\n"
+                "  kinetree info --plan robot.yaml\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
     .about = "Shows sizes, masses and how the scene is run, and draws its tree: joints with their freedoms, masses,\n"
              "markers. Long chains and large trees are abridged.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
 };
 
 static const char *plural(int count) { return count == 1 ? "" : "s"; }
@@ -149,28 +165,43 @@ static void show_run(const kt_run *run, const kt_model *model) {
     putchar('\n');
 }
 
-int kt_command_info(int argc, char **argv) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    int operands;
-    int code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
-    if (code >= 0)
-        return code;
-    code = kt_load_model(argv[1], &scene, &model);
-    if (code != KT_EXIT_DONE)
-        return code;
-    if (scene.description.name != NULL)
-        printf("%s\n\n", scene.description.name);
+static int show_all(const kt_scene *scene, const kt_model *model) {
+    if (scene->description.name != NULL)
+        printf("%s\n\n", scene->description.name);
     show_sizes(model);
-    code = show_masses(model);
-    show_run(&scene.run, model);
+    int code = show_masses(model);
+    show_run(&scene->run, model);
     putchar('\n');
     if (kt_tree_draw(model) != 0) {
         kt_say("there is not enough memory for the tree");
         code = KT_EXIT_INTEGRATION;
     }
     show_loops(model);
-    show_effects(&scene.description);
+    show_effects(&scene->description);
+    return code;
+}
+
+int kt_command_info(int argc, char **argv) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    info_arguments arguments = {false, false};
+    int operands;
+    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    if (arguments.json && !arguments.plan) {
+        kt_say("info: --json is for the plan; give --plan as well");
+        return KT_EXIT_USAGE;
+    }
+    code = kt_load_model(argv[1], &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    if (arguments.json)
+        code = kt_info_write_plan(model, &scene.run);
+    else if (arguments.plan)
+        kt_info_print_plan(model, &scene.run);
+    else
+        code = show_all(&scene, model);
     kt_model_free(model);
     kt_scene_free(&scene);
     return kt_finish_output(code);

@@ -22,6 +22,7 @@ static const kt_subcommand subcommands[] = {
     {"check", kt_command_check, "find every fault of scene files"},
     {"demo", kt_command_demo, "run one of the bundled scenes, or list them"},
     {"make", kt_command_make, "write chains, pendulums and trees of any size as scenes"},
+    {"stability", kt_command_stability, "the fastest modes, and the largest stable step of each method"},
     {"integrators", kt_command_integrators, "the integration methods and where they are published"},
 };
 static const size_t subcommand_count = sizeof subcommands / sizeof subcommands[0];

@@ -2,6 +2,7 @@
 #include "checkpoint.h"
 
 #include "plot_run.h"
+#include "stability.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -149,7 +150,11 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     int code = open_records(arguments, outcome, checkpoint, out, &csv);
     if (code < 0) {
+        /* At its start, and if nothing was to be said there at its end, where it came so far. */
+        bool warned = arguments->quiet || kt_warn_of_step(outcome->model, outcome->run, outcome->simulation);
         code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
+        if (code == KT_EXIT_DONE && !warned)
+            (void)kt_warn_of_step(outcome->model, outcome->run, outcome->simulation);
         if (kt_csv_close(&csv) != 0 && code == KT_EXIT_DONE)
             code = KT_EXIT_INTEGRATION;
         int rest = finish(arguments, outcome, out, plot);

@@ -136,6 +136,10 @@ typedef struct kt_stability {
 KT_CHECKED KT_API kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability,
                                               kt_error *error);
 
+/* The stages that a stabilised method takes where `z` is the step times the largest |lambda|, its margin included; a
+ * tableau's own number. KT_STABILISED_STAGES_MAX + 1 where there are not enough. */
+KT_API int kt_stability_stages(const kt_method *method, double z);
+
 /* R(z); |R(z)|. O(degree). */
 KT_API kt_complex kt_stability_value(const kt_stability *stability, kt_complex z);
 KT_API double kt_stability_gain(const kt_stability *stability, kt_complex z);
@@ -173,6 +177,11 @@ KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lamb
  * eigenvalue, fewer for the others; for a stabilised method a thousand for each. */
 KT_API double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,
                                 double growth, ptrdiff_t *index);
+
+/* The growth (kt_stability_growth) of the eigenvalue that grows most with a step; 1 where there is none. *index as
+ * above. HUGE_VAL where a stabilised method has too few stages for the step. O(count degree). */
+KT_API double kt_stability_worst(const kt_method *method, const kt_complex *eigenvalues, size_t count, double step,
+                                 double duration, ptrdiff_t *index);
 
 /* ---- integrator -------------------------------------------------------------------------------------------------- */
 
@@ -227,8 +236,8 @@ typedef struct kt_integrator_options {
 KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
- * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal, 2 n more where stabilised.
- * The memory needs no alignment. */
+ * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal, 11 n more where
+ * stabilised. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Lays an integrator out in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -271,8 +280,8 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * step is fixed).
  *
  * Stabilised (rkc2): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an adaptive
- * step is kept so short that it does not. How fast the right-hand side decays is estimated by a power method, at the
- * start, every 25 steps (5 where the step is fixed), and where a try was rejected: some five evaluations.
+ * step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at the
+ * start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations.
  *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);

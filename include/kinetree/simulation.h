@@ -97,6 +97,35 @@ KT_API const char *kt_metric_name(kt_metric metric);
 KT_API const char *kt_plan_name(kt_plan plan);
 KT_API const char *kt_record_name(unsigned bit);
 
+/* ---- the plan ---------------------------------------------------------------------------------------------------- */
+
+/* When a step of the plan is taken. */
+typedef enum kt_phase {
+    KT_PHASE_EVALUATION = 0, /* at every evaluation of accelerations */
+    KT_PHASE_STEP,           /* after every step */
+    KT_PHASE_RECORD,         /* at every record */
+    KT_PHASE_COUNT
+} kt_phase;
+
+/* One step: a kernel, and how much of its matter there is; or one that this scene does without, and why. Texts are
+ * static. */
+typedef struct kt_plan_step {
+    kt_phase phase;
+    const char *name;    /* "effect spring" */
+    int64_t count;       /* 12 */
+    const char *unit;    /* "links" */
+    double flops;        /* floating-point operations each time (additions, multiplications, divisions and roots of the
+                            baseline kernels, all lanes of vectors, without functions of the C library), within 5 % of what
+                            is executed where contacts touch; 0 where it is dropped, NaN where it has not been counted */
+    const char *dropped; /* why it is not there; NULL: it is there */
+} kt_plan_step;
+
+enum { KT_PLAN_STEPS_MAX = 48 };
+
+/* What a run of this model computes, in the order in which it does; steps has KT_PLAN_STEPS_MAX places. Returns their
+ * number. run may be NULL: the defaults. O(bodies + loops depth + effects). */
+KT_API int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps);
+
 /* ---- the simulation ---------------------------------------------------------------------------------------------- */
 
 typedef struct kt_simulation kt_simulation;

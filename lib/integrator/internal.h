@@ -9,7 +9,8 @@
  *     step.c      one accepted step
  *     dense.c     values within it
  *     chebyshev.c the family of a stabilised method: coefficients, how far it is stable
- *     stabilise.c a try with it, and the spectral radius that says how many stages that needs
+ *     stabilise.c a try with it
+ *     radius.c    the spectral radius that says how many stages that needs
  *     stability.c linear stability of all of them
  */
 #ifndef KT_INTEGRATOR_INTERNAL_H
@@ -64,11 +65,13 @@ typedef struct kt_term {
 /* Rows of the compiled table, zeros left out: the stages, then these, then the stages of the dense output. */
 enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
 
+enum { KT_RADIUS_VECTORS = 8 }; /* directions in which f is differenced for its spectral radius, at most */
+
 typedef struct kt_integrator_sizes {
     size_t n;      /* equations */
     size_t stride; /* doubles from one slope to the next */
     size_t slots, rows, terms;
-    size_t moved; /* 2 n for a stabilised method, else 0 */
+    size_t moved, krylov; /* for a stabilised method, else 0 */
 } kt_integrator_sizes;
 
 /* Every array: type, name, count, what becomes of it between calls, meaning. One list declares, measures, places and
@@ -81,6 +84,7 @@ typedef struct kt_integrator_sizes {
     X(double, previous_y, s->n, KEPT, "state at previous_t")                                                           \
     X(double, trial, s->n, SCRATCH, "states of the stages; state at the end of the try")                               \
     X(double, moved, s->moved, SCRATCH, "stabilised: two stages less y")                                               \
+    X(double, krylov, s->krylov, SCRATCH, "stabilised: directions")                                                    \
     X(double, slopes, s->slots * s->stride, SCRATCH, "the slopes")
 
 struct kt_integrator {

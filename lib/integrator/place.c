@@ -21,6 +21,7 @@ static kt_integrator_sizes measure(const kt_method *method, size_t n) {
     sizes.rows = s + KT_ROW_DENSE + d;
     sizes.terms = s * (s - 1) / 2 + KT_ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
     sizes.moved = method->stabilised ? 2 * n : 0;
+    sizes.krylov = method->stabilised ? (KT_RADIUS_VECTORS + 1) * n : 0;
     return sizes;
 }
 

@@ -1,4 +1,4 @@
-/* One try with a stabilised method, and the spectral radius that says how many stages it needs.
+/* One try with a stabilised method.
  *
  * With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j (chebyshev.c), the three-term recurrence of T_j gives one for the
  * stages. In d_j = Y_j - y0, which cancels less than Y_j:
@@ -104,83 +104,6 @@ double kt_stabilised_error(const kt_integrator *it, double h) {
         sum += u * u;
     }
     return sqrt(sum / (double)it->counted);
-}
-
-/* ---- the spectral radius ----------------------------------------------------------------------------------------- */
-
-/* The power method on f_y without f_y: f(y + delta v) - f(y) = delta f_y v. Where one real decay rules, |f_y v| / |v|
- * tends to it. Where a pair of complex eigenvalues does, that swings (an undamped oscillator of q and v gives omega^2
- * and 1 in turn), while the geometric mean of two in a row, sqrt(|f_y f_y v| / |v|), hardly does; it converges in both
- * cases. It begins with f and what no symmetry of the problem shares, begins anew each time so that a checkpoint needs
- * no vector, and ends where two means differ by one in a hundred. KT_RADIUS_MARGIN covers that, the slower change until
- * the next estimate, and the largest of the last means is taken where it does not settle. Estimates are made more often
- * where the step is fixed, since no error estimate would notice then that the radius has grown.
- *
- * Source: the nonlinear power method of RKC (1998), section 3.3. */
-enum { RADIUS_AGE_MAX = 25, RADIUS_AGE_MAX_FIXED = 5, RADIUS_ITERATIONS = 24, RADIUS_SETTLED = 16 };
-
-static double norm(const double *x, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
-}
-
-/* A direction with a part of everything: f, scaled, and fractional parts of multiples of the golden ratio. */
-static void first_direction(double *v, const double *f, size_t n) {
-    const double size = norm(f, n), scale = size > 0.0 && isfinite(size) ? 1.0 / size : 0.0;
-    for (size_t i = 0; i < n; i++) {
-        const double x = 0.61803398874989485 * (double)(i + 1);
-        v[i] = scale * f[i] + (x - floor(x) - 0.5) / sqrt((double)n);
-    }
-}
-
-/* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1, moved and trial are scratch. */
-static kt_try_result estimate_radius(kt_integrator *it, double *radius, kt_try *result) {
-    const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
-    const double size = norm(it->y, n), delta = sqrt(DBL_EPSILON) * (size > 0.0 ? size : 1.0);
-    double *v = it->moved, last_ratio = 0.0, last_mean = 0.0, largest = 0.0;
-    first_direction(v, it->k[0], n);
-    for (size_t j = n; j < it->sizes.n; j++)
-        it->trial[j] = it->y[j];
-    *radius = 0.0;
-    for (int i = 0; i < RADIUS_ITERATIONS; i++) {
-        const double length = norm(v, n);
-        if (!(length > 0.0) || !isfinite(length))
-            break;
-        for (size_t j = 0; j < n; j++)
-            it->trial[j] = it->y[j] + delta / length * v[j];
-        if (kt_evaluate(it, it->memory.t, it->trial, 1, result) != KT_TRY_PASSED)
-            return result->result;
-        for (size_t j = 0; j < n; j++)
-            v[j] = it->k[1][j] - it->k[0][j];
-        const double ratio = norm(v, n) / delta, mean = sqrt(ratio * last_ratio);
-        if (i >= 2 && fabs(mean - last_mean) <= 0.01 * mean) {
-            *radius = mean;
-            return KT_TRY_PASSED;
-        }
-        if (i >= RADIUS_SETTLED && mean > largest)
-            largest = mean;
-        last_ratio = ratio;
-        last_mean = mean;
-    }
-    *radius = largest;
-    return KT_TRY_PASSED;
-}
-
-kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result) {
-    result->result = KT_TRY_PASSED;
-    if (!it->method->stabilised || (again && it->radius_is_of_now))
-        return KT_TRY_PASSED;
-    const int64_t oldest = it->options.step > 0.0 ? RADIUS_AGE_MAX_FIXED : RADIUS_AGE_MAX;
-    it->radius_is_of_now = again || it->memory.radius < 0.0 || it->memory.radius_age >= oldest;
-    it->radius = it->memory.radius;
-    if (!it->radius_is_of_now)
-        return KT_TRY_PASSED;
-    double radius;
-    if (estimate_radius(it, &radius, result) == KT_TRY_PASSED)
-        it->radius = KT_RADIUS_MARGIN * radius;
-    return result->result;
 }
 
 double kt_stabilised_reach(const kt_integrator *it) {

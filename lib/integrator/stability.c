@@ -75,6 +75,10 @@ kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *s
     return KT_OK;
 }
 
+int kt_stability_stages(const kt_method *method, double z) {
+    return method->stabilised ? kt_chebyshev_stages(KT_RADIUS_MARGIN * z) : method->stages;
+}
+
 static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
     const kt_complex x = {s->w0 + s->w1 * z.re, s->w1 * z.im};
     kt_complex t1 = {1.0, 0.0}, t = x;
@@ -264,31 +268,50 @@ typedef struct spectrum {
     double radius, duration, growth;
 } spectrum;
 
-static ptrdiff_t unstable_mode(const spectrum *p, double x) {
-    kt_stability s;
-    int stages = kt_chebyshev_stages(KT_RADIUS_MARGIN * x);
-    if (stages > KT_STABILISED_STAGES_MAX)
-        stages = KT_STABILISED_STAGES_MAX;
-    if (kt_stability_make(p->method, stages, &s, NULL) != KT_OK)
-        return 0;
-    for (size_t i = 0; i < p->count; i++)
-        if (kt_stability_growth(&s, p->lambda[i], x / p->radius, p->duration) > p->growth)
-            return (ptrdiff_t)i;
-    return -1;
+static double largest_size(const kt_complex *lambda, size_t count, ptrdiff_t *index) {
+    double radius = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        const double size = hypot(lambda[i].re, lambda[i].im);
+        if (size > radius) {
+            radius = size;
+            *index = (ptrdiff_t)i;
+        }
+    }
+    return radius;
 }
 
-static bool spectrum_is_stable(const void *problem, double x) { return unstable_mode(problem, x) < 0; }
+/* The mode that grows most, if any does; of a stabilised method with the stages that it takes for this step. */
+static double worst_growth(const kt_method *method, double radius, const kt_complex *lambda, size_t count, double step,
+                           double duration, ptrdiff_t *index) {
+    kt_stability s;
+    double worst = 1.0;
+    const int stages = kt_stability_stages(method, step * radius);
+    if (kt_stability_make(method, stages, &s, NULL) != KT_OK) {
+        (void)largest_size(lambda, count, index);
+        return HUGE_VAL;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const double growth = kt_stability_growth(&s, lambda[i], step, duration);
+        if (growth > worst) {
+            worst = growth;
+            *index = (ptrdiff_t)i;
+        }
+    }
+    return worst;
+}
+
+static bool spectrum_is_stable(const void *problem, double x) {
+    const spectrum *p = problem;
+    ptrdiff_t unused;
+    return worst_growth(p->method, p->radius, p->lambda, p->count, x / p->radius, p->duration, &unused) <= p->growth;
+}
 
 static double stabilised_step(const spectrum *p, ptrdiff_t *index) {
-    const kt_chebyshev most = kt_chebyshev_make(KT_STABILISED_STAGES_MAX);
-    const double reach = kt_chebyshev_reach(&most) / KT_RADIUS_MARGIN, x = first_exit(spectrum_is_stable, p, reach);
-    if (x <= reach)
-        *index = unstable_mode(p, x * (1.0 + 1e-9));
-    else
-        for (size_t i = 0; i < p->count; i++) /* the fastest */
-            if (hypot(p->lambda[i].re, p->lambda[i].im) == p->radius)
-                *index = (ptrdiff_t)i;
-    return fmin(x, reach) / p->radius;
+    const kt_chebyshev family = kt_chebyshev_make(KT_STABILISED_STAGES_MAX);
+    const double most = kt_chebyshev_reach(&family) / KT_RADIUS_MARGIN;
+    const double x = fmin(first_exit(spectrum_is_stable, p, most), most);
+    (void)worst_growth(p->method, p->radius, p->lambda, p->count, (1.0 + 1e-9) * x / p->radius, p->duration, index);
+    return x / p->radius;
 }
 
 double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,
@@ -300,8 +323,14 @@ double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues,
         return 0.0;
     if (!method->stabilised)
         return tableau_step(&stability, eigenvalues, count, duration, growth, to);
-    spectrum p = {method, eigenvalues, count, 0.0, duration, growth};
-    for (size_t i = 0; i < count; i++)
-        p.radius = fmax(p.radius, hypot(eigenvalues[i].re, eigenvalues[i].im));
+    const spectrum p = {method, eigenvalues, count, largest_size(eigenvalues, count, &unused), duration, growth};
     return p.radius > 0.0 ? stabilised_step(&p, to) : HUGE_VAL;
+}
+
+double kt_stability_worst(const kt_method *method, const kt_complex *eigenvalues, size_t count, double step,
+                          double duration, ptrdiff_t *index) {
+    ptrdiff_t unused, *to = index != NULL ? index : &unused;
+    *to = -1;
+    const double radius = largest_size(eigenvalues, count, &unused);
+    return worst_growth(method, radius, eigenvalues, count, step, duration, to);
 }

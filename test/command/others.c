@@ -63,6 +63,52 @@ KT_TEST(info_is_short_for_any_size) {
     kt_check_contains("one body", ran.out, "world\n`- link1  revolute, 1 freedom, 1 kg, markers tip\n");
 }
 
+/* Two arms, a spring on the second, a damper in the first: what is there is listed with its amount, what is not with
+ * why.
+ */
+static const char sprung[] = "kinetree: 1\n"
+                             "bodies:\n"
+                             "  - {name: a, joint: {type: revolute, axis: [1, 1, 0]}, mass: 1, inertia: [1, 1, 1]}\n"
+                             "  - {name: b, parent: a, joint: {type: spherical}, mass: 1, inertia: [1, 1, 1]}\n"
+                             "effects:\n"
+                             "  - {type: spring, between: [{body: b, at: [1, 0, 0]}, world], stiffness: 3}\n"
+                             "  - {type: joint_damper, joint: a, damping: 1}\n"
+                             "output: {record: [position]}\n";
+
+KT_TEST(info_plan_lists_kernels_and_what_is_left_out) {
+    kt_write_file("e.yaml", sprung);
+    kt_ran ran = kt_shell("$K info --plan e.yaml");
+    kt_check_equal_int("exit code", ran.code, 0);
+    static const char *const parts[] = {
+        "effect joint_damper                        1 effect ",
+        "motion of links that bear effects          2 links ",
+        "effect spring                              1 effect ",
+        "articulated bodies in space                2 links ",
+        "quaternions to unit norm                   1 quaternion ",
+        "loops in space                             the scene names no loops",
+        "gravity                                    the scene names none",
+        "power of driven loops (inverse dynamics)   no balance is recorded",
+        "energies                                   not recorded",
+    };
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        kt_check_contains("plan", ran.out, parts[i]);
+    ran = kt_shell("$K info --plan --json e.yaml");
+    json_t *root = kt_json(ran.out);
+    kt_check_text("plan", json_string_value(kt_json_find(root, "plan")), "spatial");
+    double sum = 0.0;
+    size_t index;
+    json_t *step;
+    json_array_foreach(json_object_get(root, "steps"), index, step) {
+        const bool evaluated = strcmp(json_string_value(json_object_get(step, "phase")), "evaluation") == 0;
+        if (evaluated && json_is_null(json_object_get(step, "dropped")))
+            sum += json_number_value(json_object_get(step, "flops"));
+    }
+    kt_check_near("flops", kt_json_at(root, "flops"), sum, 0.0);
+    kt_check_above("flops", sum, 1000.0);
+    json_decref(root);
+    kt_expect(1, "--json is for the plan", "$K info --json e.yaml");
+}
+
 KT_TEST(info_tells_how_a_scene_is_run) {
     kt_write_file("s.yaml", "kinetree: 1\n"
                             "name: a name\n"

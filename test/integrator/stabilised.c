@@ -179,7 +179,7 @@ static double radius_of(spectrum s, uint64_t *evaluations) {
 }
 
 /* Within its margin. The decay is not excited (y_0 = 0), and is found all the same. */
-KT_TEST(the_power_method_finds_the_fastest_decay_or_oscillation) {
+KT_TEST(differences_find_the_fastest_decay_or_oscillation) {
     static const spectrum spectra[] = {{1e4, 1.0}, {1e2, 7.0}, {8e3, 50.0}, {2.0, 300.0}, {0.0, 25.0}, {50.0, 45.0}};
     for (int i = 0; i < 6; i++) {
         uint64_t evaluations;

@@ -1,0 +1,306 @@
+/* kinetree stability: the fastest modes of a scene, and the largest step that they allow each method. */
+#include "stability.h"
+
+#include "arguments.h"
+#include "json.h"
+#include "plot.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+typedef struct arguments {
+    double step, duration;
+    long samples;
+    const char *integrator, *plot;
+    bool json;
+} arguments;
+
+static const kt_option options[] = {
+    {"step", KT_OPTION_POSITIVE, offsetof(arguments, step), "S", "ask about this step, seconds", NULL},
+    {"integrator", KT_OPTION_TEXT, offsetof(arguments, integrator), "NAME", "the method to draw; default: the scene's",
+     NULL},
+    {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S", "of the motion; default: the scene's", NULL},
+    {"samples", KT_OPTION_COUNT, offsetof(arguments, samples), "N",
+     "states along the motion that are looked at; default: 9, 1 for large scenes", NULL},
+    {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
+     "draw the modes times the step in the method's region of stability, .svg or .png", NULL},
+    {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "all modes and steps as JSON", NULL},
+};
+
+static const kt_usage usage = {
+    .command = "stability",
+    .examples = "  kinetree stability robot.yaml\n"
+                "  kinetree stability robot.yaml --step 1e-3\n"
+                "  kinetree stability robot.yaml --integrator rk4 --step 1e-3 --plot region.svg\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about = "Linearises the scene at states along its motion and prints its fastest modes: how fast each decays or\n"
+             "swings, and which joints move in it; then the largest fixed step with which each method is stable:\n"
+             "with which no mode grows, over the duration, to more than twice what it is in truth. Methods that\n"
+             "are not stable on the imaginary axis (euler, heun, midpoint, ralston) make undamped swings grow\n"
+             "slowly at any step; their limits depend on the duration.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- words ------------------------------------------------------------------------------------------------------- */
+
+enum { LISTED_MAX = 8 };
+
+static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+
+/* Parts below its error, or a millionth of the whole, are none. */
+static bool is_part(double part, const kt_mode *mode) {
+    return fabs(part) > mode->error && fabs(part) > 1e-6 * size_of(mode);
+}
+
+static void print_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *file) {
+    char movers[128], rate[24] = "-", frequency[24] = "-", damping[24] = "-";
+    if (is_part(at->mode.real, &at->mode))
+        snprintf(rate, sizeof rate, "%.5g", at->mode.real);
+    if (is_part(at->mode.imaginary, &at->mode))
+        snprintf(frequency, sizeof frequency, "%.5g", at->mode.frequency);
+    kt_write_movers(model, at->moves, movers, sizeof movers);
+    if (rate[0] != '-' || rate[1] != '\0' || frequency[0] != '-')
+        snprintf(damping, sizeof damping, "%.3g", is_part(at->mode.real, &at->mode) ? at->mode.damping : 0.0);
+    fprintf(file, "  %12s  %13s  %9s  %s\n", rate, frequency, damping, movers);
+}
+
+/* The modes at the time of the fastest, and how that changes. */
+static void print_modes(const kt_stability_look *look) {
+    const int fastest = kt_spectrum_fastest(look->spectrum), count = kt_spectrum_count(look->spectrum);
+    if (fastest < 0) {
+        puts("nothing moves: any step is stable");
+        return;
+    }
+    const double time = kt_spectrum_at(look->spectrum, fastest).time;
+    double least = HUGE_VAL, least_time = 0.0;
+    int listed = 0, left_out = 0;
+    printf("fastest modes, at t = %g s\n  %12s  %13s  %9s  %s\n", time, "rate, 1/s", "frequency, Hz", "damping",
+           "joints that move");
+    for (int i = 0; i < count; i++) {
+        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, i);
+        if (i == 0 || at.time != kt_spectrum_at(look->spectrum, i - 1).time) /* the fastest of its state */
+            if (size_of(&at.mode) < least) {
+                least = size_of(&at.mode);
+                least_time = at.time;
+            }
+        if (at.time == time && listed < LISTED_MAX && at.moves != NULL) {
+            print_mode(look->model, &at, stdout);
+            listed++;
+        } else if (at.time == time) {
+            left_out++;
+        }
+    }
+    if (left_out > 0)
+        printf("  and %d slower\n", left_out);
+    const kt_spectrum_mode first = kt_spectrum_at(look->spectrum, fastest);
+    if (least < 0.99 * size_of(&first.mode))
+        printf("the fastest along the motion: from %.4g /s (at t = %g s) to %.4g /s\n", least, least_time,
+               size_of(&first.mode));
+}
+
+/* What happens to the mode that suffers most. */
+static void write_verdict(double growth, char *text, size_t size) {
+    if (growth <= 1.0 + 1e-3)
+        snprintf(text, size, "stable");
+    else if (growth <= KT_STABILITY_GROWTH)
+        snprintf(text, size, "grows %.3g times", growth);
+    else if (growth < 1e6)
+        snprintf(text, size, "unstable: grows %.3g times", growth);
+    else
+        snprintf(text, size, "unstable: blows up");
+}
+
+static void print_limit(const kt_stability_look *look, const kt_method *method) {
+    const kt_step_limit limit = kt_spectrum_limit(look->spectrum, method, look->duration, look->step);
+    char step[24] = "any", bound[96] = "", verdict[48] = "";
+    if (limit.step <= look->duration)
+        snprintf(step, sizeof step, "%.4g", limit.step);
+    if (limit.mode >= 0 && limit.step <= look->duration) {
+        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, limit.mode);
+        char mode[64];
+        kt_write_mode(&at.mode, mode, sizeof mode);
+        snprintf(bound, sizeof bound, "%s, t = %g s", mode, at.time);
+    }
+    if (look->step > 0.0)
+        write_verdict(limit.growth, verdict, sizeof verdict);
+    if (look->step > 0.0)
+        printf("  %-9s  %10s  %-26s  %s\n", method->name, step, verdict, bound);
+    else
+        printf("  %-9s  %10s  %s\n", method->name, step, bound);
+}
+
+static void print_limits(const kt_stability_look *look) {
+    char asked[32] = "";
+    printf("\nlargest stable step over %g s\n", look->duration);
+    if (look->step > 0.0) {
+        snprintf(asked, sizeof asked, "at %g s", look->step);
+        printf("  %-9s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by");
+    } else {
+        printf("  %-9s  %10s  %s\n", "method", "step, s", "bounded by");
+    }
+    for (int i = 0; i < kt_method_count(); i++)
+        print_limit(look, kt_method_at(i));
+}
+
+/* ---- JSON -------------------------------------------------------------------------------------------------------- */
+
+static json_t *describe_movers(const kt_model *model, const double *moves) {
+    json_t *object = json_object();
+    for (int body = 1; moves != NULL && body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        double most = 0.0;
+        for (int i = 0; i < at.nv; i++)
+            most = fmax(most, moves[at.v + i]);
+        if (most >= 1e-3)
+            json_object_set_new(object, kt_body_name(model, body), kt_json_number(most));
+    }
+    return object;
+}
+
+static json_t *describe_mode(const kt_model *model, const kt_spectrum_mode *at) {
+    json_t *mode = json_pack("{s:f, s:f, s:f, s:f, s:f}", "real", at->mode.real, "imaginary", at->mode.imaginary,
+                             "frequency", at->mode.frequency, "damping", at->mode.damping, "error", at->mode.error);
+    if (at->moves != NULL)
+        json_object_set_new(mode, "moves", describe_movers(model, at->moves));
+    return mode;
+}
+
+static json_t *describe_states(const kt_stability_look *look) {
+    json_t *states = json_array(), *modes = NULL;
+    for (int i = 0; i < kt_spectrum_count(look->spectrum); i++) {
+        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, i);
+        if (i == 0 || at.time != kt_spectrum_at(look->spectrum, i - 1).time) {
+            json_t *state = json_object();
+            modes = json_array();
+            json_object_set_new(state, "time", json_real(at.time));
+            json_object_set_new(state, "modes", modes);
+            json_array_append_new(states, state);
+        }
+        json_array_append_new(modes, describe_mode(look->model, &at));
+    }
+    return states;
+}
+
+static json_t *describe_limit(const kt_stability_look *look, const kt_method *method) {
+    const kt_step_limit limit = kt_spectrum_limit(look->spectrum, method, look->duration, look->step);
+    json_t *object = json_object();
+    json_object_set_new(object, "integrator", json_string(method->name));
+    json_object_set_new(object, "step", kt_json_number(limit.step));
+    if (look->step > 0.0)
+        json_object_set_new(object, "growth", kt_json_number(limit.growth));
+    if (limit.mode >= 0) {
+        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, limit.mode);
+        json_object_set_new(
+            object, "bounded_by",
+            json_pack("{s:f, s:f, s:f}", "time", at.time, "real", at.mode.real, "imaginary", at.mode.imaginary));
+    }
+    return object;
+}
+
+static int write_json(const kt_stability_look *look) {
+    json_t *root = json_object(), *methods = json_array();
+    json_object_set_new(root, "scene", json_string(look->name));
+    json_object_set_new(root, "duration", json_real(look->duration));
+    if (look->step > 0.0)
+        json_object_set_new(root, "step", json_real(look->step));
+    json_object_set_new(root, "states", describe_states(look));
+    for (int i = 0; i < kt_method_count(); i++)
+        json_array_append_new(methods, describe_limit(look, kt_method_at(i)));
+    json_object_set_new(root, "methods", methods);
+    return kt_json_write(root, "-");
+}
+
+/* ---- the parts in turn ------------------------------------------------------------------------------------------- */
+
+enum { LARGE = 100 }; /* velocity coordinates, above which one state is looked at unless more are asked for */
+
+/* The method to draw: what was asked for, or the scene's own. */
+static int choose_method(const char *name, const kt_run *run, const kt_method **method) {
+    const char *wanted = name != NULL ? name : run->integrator != NULL ? run->integrator : "dopri5";
+    *method = kt_method_find(wanted);
+    if (*method != NULL)
+        return -1;
+    kt_nearest nearest = kt_nearest_make(wanted, NULL);
+    for (int i = 0; i < kt_method_count(); i++)
+        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
+    kt_say("stability: there is no method '%s'%s", wanted,
+           nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
+    return KT_EXIT_USAGE;
+}
+
+static int show(const kt_stability_look *look, const arguments *given) {
+    if (given->json) {
+        int code = write_json(look);
+        if (code != KT_EXIT_DONE)
+            return code;
+    } else {
+        const int samples = kt_spectrum_samples(look->spectrum);
+        printf("%s: %d state%s in %g s\n\n", look->name, samples, samples == 1 ? "" : "s", look->duration);
+        print_modes(look);
+        print_limits(look);
+    }
+    return given->plot != NULL ? kt_stability_draw(look, given->plot) : KT_EXIT_DONE;
+}
+
+static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
+    kt_run run = scene->run;
+    kt_stability_look look = {.model = model, .step = given->step > 0.0 ? given->step : 0.0};
+    int code = choose_method(given->integrator, &run, &look.method);
+    if (code >= 0 || (given->plot != NULL && (code = kt_plot_check(given->plot)) >= 0))
+        return code;
+    if (given->duration > 0.0)
+        run.duration = given->duration;
+    if (!(run.duration > 0.0)) {
+        kt_say("stability: the scene has no duration; give one: --duration 10");
+        return KT_EXIT_USAGE;
+    }
+    look.duration = run.duration;
+    look.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+    const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
+    kt_error error = {0};
+    kt_spectrum *spectrum = NULL;
+    kt_status status = kt_spectrum_create(model, samples < 10000 ? (int)samples : 10000, &spectrum, &error);
+    if (status == KT_OK)
+        status = kt_spectrum_along(spectrum, &run, &error);
+    if (status != KT_OK)
+        kt_say_error(&error);
+    if (spectrum != NULL && kt_spectrum_samples(spectrum) > 0) {
+        if (status != KT_OK)
+            kt_say("stability: the motion could not be followed further; this is what it was up to there");
+        look.spectrum = spectrum;
+        code = show(&look, given);
+    } else if (status == KT_OK) {
+        kt_say("stability: the loops are at a singular position wherever one looks, where nothing can be linearised; "
+               "try other --samples");
+        code = KT_EXIT_ASSEMBLY;
+    }
+    kt_spectrum_free(spectrum);
+    return status == KT_OK ? code : kt_exit_code(status);
+}
+
+int kt_command_stability(int argc, char **argv) {
+    arguments given = {0};
+    kt_scene scene;
+    kt_model *model = NULL;
+    int operands;
+    int code = kt_arguments_read(&usage, argc, argv, &given, &operands);
+    if (code >= 0)
+        return code;
+    code = kt_load_model(argv[1], &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    char *base = kt_base_name(argv[1]);
+    code = look_at(&scene, model, base != NULL ? base : "scene", &given);
+    free(base);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return kt_finish_output(code);
+}

@@ -1,0 +1,35 @@
+/* The parts of `kinetree stability`, and the warning that `kinetree run` gives. */
+#ifndef KT_COMMAND_STABILITY_H
+#define KT_COMMAND_STABILITY_H
+
+#include "command.h"
+
+#include "kinetree/analysis.h"
+
+#include <stdio.h>
+
+/* What was looked at, for the parts that print and draw it. */
+typedef struct kt_stability_look {
+    const char *name; /* of the scene */
+    const kt_model *model;
+    const kt_spectrum *spectrum;
+    double duration, step;   /* step: asked about; 0: none */
+    const kt_method *method; /* that is drawn */
+} kt_stability_look;
+
+/* "slider, right, left": the joints that move in a mode by a tenth of the most or more, the most first. An empty text
+ * where that is not known. */
+void kt_write_movers(const kt_model *model, const double *moves, char *text, size_t size);
+
+/* "a decay of 8117 /s", "a swing of 3.2 Hz (undamped)" ... */
+void kt_write_mode(const kt_mode *mode, char *text, size_t size);
+
+/* Where a fixed step lies outside the method's region of stability at the simulation's present state, says so, and
+ * returns true. Some 25 evaluations a coordinate; models of more than 60 coordinates are not looked at. */
+bool kt_warn_of_step(const kt_model *model, const kt_run *run, const kt_simulation *simulation);
+
+/* The eigenvalues times a step and the boundary of the method's region, as a picture. Returns KT_EXIT_DONE, or an exit
+ * code after saying why. */
+int kt_stability_draw(const kt_stability_look *look, const char *path);
+
+#endif

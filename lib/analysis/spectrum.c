@@ -1,0 +1,126 @@
+/* The modes of a mechanism at states along its motion, and the largest steps that they allow.
+ *
+ * A run of an explicit method with a fixed step h multiplies each mode by R(h lambda) in each step, R the method's
+ * stability polynomial [MSD 5.45]. The modes change along the motion; the fastest of all states bounds the step. What
+ * is asked of a mode is that it grows no more than it does in truth over the whole run (kt_stability_growth), as if it
+ * lasted so long.
+ */
+#include "analysis/spectrum.h"
+
+#include <math.h>
+
+/* ---- states ------------------------------------------------------------------------------------------------------ */
+
+/* |shape| against the units, the largest 1; false where nothing moves. */
+static bool measure_moves(const double *shape, const double *unit, size_t nv, double *moves) {
+    double most = 0.0;
+    for (size_t i = 0; i < nv; i++) {
+        moves[i] = hypot(shape[2 * i], shape[2 * i + 1]) / unit[i];
+        most = fmax(most, moves[i]);
+    }
+    for (size_t i = 0; i < nv; i++)
+        moves[i] = most > 0.0 ? moves[i] / most : 0.0;
+    return most > 0.0;
+}
+
+kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, const double *v, const double *tau,
+                          kt_error *error) {
+    const size_t nv = spectrum->size.nv;
+    if ((size_t)spectrum->samples >= spectrum->size.samples)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "there is room for %zu states", spectrum->size.samples);
+    kt_status status = kt_linearization_evaluate(spectrum->linearization, t, q, v, tau, error);
+    if (status != KT_OK)
+        return status;
+    const kt_linear_system *system = kt_linearization_system(spectrum->linearization);
+    status = kt_modes_evaluate(spectrum->modes, system, error);
+    if (status != KT_OK)
+        return status;
+    const int count = kt_modes_count(spectrum->modes);
+    for (int i = 0; i < count; i++) {
+        const int from = count - 1 - i, to = spectrum->count + i; /* they come by rising |lambda| */
+        double *moves = spectrum->shape + ((size_t)spectrum->samples * KT_SPECTRUM_SHAPES + (size_t)i) * nv;
+        const kt_mode mode = kt_modes_at(spectrum->modes, from);
+        const bool is_kept = i < KT_SPECTRUM_SHAPES;
+        if (is_kept && !measure_moves(kt_modes_positions(spectrum->modes, from), system->unit, nv, moves))
+            (void)measure_moves(kt_modes_velocities(spectrum->modes, from), system->unit, nv, moves);
+        spectrum->mode[to] = (kt_spectrum_mode){t, mode, is_kept ? moves : NULL};
+        spectrum->lambda[to] = (kt_complex){mode.real, mode.imaginary};
+    }
+    spectrum->count += count;
+    spectrum->samples++;
+    return KT_OK;
+}
+
+/* The motion whose states are looked at: never by a fixed step, which may be the very one that is in doubt. */
+static kt_run run_of(const kt_run *run) {
+    kt_run adaptive = *run;
+    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
+    adaptive.formulation = KT_FORMULATION_TREE;
+    adaptive.record = KT_RECORD_POSITION;
+    adaptive.marker_count = 0;
+    if (run->step > 0.0 || method == NULL || method->embedded_order == 0) {
+        adaptive.integrator = "dopri5";
+        adaptive.relative = adaptive.absolute = 1e-6;
+        adaptive.step = 0.0;
+    }
+    return adaptive;
+}
+
+/* Tries that a look at a motion is worth. */
+enum { STEPS_MAX = 2000000 };
+
+kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error) {
+    const kt_run adaptive = run_of(run);
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = NULL;
+    options.max_steps = STEPS_MAX;
+    spectrum->samples = spectrum->count = 0;
+    kt_status status = kt_simulation_create(spectrum->model, &adaptive, &options, &simulation, error);
+    const int last = (int)spectrum->size.samples - 1;
+    for (int i = 0; status == KT_OK && i <= last; i++) {
+        const double t =
+            i == last && last > 0 ? run->duration : run->duration * (double)i / (double)(last > 0 ? last : 1);
+        if (i > 0 && t > kt_simulation_time(simulation))
+            status = kt_simulation_advance(simulation, t, error);
+        if (status != KT_OK)
+            break;
+        status = kt_spectrum_add(spectrum, t, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
+                                 NULL, error);
+        if (status == KT_ERROR_SINGULAR)
+            status = KT_OK;
+    }
+    kt_simulation_free(simulation);
+    return status;
+}
+
+/* ---- what is found ----------------------------------------------------------------------------------------------- */
+
+int kt_spectrum_samples(const kt_spectrum *spectrum) { return spectrum->samples; }
+int kt_spectrum_count(const kt_spectrum *spectrum) { return spectrum->count; }
+kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode) { return spectrum->mode[mode]; }
+
+int kt_spectrum_fastest(const kt_spectrum *spectrum) {
+    int best = -1;
+    double most = -1.0;
+    for (int i = 0; i < spectrum->count; i++) {
+        const double size = hypot(spectrum->lambda[i].re, spectrum->lambda[i].im);
+        if (size > most) {
+            most = size;
+            best = i;
+        }
+    }
+    return best;
+}
+
+kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *method, double duration, double step) {
+    kt_step_limit limit = {HUGE_VAL, 1.0, -1};
+    ptrdiff_t index = -1;
+    limit.step =
+        kt_stability_step(method, spectrum->lambda, (size_t)spectrum->count, duration, KT_STABILITY_GROWTH, &index);
+    limit.mode = (int)index;
+    if (step > 0.0)
+        limit.growth = kt_stability_worst(method, spectrum->lambda, (size_t)spectrum->count, step, duration, &index);
+    if (step > limit.step && index >= 0)
+        limit.mode = (int)index;
+    return limit;
+}

@@ -1,0 +1,139 @@
+/* The spectral radius of f_y, which says how many stages a stabilised method needs.
+ *
+ * The method of Arnoldi without f_y: w = (f(y + delta v_j) - f(y)) / delta is f_y v_j; what of it lies along v_0 .. v_j
+ * goes into column j of the Hessenberg matrix H, the rest, normed, is v_{j+1}. The spectral radius of H's leading
+ * j + 1 rows and columns tends to that of f_y, from a start that has a part of every mode, far faster than the
+ * quotients of the power method: those stand still for many iterations where the start happens to hold little of the
+ * fastest mode and much of one that is nearly as fast, and say 3/4 of the truth meanwhile. It ends where two radii
+ * differ by one in a hundred, or at what the modes that are excited span.
+ *
+ * The radius of the small matrix is lim |H^p|^(1/p), by squaring: p = 2^8. It errs upwards.
+ *
+ * It begins anew each time, so that a checkpoint needs no vectors. A start that misses the fastest mode is rare, and
+ * would be fatal: so an estimate lowers the radius by no more than a seventh. KT_RADIUS_MARGIN covers what is left, and
+ * what the radius grows until the next estimate. Estimates are made more often where the step is fixed, since no error
+ * estimate would notice then that it has grown.
+ *
+ * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
+ */
+#include "integrator/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { AGE_MAX = 25, AGE_MAX_FIXED = 5, SQUARINGS = 8, N = KT_RADIUS_VECTORS };
+
+typedef struct hessenberg {
+    double h[N][N]; /* by rows */
+} hessenberg;
+
+static double product(const double *a, const double *b, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* Of the leading k rows and columns. The norm of the elements is divided out before each squaring, and what was is put
+ * back as its root. */
+static double radius_of(const hessenberg *matrix, int k) {
+    hessenberg b = *matrix, square;
+    double radius = 1.0;
+    for (int p = 0; p <= SQUARINGS; p++) {
+        double norm = 0.0;
+        for (int i = 0; i < k; i++)
+            norm += product(b.h[i], b.h[i], (size_t)k);
+        norm = sqrt(norm);
+        if (!(norm > 0.0) || !isfinite(norm))
+            return norm;
+        double root = norm;
+        for (int i = 0; i < p; i++)
+            root = sqrt(root);
+        radius *= root;
+        for (int i = 0; i < k; i++)
+            for (int j = 0; j < k; j++) {
+                double sum = 0.0;
+                for (int l = 0; l < k; l++)
+                    sum += b.h[i][l] * b.h[l][j];
+                square.h[i][j] = sum / (norm * norm);
+            }
+        b = square;
+    }
+    return radius;
+}
+
+/* A direction of length 1 with a part of everything, another one each time: fractional parts of multiples of the golden
+ * ratio. (Not f: where one mode rules it, it hides the others.) */
+static void first_direction(double *v, size_t n, uint64_t step) {
+    for (size_t i = 0; i < n; i++) {
+        const double x = 0.61803398874989485 * (double)(i + 1 + step % 4096);
+        v[i] = x - floor(x) - 0.5;
+    }
+    const double length = sqrt(product(v, v, n));
+    for (size_t i = 0; i < n; i++)
+        v[i] /= length;
+}
+
+/* Column j of H and v_{j+1}; *left: what is left of f_y v_j over what it was. */
+static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double delta, double *left, kt_try *result) {
+    const size_t n = it->counted;
+    double *v = it->krylov + (size_t)j * n, *w = v + n;
+    for (size_t i = 0; i < n; i++)
+        it->trial[i] = it->y[i] + delta * v[i];
+    if (kt_evaluate(it, it->memory.t, it->trial, 1, result) != KT_TRY_PASSED)
+        return result->result;
+    for (size_t i = 0; i < n; i++)
+        w[i] = (it->k[1][i] - it->k[0][i]) / delta;
+    const double before = sqrt(product(w, w, n));
+    for (int l = 0; l <= j; l++) {
+        const double *u = it->krylov + (size_t)l * n, part = product(u, w, n);
+        matrix->h[l][j] = part;
+        for (size_t i = 0; i < n; i++)
+            w[i] -= part * u[i];
+    }
+    const double length = sqrt(product(w, w, n));
+    *left = before > 0.0 ? length / before : 0.0;
+    if (j + 1 < N)
+        matrix->h[j + 1][j] = length;
+    for (size_t i = 0; i < n && length > 0.0; i++)
+        w[i] /= length;
+    return KT_TRY_PASSED;
+}
+
+/* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1, krylov and trial are scratch. What differencing
+ * leaves of nothing is 1e-6 or so. */
+static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result) {
+    const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
+    const double size = sqrt(product(it->y, it->y, n)), delta = sqrt(DBL_EPSILON) * (size > 0.0 ? size : 1.0);
+    hessenberg matrix = {{{0.0}}};
+    double last = HUGE_VAL, left = 1.0;
+    first_direction(it->krylov, n, it->memory.counts.steps);
+    for (size_t i = n; i < it->sizes.n; i++)
+        it->trial[i] = it->y[i];
+    *radius = 0.0;
+    for (int j = 0; j < N && (size_t)j < n && left > 1e-5; j++) {
+        if (extend(it, &matrix, j, delta, &left, result) != KT_TRY_PASSED)
+            return result->result;
+        *radius = j < 3 && left > 1e-5 && (size_t)j + 1 < n ? HUGE_VAL : radius_of(&matrix, j + 1);
+        if (fabs(*radius - last) <= 0.01 * *radius)
+            break;
+        last = *radius;
+    }
+    return KT_TRY_PASSED;
+}
+
+kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result) {
+    result->result = KT_TRY_PASSED;
+    if (!it->method->stabilised || (again && it->radius_is_of_now))
+        return KT_TRY_PASSED;
+    const int64_t oldest = it->options.step > 0.0 ? AGE_MAX_FIXED : AGE_MAX;
+    it->radius_is_of_now = again || it->memory.radius < 0.0 || it->memory.radius_age >= oldest;
+    it->radius = it->memory.radius;
+    if (!it->radius_is_of_now)
+        return KT_TRY_PASSED;
+    double radius;
+    if (estimate(it, &radius, result) == KT_TRY_PASSED)
+        it->radius = fmax(KT_RADIUS_MARGIN * radius, 0.86 * it->memory.radius);
+    return result->result;
+}

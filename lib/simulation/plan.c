@@ -1,0 +1,153 @@
+/* The plan of a scene, told: what is computed when, how much of it there is, what it costs, and what is left out and
+ * why.
+ *
+ * Nothing is decided here. What a scene does not name has no entries in the model's arrays, over which the kernels'
+ * loops run, and whole passes stand behind a test of a count that is zero; this file reads the same counts.
+ */
+#include "reduction/cost.h"
+#include "simulation/internal.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct list {
+    kt_plan_step *step;
+    int count;
+} list;
+
+static kt_plan_step *add(list *l, kt_phase phase, const char *name, size_t count, const char *unit) {
+    kt_plan_step *s = &l->step[l->count++];
+    *s = (kt_plan_step){.phase = phase, .name = name, .count = (int64_t)count, .unit = unit, .flops = (double)NAN};
+    return s;
+}
+
+/* A step that is there where there is something to do. */
+static void add_or_drop(list *l, kt_phase phase, const char *name, size_t count, const char *unit, double flops,
+                        const char *why) {
+    kt_plan_step *s = add(l, phase, name, count, unit);
+    s->flops = count > 0 ? flops : 0.0;
+    s->dropped = count > 0 ? NULL : why;
+}
+
+/* ---- every evaluation -------------------------------------------------------------------------------------------- */
+
+static const char *effect_name(int type) {
+#define PLAN_EFFECT(id, name) [id] = "effect " #name,
+    static const char *const names[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(PLAN_EFFECT)};
+#undef PLAN_EFFECT
+    return type == KT_EFFECT_CUSTOM ? "effect of the caller's" : names[type];
+}
+
+/* Batches with ends, or those on joints; their number. */
+static int add_batches(list *l, const kt_model *model, bool ends) {
+    int count = 0;
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_batch *batch = &model->batch[i];
+        if ((batch->ends > 0) != ends)
+            continue;
+        add(l, KT_PHASE_EVALUATION, effect_name(batch->type), (size_t)batch->count, "effects")->flops =
+            kt_cost_of_batch(model, batch);
+        count++;
+    }
+    return count;
+}
+
+static void add_effects(list *l, const kt_model *model, const kt_cost *cost) {
+    static const char none[] = "the scene names none";
+    const size_t bearers = model->n.bearer > 0 ? model->n.bearer - 1 : 0;
+    const bool ends = model->n.bearer > 0;
+    if (add_batches(l, model, false) == 0)
+        add_or_drop(l, KT_PHASE_EVALUATION, "effects on joints", 0, "effects", 0.0, none);
+    add_or_drop(l, KT_PHASE_EVALUATION, "motion of links that bear effects", bearers, "links", cost->bearers,
+                ends ? "all ends of effects are on the world" : "no effect acts on a body");
+    if (add_batches(l, model, true) == 0)
+        add_or_drop(l, KT_PHASE_EVALUATION, "effects on bodies", 0, "effects", 0.0, none);
+    add_or_drop(l, KT_PHASE_EVALUATION, "wrenches from bodies onto links", ends ? model->n.body - 1 : 0, "bodies",
+                cost->external, "no effect acts on a body (wrenches that a caller sets would)");
+}
+
+static size_t equations_of(const kt_model *model, bool planar, size_t *large) {
+    size_t count = 0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        if (((size_t)model->group_link[group->link] >= model->n.spatial) != planar)
+            continue;
+        count += (size_t)group->count[KT_ROWS_ALL];
+        *large += group->v_count >= 40;
+    }
+    return count;
+}
+
+static size_t outside_groups(const kt_model *model, bool planar) {
+    size_t count = 0;
+    for (size_t i = 1; i < model->n.link; i++)
+        count += model->link[i].group < 0 && (i >= model->n.spatial) == planar;
+    return count;
+}
+
+static void add_dynamics(list *l, const kt_model *model, const kt_cost *cost) {
+    const bool all_planar = model->n.spatial <= 1;
+    size_t large = 0;
+    const size_t spatial = equations_of(model, false, &large), planar = equations_of(model, true, &large);
+    const char *const no_loops = model->n.loop == 0 ? "the scene names no loops" : "no loop is of this kind";
+    add_or_drop(l, KT_PHASE_EVALUATION, "sines and cosines", model->n.angle, "angles", cost->angles,
+                "no joint turns about one axis");
+    add_or_drop(l, KT_PHASE_EVALUATION, "articulated bodies in space", outside_groups(model, false), "links",
+                cost->spatial, all_planar ? "all trees move in planes" : "all links are in loops");
+    add_or_drop(l, KT_PHASE_EVALUATION, "articulated bodies in planes", outside_groups(model, true), "links",
+                cost->planar,
+                model->n.planar == 0 ? "no tree is computed in a plane" : "all planar links are in loops");
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops in space", spatial, "equations", cost->spatial_loops, no_loops);
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", cost->planar_loops, no_loops);
+    add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups", (double)NAN,
+                model->n.loop == 0 ? "no loops" : "no group of loops has 40 coordinates");
+    add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "", 0.0,
+                model->gravity[0] == 0.0 && model->gravity[1] == 0.0 && model->gravity[2] == 0.0
+                    ? "the scene names none"
+                    : "it is the acceleration that the ground starts with: it costs nothing");
+}
+
+static void add_powers(list *l, const kt_model *model, bool balance) {
+    const char *const why = "no balance is recorded";
+    add_or_drop(l, KT_PHASE_EVALUATION, "powers of effects", balance ? model->n.effect : 0, "effects", (double)NAN,
+                balance ? "the scene names no effects" : why);
+    add_or_drop(l, KT_PHASE_EVALUATION, "power of driven loops (inverse dynamics)", balance && model->driven, "pass",
+                (double)NAN, balance ? "no loop changes with time" : why);
+}
+
+/* ---- steps and records ------------------------------------------------------------------------------------------- */
+
+static void add_step(list *l, const kt_model *model) {
+    add_or_drop(l, KT_PHASE_STEP, "projection onto the loops", model->n.group, "groups", (double)NAN,
+                "the scene names no loops");
+    add_or_drop(l, KT_PHASE_STEP, "quaternions to unit norm", model->n.q - model->n.v, "quaternions",
+                8.0 * (double)(model->n.q - model->n.v), "no joint has one");
+}
+
+static void add_record(list *l, const kt_run *run, unsigned record) {
+    static const char why[] = "not recorded";
+    const unsigned energies = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
+    add_or_drop(l, KT_PHASE_RECORD, "accelerations", (record & KT_RECORD_ACCELERATION) != 0, "evaluation", (double)NAN,
+                why);
+    add_or_drop(l, KT_PHASE_RECORD, "energies", (record & energies) != 0, "pass", (double)NAN, why);
+    add_or_drop(l, KT_PHASE_RECORD, "residuals of loops", (record & KT_RECORD_CONSTRAINT) != 0, "pass", (double)NAN,
+                why);
+    add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTION) != 0, "pass", (double)NAN, why);
+    add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", (double)NAN, why);
+}
+
+int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps) {
+    const kt_run standard = kt_run_default();
+    const unsigned record = kt_run_record(run ? run : &standard, model);
+    list l = {steps, 0};
+    run = run ? run : &standard;
+    if (run->formulation == KT_FORMULATION_ABSOLUTE && kt_model_absolute(model))
+        model = kt_model_absolute(model);
+    const kt_cost cost = kt_cost_of(model);
+    add_effects(&l, model, &cost);
+    add_dynamics(&l, model, &cost);
+    add_powers(&l, model, (record & KT_RECORD_BALANCE) != 0);
+    add_step(&l, model);
+    add_record(&l, run, record);
+    return l.count;
+}

@@ -1,0 +1,128 @@
+/* The stiff flyball governor (IFToMM A05): the rates of its published eigenvalues, the steps at which its runs really
+ * blow up, and what a stabilised method costs there. */
+#include "../reference/scene.h"
+
+#include "kinetree/analysis.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct governor {
+    kt_case c;
+    kt_table table;
+    int shaft, slider, right;
+} governor;
+
+static bool governor_open(governor *g) {
+    memset(g, 0, sizeof *g);
+    const bool is_open = kt_case_open(&g->c, "flyball-governor") &&
+                         kt_table_open(&g->table, "A05_flyball_governor", "phi_rad s_m alpha_rad phidot sdot alphadot");
+    if (is_open) {
+        g->shaft = kt_case_q(&g->c, "shaft");
+        g->slider = kt_case_q(&g->c, "slider");
+        g->right = kt_case_q(&g->c, "right");
+    }
+    return is_open;
+}
+
+static void governor_close(governor *g) {
+    kt_table_free(&g->table);
+    kt_case_close(&g->c);
+}
+
+/* Largest error against the table (angles, height, rates; all nq = nv here) up to `duration`; HUGE_VAL where the run
+ * fails or has gone astray. */
+static double run_error(const governor *g, const kt_run *run, kt_simulation_counts *counts) {
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    double worst = 0.0;
+    if (!kt_fine("made", kt_simulation_create(g->c.model, run, NULL, &simulation, &error), &error))
+        return (double)NAN;
+    for (size_t i = 0; i < g->table.rows && g->table.t[i] <= run->duration && worst < 1.0; i++) {
+        const double t = g->table.t[i], *row = g->table.value + i * g->table.columns;
+        if (t > kt_simulation_time(simulation) && kt_simulation_advance(simulation, t, &error) != KT_OK) {
+            worst = HUGE_VAL;
+            break;
+        }
+        const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
+        const int at[3] = {g->shaft, g->slider, g->right};
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst, fmax(fabs(q[at[k]] - row[k]), fabs(v[at[k]] - row[3 + k])));
+    }
+    *counts = kt_simulation_counts_get(simulation);
+    kt_simulation_free(simulation);
+    return worst;
+}
+
+static kt_run fixed_run(const char *integrator, double step, double duration) {
+    kt_run run = kt_run_default();
+    run.integrator = integrator;
+    run.step = step;
+    run.duration = duration;
+    return run;
+}
+
+/* ---- the fastest modes ------------------------------------------------------------------------------------------- */
+
+/* Published at t = 0 (4 decimals): -8117.2033, -20.0507, +-7.346i. The shaft's angle enters nothing: two zeros. */
+KT_TEST(eigenvalues_at_the_start_are_the_published_ones) {
+    governor g;
+    kt_error error = {0};
+    kt_spectrum *spectrum = NULL;
+    if (governor_open(&g) && kt_fine("made", kt_spectrum_create(g.c.model, 1, &spectrum, &error), &error) &&
+        kt_fine("along", kt_spectrum_along(spectrum, &g.c.scene.run, &error), &error)) {
+        static const kt_complex published[] = {{-8117.2033, 0.0}, {-20.0507, 0.0}, {-0.0001, 7.346}};
+        kt_worst worst = kt_worst_make("lambda");
+        for (int k = 0; k < 3; k++) {
+            double nearest = HUGE_VAL;
+            for (int i = 0; i < kt_spectrum_count(spectrum); i++) {
+                const kt_mode mode = kt_spectrum_at(spectrum, i).mode;
+                nearest = fmin(nearest, hypot(mode.real - published[k].re, mode.imaginary - published[k].im));
+            }
+            kt_worst_below(&worst, nearest, k == 2 ? 5e-4 : 5e-5, "%g + %gi", published[k].re, published[k].im);
+        }
+        kt_check_worst(&worst);
+        const kt_spectrum_mode fastest = kt_spectrum_at(spectrum, kt_spectrum_fastest(spectrum));
+        kt_check_near("in it the slider moves", fastest.moves[kt_case_v(&g.c, "slider")], 1.0, 1e-12);
+        kt_check_near("the arms alike", fastest.moves[kt_case_v(&g.c, "left")], fastest.moves[kt_case_v(&g.c, "right")],
+                      1e-11);
+        kt_check_below("not the shaft", fastest.moves[kt_case_v(&g.c, "shaft")], 1e-3);
+    }
+    kt_spectrum_free(spectrum);
+    governor_close(&g);
+}
+
+/* ---- where runs blow up ------------------------------------------------------------------------------------------ */
+
+/* Whether the run leaves the motion: not by its errors of truncation, below 1e-3 at these steps, but by a tenth. */
+static bool blows_up(const governor *g, const char *integrator, double step, double duration) {
+    const kt_run run = fixed_run(integrator, step, duration);
+    kt_simulation_counts counts;
+    return !(run_error(g, &run, &counts) < 0.1);
+}
+
+KT_TEST(the_governor_blows_up_within_three_tenths_of_the_predicted_step) {
+    static const char *const methods[] = {"euler", "heun", "kutta3", "rk4", "dopri5", "tsit5", "dop853"};
+    governor g;
+    kt_error error = {0};
+    kt_spectrum *spectrum = NULL;
+    kt_run run = kt_run_default();
+    run.duration = 2.0;
+    if (governor_open(&g) &&
+        kt_fine("made", kt_spectrum_create(g.c.model, KT_SPECTRUM_SAMPLES, &spectrum, &error), &error) &&
+        kt_fine("along", kt_spectrum_along(spectrum, &run, &error), &error)) {
+        kt_worst worst = kt_worst_make("step of blow-up over the predicted one");
+        for (int i = 0; i < 7; i++) {
+            const kt_step_limit limit = kt_spectrum_limit(spectrum, kt_method_find(methods[i]), run.duration, 0.0);
+            double low = 0.5 * limit.step, high = 2.0 * limit.step;
+            for (int k = 0; k < 8; k++) {
+                const double middle = sqrt(low * high);
+                *(blows_up(&g, methods[i], middle, run.duration) ? &high : &low) = middle;
+            }
+            kt_worst_near(&worst, sqrt(low * high) / limit.step, 1.0, 0.3, "%s at %g s", methods[i], limit.step);
+        }
+        kt_check_worst(&worst);
+    }
+    kt_spectrum_free(spectrum);
+    governor_close(&g);
+}

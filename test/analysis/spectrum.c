@@ -1,0 +1,164 @@
+/* Modes along a motion, and the steps that they allow, against closed forms and against runs that really blow up. */
+#include "train.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static kt_spectrum *spectrum_of(const kt_model *model, const kt_run *run, int samples) {
+    kt_error error = {0};
+    kt_spectrum *spectrum = NULL;
+    if (!kt_check_equal_int("spectrum", kt_spectrum_create(model, samples, &spectrum, &error), KT_OK) ||
+        !kt_check_equal_int("along the run", kt_spectrum_along(spectrum, run, &error), KT_OK))
+        kt_note("%s: %s", error.where, error.message);
+    return spectrum;
+}
+
+static kt_run run_of(double duration) {
+    kt_run run = kt_run_default();
+    run.duration = duration;
+    return run;
+}
+
+/* ---- what is found ----------------------------------------------------------------------------------------------- */
+
+KT_TEST(modes_of_a_train_are_those_of_its_closed_form_at_every_state) {
+    train t;
+    const kt_run run = run_of(2.0);
+    if (train_open(&t, 5, 2.0, 300.0, 0.7)) {
+        kt_spectrum *spectrum = spectrum_of(t.model, &run, 4);
+        kt_check_equal_int("states", kt_spectrum_samples(spectrum), 4);
+        kt_check_equal_int("modes", kt_spectrum_count(spectrum), 20);
+        kt_worst lambda = kt_worst_make("lambda"), moves = kt_worst_make("moves"), times = kt_worst_make("time");
+        for (int i = 0; i < kt_spectrum_count(spectrum); i++) {
+            const kt_spectrum_mode at = kt_spectrum_at(spectrum, i);
+            const int j = 5 - i % 5; /* the fastest first */
+            const kt_complex exact = train_eigenvalue(&t, j);
+            double shape[TRAIN_MAX], most = 0.0;
+            kt_worst_near(&times, at.time, 2.0 * (i / 5) / 3.0, 1e-15, "mode %d", i);
+            kt_worst_below(&lambda, hypot(at.mode.real - exact.re, at.mode.imaginary - exact.im), 1e-11, "mode %d", i);
+            train_shape(&t, j, shape);
+            for (int k = 0; k < 5; k++)
+                most = fmax(most, fabs(shape[k]));
+            for (int k = 0; k < 5; k++)
+                kt_worst_near(&moves, at.moves[k], fabs(shape[k]) / most, 1e-13, "mode %d, joint %d", i, k);
+        }
+        kt_check_worst(&times);
+        kt_check_worst(&lambda);
+        kt_check_worst(&moves);
+        kt_check_equal_int("fastest", kt_spectrum_fastest(spectrum), 0);
+        kt_spectrum_free(spectrum);
+    }
+    train_free(&t);
+}
+
+KT_TEST(a_full_spectrum_takes_no_more_and_stays_as_it_was) {
+    train t;
+    kt_error error = {0};
+    const double q[2] = {0.0, 0.0}, bad[2] = {0.0, (double)NAN};
+    if (train_open(&t, 2, 1.0, 1.0, 0.0)) {
+        kt_spectrum *spectrum = NULL;
+        const size_t size = kt_spectrum_size(t.model, 2);
+        void *memory = aligned_alloc(KT_ALIGNMENT, size);
+        kt_check_equal_int("none", kt_spectrum_place(t.model, 0, memory, size, &spectrum, &error), KT_ERROR_ARGUMENT);
+        kt_check_equal_int("small", kt_spectrum_place(t.model, 2, memory, size - 1, &spectrum, &error),
+                           KT_ERROR_MEMORY);
+        kt_check_equal_int("placed", kt_spectrum_place(t.model, 2, memory, size, &spectrum, &error), KT_OK);
+        kt_check_equal_int("nothing is fastest", kt_spectrum_fastest(spectrum), -1);
+        kt_check_equal_int("one", kt_spectrum_add(spectrum, 0.0, q, q, NULL, &error), KT_OK);
+        kt_check_true("not a number", kt_spectrum_add(spectrum, 0.0, bad, q, NULL, &error) != KT_OK);
+        kt_check_equal_int("still one", kt_spectrum_samples(spectrum), 1);
+        kt_check_equal_int("two", kt_spectrum_add(spectrum, 1.0, q, q, NULL, &error), KT_OK);
+        kt_check_equal_int("three", kt_spectrum_add(spectrum, 2.0, q, q, NULL, &error), KT_ERROR_ARGUMENT);
+        kt_check_equal_int("modes", kt_spectrum_count(spectrum), 4);
+        kt_spectrum_free(spectrum); /* which owns nothing here */
+        free(memory);
+    }
+    train_free(&t);
+}
+
+/* A mass on a damper alone: 0 and -c/m. The slow one bounds nothing, and the shape of the fast one moves. */
+KT_TEST(limits_name_the_mode_that_bounds_and_the_growth_of_the_worst) {
+    train t;
+    const kt_run run = run_of(10.0);
+    if (train_open(&t, 1, 1.0, 0.0, 1000.0)) {
+        kt_spectrum *spectrum = spectrum_of(t.model, &run, 1);
+        const kt_method *rk4 = kt_method_find("rk4");
+        kt_step_limit limit = kt_spectrum_limit(spectrum, rk4, 10.0, 0.0);
+        kt_check_near("step", limit.step, 2.785293563e-3, 1e-6); /* a run's growth moves it by less */
+        kt_check_near("nothing asked", limit.growth, 1.0, 0.0);
+        kt_check_near("bounded by", kt_spectrum_at(spectrum, limit.mode).mode.real, -1000.0, 1e-6);
+        limit = kt_spectrum_limit(spectrum, rk4, 10.0, 2e-3);
+        kt_check_near("within", limit.growth, 1.0, 0.0);
+        limit = kt_spectrum_limit(spectrum, rk4, 10.0, 5e-3); /* R(-5) = 13.708: overflows over 2000 steps */
+        kt_check_true("beyond", limit.growth > 1e6);
+        limit = kt_spectrum_limit(spectrum, rk4, 0.05, 5e-3);
+        kt_check_near("ten steps", limit.growth, pow(1.0 - 5.0 + 12.5 - 125.0 / 6.0 + 625.0 / 24.0, 10.0),
+                      1e-13 * limit.growth);
+        kt_spectrum_free(spectrum);
+    }
+    train_free(&t);
+}
+
+/* ---- where runs blow up ------------------------------------------------------------------------------------------ */
+
+/* The step at which a run's amplitude first doubles, by bisection of runs, over the step that is predicted. */
+static double real_over_predicted(const train *t, const kt_method *m, double predicted, double duration, int j) {
+    double low = 0.5 * predicted, high = 2.0 * predicted;
+    if (train_growth(t, m, low, duration, j) > KT_STABILITY_GROWTH)
+        return 0.5;
+    for (int k = 0; k < 9; k++) {
+        const double middle = sqrt(low * high);
+        *(train_growth(t, m, middle, duration, j) > KT_STABILITY_GROWTH ? &high : &low) = middle;
+    }
+    return sqrt(low * high) / predicted;
+}
+
+static void check_train(int count, double stiffness, double damping, double duration, double bound) {
+    train t;
+    const kt_run run = run_of(duration);
+    if (train_open(&t, count, 1.0, stiffness, damping)) {
+        kt_spectrum *spectrum = spectrum_of(t.model, &run, 2);
+        kt_worst worst = kt_worst_make("step of blow-up over the predicted one");
+        kt_note("%d masses, stiffness %g, damping %g", count, stiffness, damping);
+        for (int i = 0; i < kt_method_count(); i++) {
+            const kt_method *m = kt_method_at(i);
+            const kt_step_limit limit = kt_spectrum_limit(spectrum, m, duration, 0.0);
+            if (!m->stabilised)
+                kt_worst_near(&worst, real_over_predicted(&t, m, limit.step, duration, count), 1.0, bound, "%s at %g s",
+                              m->name, limit.step);
+        }
+        kt_check_worst(&worst);
+        kt_spectrum_free(spectrum);
+    }
+    train_free(&t);
+}
+
+/* A decay, a damped swing, an undamped one. What remains is the step of the bisection, 0.3%, and of undamped swings
+ * what the other modes add to the energy. */
+KT_TEST(linear_scenes_blow_up_within_a_tenth_of_the_predicted_step) {
+    check_train(1, 100.0, 400.0, 10.0, 0.03);
+    check_train(1, 1000.0, 4.0, 10.0, 0.03);
+    check_train(1, 1000.0, 0.0, 10.0, 0.03);
+    check_train(5, 2000.0, 200.0, 4.0, 0.1);
+    check_train(5, 2000.0, 1.0, 4.0, 0.1);
+    check_train(5, 2000.0, 0.0, 4.0, 0.1);
+}
+
+/* rkc2: within the limit a run decays, whatever its stages. */
+KT_TEST(stabilised_steps_within_the_limit_decay) {
+    train t;
+    const kt_run run = run_of(2.0);
+    if (train_open(&t, 5, 1.0, 100.0, 40000.0)) {
+        kt_spectrum *spectrum = spectrum_of(t.model, &run, 1);
+        const kt_method *rkc2 = kt_method_find("rkc2");
+        const kt_step_limit limit = kt_spectrum_limit(spectrum, rkc2, 2.0, 0.0);
+        const double reach = 0.653 * 62499.0 / 1.2 / -train_eigenvalue(&t, 5).re;
+        kt_check_near("limit", limit.step / reach, 1.0, 0.01);
+        for (double h = 0.9 * limit.step; h > 1e-4; h *= 0.7)
+            kt_check_below("growth", train_growth(&t, rkc2, h, 4.0, 5), 1.0);
+        kt_spectrum_free(spectrum);
+    }
+    train_free(&t);
+}

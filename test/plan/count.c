@@ -1,0 +1,96 @@
+/* count WHAT SCENE...: does one thing once with each scene in turn, with the kernels of the baseline, for callgrind to
+ * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
+ * assembled; run it (run); or print what the plan says that an evaluation costs, and whether all of it was counted
+ * (plan). */
+#include "kinetree/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct subject {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+    double *q, *v, *a;
+} subject;
+
+static int open_subject(subject *s, const char *path) {
+    kt_error error = {0};
+    kt_model_options options = kt_model_options_default();
+    options.level = KT_LEVEL_BASE; /* valgrind knows no AVX-512 */
+    if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
+        return fprintf(stderr, "%s: %s\n", error.where, error.message);
+    options.reduction = s->scene.run.reduction;
+    options.plan = s->scene.run.plan;
+    if (kt_model_compile(&s->scene.description, &options, &s->model, &error) != KT_OK ||
+        kt_data_create(s->model, &s->data, &error) != KT_OK)
+        return fprintf(stderr, "%s: %s: %s\n", path, error.where, error.message);
+    const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
+    s->q = calloc(nq + 2 * nv + 1, sizeof *s->q);
+    if (s->q == NULL)
+        return fputs("out of memory\n", stderr);
+    s->v = s->q + nq;
+    s->a = s->v + nv;
+    kt_model_initial(s->model, s->q, s->v);
+    if (kt_state_assemble(s->model, s->data, 0.0, s->q, s->v, &error) != KT_OK)
+        return fprintf(stderr, "%s: %s: %s\n", path, error.where, error.message);
+    return 0;
+}
+
+static int ignore(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+static kt_status run(const subject *s, kt_error *error) {
+    kt_simulation *simulation = NULL;
+    kt_status status = kt_simulation_create(s->model, &s->scene.run, NULL, &simulation, error);
+    if (status == KT_OK)
+        status = kt_simulation_run(simulation, ignore, NULL, error);
+    kt_simulation_free(simulation);
+    return status;
+}
+
+static void print_plan(const subject *s) {
+    kt_plan_step steps[KT_PLAN_STEPS_MAX];
+    const int count = kt_plan_steps(s->model, &s->scene.run, steps);
+    double flops = 0.0;
+    for (int i = 0; i < count; i++)
+        if (steps[i].phase == KT_PHASE_EVALUATION && !steps[i].dropped)
+            flops += steps[i].flops;
+    printf("%.0f %d\n", flops, isfinite(flops) ? 1 : 0);
+}
+
+static int work(const subject *s, const char *what) {
+    kt_error error = {0};
+    kt_power p;
+    kt_status status = KT_OK;
+    if (strcmp(what, "plan") == 0)
+        print_plan(s);
+    else if (strcmp(what, "run") == 0)
+        status = run(s, &error);
+    else if (strcmp(what, "power") == 0)
+        status = kt_power_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &p, &error);
+    else
+        status = kt_acceleration_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &error);
+    return status == KT_OK ? 0 : fprintf(stderr, "%s: %s\n", error.where, error.message);
+}
+
+int main(int argc, char **argv) {
+    static subject subjects[16];
+    const int count = argc - 2;
+    int failed = count < 1 || count > 16;
+    for (int i = 0; i < count && !failed; i++)
+        failed = open_subject(&subjects[i], argv[2 + i]) != 0;
+    for (int i = 0; i < count && !failed; i++)
+        failed = work(&subjects[i], argv[1]) != 0;
+    for (int i = 0; i < count; i++) {
+        kt_data_free(subjects[i].data);
+        kt_model_free(subjects[i].model);
+        kt_scene_free(&subjects[i].scene);
+        free(subjects[i].q);
+    }
+    return failed ? 1 : 0;
+}

@@ -1,0 +1,142 @@
+"""What a scene does not name costs not one instruction, and the plan tells what the rest costs.
+
+plan.py VALGRIND PLAN-COUNT SCENES
+"""
+import concurrent.futures
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+from counted import count
+
+valgrind, program, scenes = sys.argv[1:]
+EVALUATE = "kt_acceleration_evaluate"
+
+# Three arms in space, or n in a row; parts of a scene in turn.
+ARMS = """  - {name: ARM, parent: PARENT, mass: 1, com: [0.1, 0.2, -0.1], inertia: [1, 1.2, 1.4, 0.1, 0.05, -0.1],
+     joint: {type: revolute, axis: [1, 0.3, SKEW], at: [0.3, 0.2, 0.1], position: 0.3, velocity: 0.7}}
+"""
+EFFECTS = {
+    "spring": "{type: spring, between: [{body: arm2, at: [0.1, 0.2, 0.3]}, {body: world, at: [1, 0, 0]}], stiffness: 3, damping: 1}",
+    "bushing": "{type: bushing, between: [arm0, arm2], stiffness: [1, 2, 3, 4, 5, 6], damping: [1, 1, 1, 1, 1, 1]}",
+    "force": "{type: force, at: arm1, value: [1, 2, 3]}",
+    "torque": "{type: torque, on: arm1, value: [1, 2, 3]}",
+    "drag": "{type: drag, on: arm1, linear: 1, quadratic: 2}",
+    "attraction": "{type: attraction, between: [arm0, arm2], strength: 3}",
+    "contact": "{type: contact, point: {body: arm2, at: [0, 0, 0]}, radius: 9, plane: world, stiffness: 10, friction: 0.3}",
+    "joint_spring": "{type: joint_spring, joint: arm0, stiffness: 3}",
+    "joint_damper": "{type: joint_damper, joint: arm1, damping: 3}",
+    "joint_friction": "{type: joint_friction, joint: arm1, coulomb: 3}",
+    "joint_limit": "{type: joint_limit, joint: arm2, lower: 1, stiffness: 3}",
+    "motor": "{type: motor, joint: arm0, torque: 2}",
+}
+
+
+def scene(arms=3, effects=(), gravity=None, record=None):
+    text = "kinetree: 1\n" + (f"gravity: {gravity}\n" if gravity else "") + "bodies:\n"
+    for i in range(arms):
+        text += ARMS.replace("ARM", f"arm{i}").replace("PARENT", f"arm{i - 1}" if i else "world").replace("SKEW", f"{0.5 * (i % 5)}")
+    if effects:
+        text += "effects:\n" + "".join(f"  - {EFFECTS.get(effect, effect)}\n" for effect in effects)
+    text += "simulate: {duration: 0.02, integrator: rk4, step: 0.01}\n"
+    return text + (f"output: {{record: {record}}}\n" if record else "")
+
+
+folder = tempfile.TemporaryDirectory()
+made = 0
+
+
+def path_of(text):
+    """A scene in a file; a Path stays what it is."""
+    global made
+    if isinstance(text, pathlib.Path):
+        return text
+    made += 1
+    path = pathlib.Path(folder.name) / f"{made}.yaml"
+    path.write_text(text)
+    return path
+
+
+def counted(*texts, function=EVALUATE, what="acceleration"):
+    return count(valgrind, function, program, what, *(path_of(text) for text in texts))
+
+
+def files(c, part):
+    return sorted({pathlib.Path(name).name for name, times in c.instructions_in.items() if part in name and times})
+
+
+# ---- what is not named -------------------------------------------------------------------------------------------------
+
+bare = counted(scene())
+everything = counted(scene(effects=EFFECTS))
+both = counted(scene(), scene(effects=EFFECTS))
+note(f"bare {bare.instructions}, with every effect {everything.instructions}, both in one program {both.instructions} instructions")
+claim("effects_of_another_scene_cost_nothing",
+      [] if both.instructions == bare.instructions + everything.instructions else ["the sum differs"])
+claim("scene_without_effects_runs_nothing_of_them", files(bare, "/lib/effect/") + [name for name in bare.instructions_of
+      if name.startswith(("kt_effects", "kt_bearers")) and bare.instructions_of[name]])
+
+problems = []
+one = {name: counted(scene(effects=[name])) for name in EFFECTS}
+for name, c in one.items():
+    ran = [file for file in files(c, "/lib/effect/") if file not in (f"{name}.c", "kind.c", "kind.h")]
+    problems += [f"{name} runs {', '.join(ran)}"] if ran else []
+    problems += [f"{name} runs nothing of its own"] if f"{name}.c" not in files(c, "/lib/effect/") else []
+claim("scene_runs_the_effect_types_that_it_names_and_no_others", problems)
+
+on_joints = [name for name in EFFECTS if name.startswith("joint_") or name == "motor"]
+claim("effects_on_joints_move_no_links", [name for name in on_joints if any(f.startswith("kt_bearers") for f in one[name].instructions_of)])
+sums = counted(*(scene(effects=[name]) for name in EFFECTS)).instructions
+claim("each_scene_pays_for_its_own_effect_alone",
+      [] if sums == sum(c.instructions for c in one.values()) else [f"{sums} together, {sum(c.instructions for c in one.values())} one by one"])
+
+pulls = counted(scene(gravity="[0, 0, -9.81]"))
+claim("gravity_costs_nothing", [] if pulls.instructions == bare.instructions else [f"{pulls.instructions - bare.instructions} instructions"])
+
+problems = []
+for arms in (3, 30):
+    text = scene(arms)
+    all_of_it, recursion = counted(text), counted(text, function="kt_dynamics_forward")
+    note(f"{arms} arms: {all_of_it.instructions} instructions, of which {recursion.instructions} are the recursion's")
+    problems += [all_of_it.instructions - recursion.instructions]
+claim("evaluation_is_the_bare_recursion_and_a_few_tests",
+      [] if problems[0] == problems[1] and problems[0] < 40 else [f"{problems} instructions besides"])
+
+spring = "{type: spring, between: [{body: armN, at: [0.1, 0, 0]}, {body: world, at: [1, 0, 0]}], stiffness: 3}"
+first, last = (counted(scene(30, [spring.replace("N", n)])).flops_of["kt_bearers_baseline"] for n in ("0", "29"))
+note(f"a spring on the first of 30 arms moves links for {first} flops, one on the last for {last}")
+claim("spring_asks_for_the_motion_of_the_links_below_it_alone", [] if 0 < first < last / 5 else ["it asks for more"])
+
+plain = counted(scene(effects=EFFECTS), function="kt_simulation_run", what="run")
+kept = counted(scene(effects=EFFECTS, record="[position, balance]"), function="kt_simulation_run", what="run")
+claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/reduction/power.c"))
+claim("run_with_balance_does", [] if files(kept, "/lib/reduction/power.c") else ["nothing of power.c"])
+claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/reduction/reaction.c") + files(plain, "/lib/reduction/react.c"))
+
+# ---- what the plan says ------------------------------------------------------------------------------------------------
+
+
+def compare(path):
+    """Executed and foretold flops of an evaluation; None where the plan says that it has not counted all."""
+    said = subprocess.run([program, "plan", path], capture_output=True, text=True, check=True).stdout.split()
+    return None if said[1] != "1" else (path, counted(path).own_flops, float(said[0]))
+
+
+bundled = sorted(pathlib.Path(scenes).glob("*.yaml"))
+mine = [path_of(scene(n, effects)) for n, effects in ((1, ()), (12, ()), (5, EFFECTS), (4, on_joints))]
+with concurrent.futures.ThreadPoolExecutor(2) as pool:
+    results = [r for r in pool.map(compare, bundled + mine) if r]
+for path, executed, foretold in results:
+    note(f"{path.stem}: {executed} flops executed, {foretold:.0f} in the plan, {100 * (foretold / executed - 1):+.1f} %")
+claim("plan_counts_most_scenes", [] if len(results) > 0.8 * len(bundled + mine) else [f"only {len(results)}"])
+# A contact that does not touch takes less than the plan says.
+claim("plan_tells_flops_within_five_percent",
+      [path.stem for path, executed, foretold in results
+       if executed > 1.05 * foretold or (executed < foretold / 1.05 and (path not in bundled or "contact" not in path.read_text()))])
+tree = [r for r in results if "loops:" not in r[0].read_text() and "effects:" not in r[0].read_text()]
+claim("plan_tells_flops_of_trees_within_one_percent",
+      [path.stem for path, executed, foretold in tree if abs(foretold / executed - 1) > 0.01] if len(tree) > 8 else ["few trees"])
+finish()
