@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VARIANTS_MAX = 12 };
+enum { VARIANTS_MAX = 12, LARGE = 40 };
 
 static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base, const char *label) {
     kt_variant *variant = &variants[(*count)++];
@@ -33,6 +33,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     }
     if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
         add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
+    if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
+        return count; /* six coordinates a body: making that model alone takes long */
     const bool is_absolute = base.model.formulation == KT_FORMULATION_ABSOLUTE;
     add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->model.formulation =
         is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;

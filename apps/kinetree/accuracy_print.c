@@ -160,7 +160,8 @@ static void print_costs(const kt_findings *findings) {
                 printf("  %-8.2g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
                        1e3 * point->cpu / results->duration, best >= 0 && point == &results->points[best] ? '*' : ' ');
         }
-        putchar('\n');
+        printf("%s%s\n", results->variant_count > 1 ? "  " : "",
+               results->variant_count > 1 ? results->variants[curve->variant].label : "");
     }
 }
 

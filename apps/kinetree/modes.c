@@ -2,6 +2,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "linear.h"
+#include "plot.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,8 +10,9 @@
 
 typedef struct kt_modes_arguments {
     int at; /* place in the choices; -1: not given */
-    bool nearest, json;
+    bool nearest, json, dark;
     long count;
+    const char *plot;
 } kt_modes_arguments;
 
 enum { AT_INITIAL = 0, AT_EQUILIBRIUM };
@@ -25,12 +27,16 @@ static const kt_option options[] = {
      "show the N slowest that are not neutral; default 40", NULL},
     {"json", KT_OPTION_FLAG, offsetof(kt_modes_arguments, json), NULL,
      "everything as JSON: modes with their shapes, state, input and output matrices", NULL},
+    {"plot", KT_OPTION_TEXT, offsetof(kt_modes_arguments, plot), "FILE",
+     "the shapes of the slowest as bars, as SVG or PNG", NULL},
+    {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "the picture on a dark page", NULL},
 };
 
 static const kt_usage usage = {
     .command = "modes",
     .examples = "  kinetree modes double-pendulum.yaml\n"
                 "  kinetree modes bicycle.yaml --at initial\n"
+                "  kinetree modes chain.yaml --plot shapes.svg\n"
                 "  kinetree modes cart-pole.yaml --at initial --json | jq .state_matrix\n",
     .operands = "SCENE",
     .least = 1,
@@ -298,6 +304,8 @@ int kt_command_modes(int argc, char **argv) {
         kt_say("modes: --nearest is about an equilibrium, and --at initial is not");
         return KT_EXIT_USAGE;
     }
+    if (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0)
+        return code;
     code = kt_small_motion_open(&motion, argv[1]);
     if (code == KT_EXIT_DONE)
         code = choose_state(&motion, &arguments);
@@ -309,6 +317,8 @@ int kt_command_modes(int argc, char **argv) {
         warn(system, state);
         code = arguments.json ? kt_json_write(describe(&motion, state), "-")
                               : print_table(&motion, state, arguments.count);
+        if (code == KT_EXIT_DONE && arguments.plot != NULL)
+            code = kt_modes_draw(&motion, state, arguments.plot, arguments.dark);
     }
     kt_small_motion_close(&motion);
     return code;

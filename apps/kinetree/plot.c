@@ -4,7 +4,6 @@
 #include "command.h"
 #include "plot_paper.h"
 
-#include <cairo-svg.h>
 #include <cairo.h>
 #include <stdio.h>
 #include <string.h>
@@ -95,30 +94,8 @@ int kt_plot_check(const char *path) {
     return KT_EXIT_USAGE;
 }
 
-/* PNG pictures have two pixels a unit, for sharp screens. */
-static cairo_status_t draw_to(const kt_plot *plot, const char *path) {
-    const bool is_svg = ends_in(path, ".svg");
-    const int width = width_of(plot), height = height_of(plot), scale = is_svg ? 1 : 2;
-    cairo_surface_t *surface = is_svg ? cairo_svg_surface_create(path, width, height)
-                                      : cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
-    cairo_t *c = cairo_create(surface);
-    cairo_scale(c, scale, scale);
-    draw_all(c, plot);
-    cairo_status_t status = cairo_status(c);
-    cairo_destroy(c);
-    if (status == CAIRO_STATUS_SUCCESS && !is_svg)
-        status = cairo_surface_write_to_png(surface, path);
-    cairo_surface_finish(surface);
-    if (status == CAIRO_STATUS_SUCCESS)
-        status = cairo_surface_status(surface);
-    cairo_surface_destroy(surface);
-    return status;
-}
+static void draw_plot(cairo_t *c, const void *what) { draw_all(c, what); }
 
 int kt_plot_draw(const kt_plot *plot, const char *path) {
-    cairo_status_t status = draw_to(plot, path);
-    if (status == CAIRO_STATUS_SUCCESS)
-        return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, cairo_status_to_string(status));
-    return KT_EXIT_INTEGRATION;
+    return kt_paper_write(path, width_of(plot), height_of(plot), draw_plot, plot);
 }

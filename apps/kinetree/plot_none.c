@@ -1,6 +1,7 @@
 /* In the place of plot.c where there is no cairo. */
 #include "command.h"
 #include "plot.h"
+#include "plot_shapes.h"
 
 int kt_plot_check(const char *path) {
     kt_say("%s cannot be drawn: this kinetree was built without cairo", path);
@@ -8,6 +9,12 @@ int kt_plot_check(const char *path) {
 }
 
 int kt_plot_draw(const kt_plot *plot, const char *path) {
+    (void)plot;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_plot_shapes(const kt_shape_plot *plot, const char *path) {
     (void)plot;
     (void)kt_plot_check(path);
     return KT_EXIT_USAGE;

@@ -5,6 +5,9 @@
  */
 #include "plot_paper.h"
 
+#include "command.h"
+
+#include <cairo-svg.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -114,21 +117,56 @@ static void trace_polygon(cairo_t *c, double x, double y, double radius, int cor
     cairo_close_path(c);
 }
 
-void kt_paper_mark(cairo_t *c, double x, double y, int mark, bool hollow, kt_colour colour, kt_colour paper) {
+void kt_paper_trace_mark(cairo_t *c, double x, double y, int mark) {
     static const struct shape {
         int corners; /* 0: a circle */
         double turn, radius;
-    } shapes[KT_PLOT_MARK_COUNT] = {{0, 0.0, 3.4}, {4, 0.5, 4.4}, {3, 0.0, 4.6}, {4, 0.0, 4.4},
-                                    {3, 2.0, 4.6}, {5, 0.0, 4.4}, {6, 0.0, 4.2}};
+    } shapes[KT_PLOT_MARK_COUNT] = {{0, 0.0, 3.8}, {4, 0.5, 4.8}, {3, 0.0, 5.0}, {4, 0.0, 4.8},
+                                    {3, 2.0, 5.0}, {5, 0.0, 4.8}, {6, 0.0, 4.6}};
     const struct shape *shape = &shapes[(mark - 1) % KT_PLOT_MARK_COUNT];
-    cairo_new_path(c);
+    cairo_new_sub_path(c);
     if (shape->corners == 0)
         cairo_arc(c, x, y, shape->radius, 0.0, 2.0 * pi);
     else
         trace_polygon(c, x, y, shape->radius, shape->corners, shape->turn);
+    cairo_close_path(c);
+}
+
+void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour paper) {
     kt_paper_use(c, hollow ? paper : colour);
+    if (!hollow) {
+        cairo_fill(c);
+        return;
+    }
     cairo_fill_preserve(c);
     kt_paper_use(c, colour);
     cairo_set_line_width(c, 1.3);
     cairo_stroke(c);
+}
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+/* PNG pictures have two pixels a unit, for sharp screens. */
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what) {
+    const size_t length = strlen(path);
+    const bool is_svg = length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+    const int scale = is_svg ? 1 : 2;
+    cairo_surface_t *surface = is_svg ? cairo_svg_surface_create(path, width, height)
+                                      : cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
+    cairo_t *c = cairo_create(surface);
+    cairo_scale(c, scale, scale);
+    draw(c, what);
+    cairo_status_t status = cairo_status(c);
+    cairo_destroy(c);
+    if (status == CAIRO_STATUS_SUCCESS && !is_svg)
+        status = cairo_surface_write_to_png(surface, path);
+    cairo_surface_finish(surface);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_surface_status(surface);
+    cairo_surface_destroy(surface);
+    if (status == CAIRO_STATUS_SUCCESS)
+        return KT_EXIT_DONE;
+    kt_say("%s cannot be written: %s", path, cairo_status_to_string(status));
+    return KT_EXIT_INTEGRATION;
 }

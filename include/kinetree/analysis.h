@@ -99,8 +99,9 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
  *
  * Derivatives are central differences along the manifold, extrapolated from a sequence of halved steps (Ridders 1982,
  * Advances in Engineering Software 4, 75-76), each number from the steps that suit it best; what the last steps of the
- * extrapolation and rounding leave is the estimated error. Angles are first moved by 0.1 rad. A scene with a kink at
- * the state itself (a spring of no length, a table's corner) has no derivative: its estimate says so.
+ * extrapolation and rounding leave is the estimated error; on random mechanisms true errors were within 3 estimated
+ * ones. Angles are first moved by 0.1 rad. A scene with a kink at the state itself (a spring of no length, a table's
+ * corner) has no derivative: its estimate says so.
  * Errors: KT_ERROR_SINGULAR at a singular position of the loops, where the states are no manifold, and as
  * kt_acceleration_evaluate; KT_ERROR_CONSTRAINT; KT_ERROR_NOT_FINITE; the system is then as before. About 12 states
  * evaluations of the acceleration, and O(nv^3). */
@@ -298,7 +299,9 @@ typedef struct kt_set_options {
 
 /* For steps of this length (adaptive: the longest that is expected), s, > 0: alpha = beta = 0.1 / step, penalty 1e4, 12
  * iterations, tolerances 1e-11 and 1e-12. On the bundled linkages, alpha = 1 / step made rk4's errors 3 to 100 times
- * larger (the stabilising forces disturb the motion) and dopri5's evaluations 5 to 17 times as many. */
+ * larger (the stabilising forces disturb the motion) and dopri5's evaluations 5 to 17 times as many; alpha = 0.1 /
+ * step, growing as steps shrink, costs rk4 one or two of its orders (h^3.2 on Andrews' mechanism, h^2.0 on Bricard's,
+ * where gains that stay keep h^4.0), but lets it pass the N-four-bar, which the gains that stay do not. */
 KT_API kt_set_options kt_set_options_default(kt_set_type type, double step);
 
 typedef struct kt_set kt_set;

@@ -125,7 +125,8 @@ static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_poi
             return KT_OK;
         *steps = floor(0.5 * *steps);
         status = try_setting(ladder, step_of(ladder, *steps), &point, error);
-        *failed = point;
+        if (!point.usable)
+            *failed = point;
     }
     while (status == KT_OK && !is_usable && !point.usable) {
         *failed = point;

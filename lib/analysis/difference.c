@@ -109,6 +109,7 @@ static bool go_on(extrapolation *x, double h, double *worst) {
     return better;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): written by way of the extrapolation */
 kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error) {
     extrapolation x = {.l = l,
                        .last = l->tableau,

@@ -5,7 +5,8 @@
  * stop it grows from zero with the spring's own force, which it never exceeds. So the force is continuous where contact
  * begins and ends - a plain damper c w would jump there - and N >= 0 always: a stop never pulls back. It needs no
  * length or rate over which to blend, and scales with the joint's units. (The idea that damping must vanish with the
- * indentation is Hunt and Crossley's, 1975.) N has a kink at x = 0, as every one-sided spring; elsewhere it is C1.
+ * indentation is Hunt and Crossley's, 1975.) N has a kink at x = 0, as every one-sided spring; elsewhere it is C1. A
+ * joint that leaves with c |w| >> k x hardly feels the stop, whose energy then turns into heat.
  */
 #include "effect/kind.h"
 

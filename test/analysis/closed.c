@@ -66,6 +66,30 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
 
 /* ---- top --------------------------------------------------------------------------------------------------------- */
 
+/* Shapes belong to their eigenvalues: A x = lambda x with the states' numbers of dq and dv. */
+static void expect_shapes(const small *s, kt_worst *worst) {
+    const kt_linear_system *y = s->system;
+    for (int k = 0; k < kt_modes_count(s->modes); k++) {
+        const kt_mode mode = kt_modes_at(s->modes, k);
+        const double *dq = kt_modes_positions(s->modes, k), *dv = kt_modes_velocities(s->modes, k);
+        for (int i = 0; i < y->states; i++) {
+            double re = 0.0, im = 0.0, own[2] = {0.0, 0.0};
+            for (int j = 0; j < y->states; j++) {
+                const double *x = j < y->positions ? dq + 2 * y->position_coordinate[j]
+                                                   : dv + 2 * y->velocity_coordinate[j - y->positions];
+                re += small_at(y->state, y->states, i, j) * x[0];
+                im += small_at(y->state, y->states, i, j) * x[1];
+                own[0] = i == j ? x[0] : own[0];
+                own[1] = i == j ? x[1] : own[1];
+            }
+            const double size = 1.0 + hypot(mode.real, mode.imaginary);
+            const double a = mode.real * own[0] - mode.imaginary * own[1];
+            const double b = mode.real * own[1] + mode.imaginary * own[0];
+            kt_worst_below(worst, hypot(re - a, im - b) / (size * size), 2e-14, "mode %d state %d", k, i);
+        }
+    }
+}
+
 /* A top that sleeps: spin w about the upright axis, C about it, A across at the fixed point. Seen from space the axis
  * goes as exp(i p t), A p^2 - C w p + m g l = 0; in the top's own axes, p - w. Stable from C w = 2 sqrt(A m g l) on. */
 KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
@@ -81,7 +105,7 @@ KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
     body->com = kt_vec3_make(0.0, 0.0, l);
     body->inertia = kt_sym3_make(across, across, c, 0.0, 0.0, 0.0);
     if (linkage_compile(&top)) {
-        kt_worst worst = kt_worst_make("lambda / least spin");
+        kt_worst worst = kt_worst_make("lambda / least spin"), shapes = kt_worst_make("A x - lambda x");
         for (size_t k = 0; k < sizeof spins / sizeof spins[0]; k++) {
             const double w = spins[k] * least, square = c * c * w * w / 4.0 - a * m * 9.81 * l;
             const double root = sqrt(fabs(square)) / a, middle = c * w / (2.0 * a) - w;
@@ -95,10 +119,12 @@ KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
                     (void)small_nearest(&s, re, im, &distance);
                     kt_worst_below(&worst, distance / least, 2e-14, "spin %g of the least", spins[k]);
                 }
+                expect_shapes(&s, &shapes);
             }
             small_free(&s);
         }
         kt_check_worst(&worst);
+        kt_check_worst(&shapes);
     }
     linkage_free(&top);
 }

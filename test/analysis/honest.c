@@ -13,11 +13,28 @@
 #include <math.h>
 #include <string.h>
 
-enum { NEAR = 4 };
+enum { NEAR = 4, OUTPUTS = 6 * KT_TREE_SLOTS };
 
 typedef struct derivative {
-    double dq[KT_TREE_NV], dv[KT_TREE_NV], da[KT_TREE_NV];
+    double dq[KT_TREE_NV], dv[KT_TREE_NV], da[KT_TREE_NV], seen[OUTPUTS];
 } derivative;
+
+/* Positions and velocities of all markers; needs kinematics. */
+static int see(const kt_tree *tree, double *seen) {
+    int count = 0;
+    for (int body = 0; body < tree->count; body++)
+        for (int m = 0; m < kt_marker_count(tree->model, body); m++) {
+            const kt_vec3 at = kt_marker_at(tree->model, body, m);
+            const kt_vec3 x[2] = {kt_point_position(tree->model, tree->data, body, at),
+                                  kt_point_velocity(tree->model, tree->data, body, at)};
+            for (int k = 0; k < 2; k++) {
+                seen[count++] = x[k].x;
+                seen[count++] = x[k].y;
+                seen[count++] = x[k].z;
+            }
+        }
+    return count;
+}
 
 /* A state beside, and what it is away. */
 static bool look(const tangle *g, const double *dq, const double *dv, double s, derivative *out) {
@@ -30,8 +47,10 @@ static bool look(const tangle *g, const double *dq, const double *dv, double s, 
     }
     kt_position_add(tree->model, g->q, step, q);
     if (kt_state_project(tree->model, tree->data, g->t, q, v, NULL, &e) != KT_OK ||
-        kt_acceleration_evaluate(tree->model, tree->data, g->t, q, v, g->tau, NULL, out->da, &e) != KT_OK)
+        kt_acceleration_evaluate(tree->model, tree->data, g->t, q, v, g->tau, NULL, out->da, &e) != KT_OK ||
+        kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e) != KT_OK)
         return false;
+    (void)see(tree, out->seen);
     kt_position_subtract(tree->model, q, g->q, out->dq);
     for (int i = 0; i < tree->nv; i++)
         out->dv[i] = v[i] - g->v[i];
@@ -57,6 +76,8 @@ static bool differentiate(const tangle *g, const double *dq, const double *dv, d
         out->dv[i] = combine(&ahead[0].dv[i], &behind[0].dv[i], eighth, h, stride);
         out->da[i] = combine(&ahead[0].da[i], &behind[0].da[i], eighth, h, stride);
     }
+    for (int i = 0; i < OUTPUTS; i++)
+        out->seen[i] = combine(&ahead[0].seen[i], &behind[0].seen[i], eighth, h, stride);
     return true;
 }
 
@@ -84,7 +105,7 @@ static void rate_of_difference(const tangle *g, const derivative *d, double *rat
 }
 
 typedef struct census {
-    kt_worst state, carried;
+    kt_worst state, carried, output;
     int mechanisms, rolling, numbers, decided, left_out;
 } census;
 
@@ -109,6 +130,22 @@ static void choose_direction(const kt_linear_system *x, kt_random *random, doubl
     }
 }
 
+/* Markers: their estimates and what the differences themselves are off by. */
+static void compare_outputs(const kt_linear_system *x, const double *y, const derivative *d, const derivative *coarse,
+                            census *c) {
+    for (int i = 0; i < x->outputs; i++) {
+        double sum = 0.0, error = 0.0;
+        for (int j = 0; j < x->states; j++) {
+            sum += small_at(x->output, x->outputs, i, j) * y[j];
+            error += small_at(x->output_error, x->outputs, i, j) * fabs(y[j]);
+        }
+        const double own = fabs(d->seen[i] - coarse->seen[i]) + 1e-13 * (1.0 + x->speed);
+        if (own < 1e-9)
+            kt_worst_near(&c->output, sum, d->seen[i], 4.0 * (error + own), "mechanism %d, output %d", c->mechanisms,
+                          i);
+    }
+}
+
 static void compare(const tangle *g, const small *s, kt_random *random, census *c) {
     const kt_linear_system *x = s->system;
     const int n = x->states;
@@ -118,6 +155,7 @@ static void compare(const tangle *g, const small *s, kt_random *random, census *
     if (!differentiate(g, dq, dv, 0.01, &coarse) || !differentiate(g, dq, dv, 0.006, &d))
         return;
     rate_of_difference(g, &d, rate);
+    compare_outputs(x, y, &d, &coarse, c);
     for (int i = 0; i < x->coordinates; i++)
         whole = fmax(whole, fabs(d.da[i]));
     for (int i = 0; i < n; i++) {
@@ -168,7 +206,8 @@ static void compare_all(const tangle_plan *plan, int count, kt_random *random, c
 KT_TEST(estimated_errors_bound_true_ones_on_random_mechanisms) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
-    census c = {.state = kt_worst_make("state y"), .carried = kt_worst_make("d/dt dq")};
+    census c = {
+        .state = kt_worst_make("state y"), .carried = kt_worst_make("d/dt dq"), .output = kt_worst_make("output y")};
     plan.tree.bodies = 8;
     for (int loops = 0; loops < 4; loops++) {
         plan.loops = loops;
@@ -176,6 +215,7 @@ KT_TEST(estimated_errors_bound_true_ones_on_random_mechanisms) {
     }
     kt_check_worst(&c.state);
     kt_check_worst(&c.carried);
+    kt_check_worst(&c.output);
     kt_note("%d mechanisms, %d with rolling; %d numbers, %d left out", c.mechanisms, c.rolling, c.numbers, c.left_out);
     kt_check_above("mechanisms", c.mechanisms, 40.0);
     kt_check_above("rolling", c.rolling, 1.0);

@@ -2,6 +2,7 @@
 #include "shell.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* A cart with a motor and a point-mass pendulum, which starts on its side. */
@@ -73,6 +74,19 @@ KT_TEST(modes_gives_matrices_with_names_as_json) {
     kt_check_near("cart against bob", kt_json_at(root, "modes[2].position.cart[0][0]"), -0.6 * 0.15 / 1.15, 1e-14);
     json_decref(root);
 }
+
+#ifdef KT_HAS_CAIRO
+KT_TEST(modes_draws_shapes) {
+    kt_write_file("cart.yaml", cart);
+    kt_ran ran = kt_shell("$K modes cart.yaml --plot s.svg >/dev/null && grep -c '<rect\\|<path' s.svg");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_above("parts of the picture", atoi(ran.out), 10.0);
+    ran = kt_shell("$K modes cart.yaml --plot s.png --dark >/dev/null && head -c 4 s.png | tail -c 3");
+    kt_check_text("picture", ran.out, "PNG");
+    kt_expect(1, "a picture's name ends in .svg or .png", "$K modes cart.yaml --plot s.jpg");
+    kt_expect(4, "cannot be written", "$K modes cart.yaml --plot /nowhere/s.svg");
+}
+#endif
 
 KT_TEST(equilibrium_prints_and_writes_what_a_scene_can_hold) {
     kt_write_file("cart.yaml", cart);

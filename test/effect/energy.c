@@ -206,7 +206,8 @@ static void check_power(kt_random *random, kt_effect_type type, kt_worst *power,
         rise = energy_rate(&r, end, linear, angular);
         size += reach(linear, angular);
     }
-    kt_worst_near(power, sum, balance.supplied - balance.dissipated - rise, 1e-12 * size * (1.0 + fabs(balance.energy)),
+    kt_worst_near(power, sum, balance.supplied - balance.dissipated - rise,
+                  (balance.energy == 0.0 && rise == 0.0 ? 8.0 * EPS : 1e-12) * size * (1.0 + fabs(balance.energy)),
                   "%s", kt_effect_type_name(type));
     kt_worst_below(heat, fmax(0.0, -balance.dissipated), 0.0, "%s", kt_effect_type_name(type));
 }

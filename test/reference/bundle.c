@@ -73,7 +73,8 @@ KT_TEST(scenes_that_were_promised_are_there) {
                                         "flapping-wings",
                                         "articulated-rotor",
                                         "rolling-ball",
-                                        "rope"};
+                                        "rope",
+                                        "engine-mounts"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         kt_case c;
         kt_check_true(names[i], kt_case_open(&c, names[i]));
@@ -110,6 +111,24 @@ KT_TEST(every_joint_type_is_shown_in_a_scene) {
     visit_all(note_joints);
     for (int type = 0; type < KT_JOINT_TYPE_COUNT; type++)
         kt_check_true(kt_joint_type_name((kt_joint_type)type), shown[type]);
+}
+
+/* And each effect. */
+static bool acts[KT_EFFECT_TYPE_COUNT];
+
+static void note_effects(const char *name) {
+    kt_case c;
+    if (kt_case_open(&c, name))
+        for (int i = 0; i < c.scene.description.effect_count; i++)
+            acts[c.scene.description.effects[i].type] = true;
+    kt_case_close(&c);
+}
+
+KT_TEST(every_effect_type_is_shown_in_a_scene) {
+    memset(acts, 0, sizeof acts);
+    visit_all(note_effects);
+    for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++)
+        kt_check_true(kt_effect_type_name((kt_effect_type)type), acts[type]);
 }
 
 /* ---- what a file says of itself ---------------------------------------------------------------------------------- */
