@@ -45,8 +45,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
 static int choose(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);
-    for (double goal = 1e-6; best < 0 && goal < 1.0; goal *= 10.0)
-        best = kt_accuracy_best(findings->study, goal);
+    for (int decade = -6; best < 0 && decade < 0; decade++)
+        best = kt_accuracy_best(findings->study, pow(10.0, decade));
     return best;
 }
 
