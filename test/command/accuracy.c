@@ -57,18 +57,19 @@ KT_TEST(accuracy_writes_every_run) {
 KT_TEST(recommended_setting_reaches_the_goal_when_it_is_run) {
     kt_write_file("p.yaml", pendulum);
     kt_ran ran = kt_shell("$K accuracy p.yaml --integrators dopri5 --goal 1e-6 --budget 3");
-    double tolerance = 0.0;
-    const char *sentence = strstr(ran.out, "for 1e-06 rad use dopri5 with tolerance ");
+    static const char start[] = "for 1e-06 rad use dopri5 with tolerance ";
+    const char *sentence = strstr(ran.out, start);
     kt_check_equal_int("exit code", ran.code, 0);
-    if (!kt_check_true("the sentence", sentence != NULL) ||
-        !kt_check_equal_int("its setting", sscanf(sentence, "for 1e-06 rad use dopri5 with tolerance %lf:", &tolerance),
-                            1))
+    if (!kt_check_true("the sentence", sentence != NULL))
         return;
+    const double tolerance = strtod(sentence + strlen(start), NULL);
+    kt_check_true("its setting", tolerance > 0.0);
     kt_check_contains("its cost", sentence, " per simulated second\n");
     ran =
         kt_shell("$K run p.yaml --tolerance %.17g --interval 0.01 --out fast.csv --quiet && $K run p.yaml --integrator "
                  "dop853 --tolerance 1e-13 --interval 0.01 --out exact.csv --quiet",
                  tolerance);
+    kt_check_equal_int("runs", ran.code, 0);
     char *exact = strdup(kt_read_file("exact.csv"));
     const char *fast = kt_read_file("fast.csv");
     double worst = 0.0;
