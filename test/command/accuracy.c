@@ -107,6 +107,28 @@ KT_TEST(accuracy_stops_where_errors_mean_nothing_and_says_so) {
     kt_check_contains("said", ran.out, "of the 200 s asked for, the study looks at the first ");
 }
 
+/* x'' = -1001 x' - 1000 x: rk4 is stable up to 2.785 / 1000. */
+KT_TEST(accuracy_tells_stability_from_accuracy) {
+    kt_write_file("s.yaml", "kinetree: 1\n"
+                            "bodies: [{name: a, joint: {type: prismatic, axis: x, position: 1}, mass: 1}]\n"
+                            "effects:\n"
+                            "  - {type: spring, between: [world, a], stiffness: 1000, length: 0}\n"
+                            "  - {type: joint_damper, joint: a, damping: 1001}\n"
+                            "simulate: {duration: 5}\n");
+    kt_ran ran = kt_shell("$K accuracy s.yaml --integrators rk4 --budget 4");
+    const char *row = strstr(ran.out, "\n  rk4           4  ");
+    kt_check_equal_int("exit code", ran.code, 0);
+    if (kt_check_true("row", row != NULL)) {
+        row += strlen("\n  rk4           4  ");
+        row += strcspn(row, " ");
+        kt_check_near("stable to", strtod(row, NULL), 2.785e-3, 0.02 * 2.785e-3);
+    }
+    kt_check_contains("unit", ran.out, "records, in m\n");
+    kt_check_contains("said", ran.out, "it is not accuracy but stability that forbids");
+    ran = kt_shell("$K accuracy p.yaml --integrators rk4 --budget 1");
+    kt_check_true("and only there", strstr(ran.out, "forbids") == NULL);
+}
+
 KT_TEST(accuracy_takes_a_run_as_its_reference) {
     kt_write_file("p.yaml", pendulum);
     kt_ran ran =
