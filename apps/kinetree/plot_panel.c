@@ -44,9 +44,10 @@ static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, 
     if (!axis->is_log || axis->step > 1.5 || log10(axis->high / axis->low) > 4.5)
         return;
     cairo_set_line_width(c, 0.5);
-    for (double power = pow(10.0, floor(log10(axis->low))); power < axis->high; power *= 10.0)
+    const int first = (int)floor(log10(axis->low)), last = (int)ceil(log10(axis->high));
+    for (int decade = first; decade < last; decade++)
         for (int k = 2; k < 10; k++) {
-            const double value = k * power;
+            const double value = k * pow(10.0, decade);
             if (value < axis->low || value > axis->high)
                 continue;
             if (of_x)

@@ -110,7 +110,7 @@ static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt
                        kt_error *error) {
     kt_status status;
     const kt_walk fresh = *start;
-    for (;; *tolerance *= 10.0) {
+    for (;;) {
         kt_simulation *simulation = NULL;
         *start = fresh;
         status = make_simulation(start, method, *tolerance, &simulation, error);
@@ -121,6 +121,7 @@ static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt
         kt_simulation_free(simulation);
         if (status != KT_ERROR_STEP || *tolerance > 0.5 * loosest)
             return status;
+        *tolerance *= 10.0;
     }
 }
 
@@ -181,10 +182,9 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
     if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
         const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
         walk.begin = distance(&walk, &first);
-        if (walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK)
+        const bool failed = walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK;
+        if (failed || walk.guard.late) /* which is not far */
             walk.rows = results->records + 1;
-        else if (walk.guard.late)
-            walk.rows = results->records + 1; /* it was late, not far */
     }
     kt_simulation_free(simulation);
     results->amplification = walk.amplification;
@@ -262,7 +262,8 @@ static kt_status say_late(const kt_accuracy *study, const kt_first *first, kt_er
 /* At the tightest tolerance at which it gets anywhere: below the noise of a scene's accelerations steps become tiny. */
 static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, kt_walk *walk, kt_first *first,
                                double *tolerance, kt_simulation_counts *counts, kt_error *error) {
-    for (*tolerance = tightest;; *tolerance *= 100.0) {
+    *tolerance = tightest;
+    for (;;) {
         *walk = (kt_walk){.guard = kt_accuracy_guard_make(study, 0.15, 4.0), .into = states, .has_room = true};
         walk->low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
         walk->high = kt_vec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
@@ -275,6 +276,7 @@ static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, k
             return KT_OK;
         if (*tolerance > 0.5 * loosest)
             return say_late(study, first, error);
+        *tolerance *= 100.0;
     }
 }
 

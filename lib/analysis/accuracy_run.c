@@ -48,6 +48,7 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
 }
 
 /* Clocks are slow: one look in sixteen evaluations is enough. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
 static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_accuracy_guard *guard = user;
     const bool looks = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
