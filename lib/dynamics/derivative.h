@@ -16,9 +16,9 @@
  *     2B (b, c) = sum (x x g, g),  g = 2 m b x xdot:    2B = [2 (tr T 1 - T); -2 [p]] on b alone,
  *     T = sum m xdot x', p = sum m xdot;  of a link  T = v h' + [w] (tr J / 2 1 - J),  p = m v + w x h.
  * X is there because wrenches from outside do not turn with the body: X s = (s x n + c x (s x f), s x f) for one at c.
- * Summed over all that a node carries (F^C, I^C, B^C, X^C), and since S_k x* drops out of S_i . F after k (S_i moves along):
- *     dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)                          i in k's node or after
- *     dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)           i before k's node
+ * Summed over all that a node carries (F^C, I^C, B^C, X^C), and since S_k x* drops out of S_i . F after k (S_i moves
+ * along): dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)                          i in k's node or
+ * after dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)           i before k's node
  * (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi.) Likewise for v.
  *
  * What forward dynamics does to a link's bias wrench it does to these, too: with U = I S, d = 1 / S.U, tip to root,
@@ -45,7 +45,7 @@ typedef double kt_v8 __attribute__((vector_size(64)));
 
 typedef struct kt_node {
     int32_t link;
-    int32_t parent; /* a node; 0: the ground */
+    int32_t parent;       /* a node; 0: the ground */
     int32_t first, count; /* freedoms */
 } kt_node;
 
@@ -65,10 +65,10 @@ typedef struct kt_freedom_row {
 
 /* Freedoms as columns: about the tree's origin. */
 typedef struct kt_freedom_batch {
-    kt_v8 s[6];              /* S */
-    kt_v8 psi[3];            /* psi', angular */
-    kt_v8 rate[6], phi[6];   /* psi'', phi */
-    kt_v8 pushed[2][6];      /* f_k for q, v */
+    kt_v8 s[6];            /* S */
+    kt_v8 psi[3];          /* psi', angular */
+    kt_v8 rate[6], phi[6]; /* psi'', phi */
+    kt_v8 pushed[2][6];    /* f_k for q, v */
 } kt_freedom_batch;
 
 typedef struct kt_derivative_link {
@@ -109,7 +109,7 @@ typedef struct kt_derivative_work {
 
 /* The kernels. Each takes data->motion as kinematics has left it, with the accelerations a. */
 #define KT_DERIVATIVES_DECLARE(level)                                                                                  \
-    void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,    \
+    void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,   \
                                      bool, kt_derivative_work *);                                                      \
     void kt_derivative_inverse_##level(const kt_model *, kt_derivative_work *);                                        \
     void kt_derivative_forward_##level(const kt_model *, bool, bool, kt_derivative_work *);

@@ -87,8 +87,7 @@ static inline void way_back(const kt_model *model, size_t b, size_t low, size_t 
 }
 
 /* From the root: accelerations into the rows. */
-static inline void move_node(const kt_model *model, size_t n, size_t b, bool unit, bool loaded,
-                             kt_derivative_work *w) {
+static inline void move_node(const kt_model *model, size_t n, size_t b, bool unit, bool loaded, kt_derivative_work *w) {
     const kt_node *node = &w->node[n];
     const size_t nv = model->n.v;
     kt_derivative_state x = {0};
