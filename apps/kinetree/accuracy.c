@@ -51,6 +51,10 @@ static int tell(const kt_findings *findings) {
         const int drawn = kt_findings_draw(findings, arguments->plot, arguments->dark);
         code = code == KT_EXIT_DONE ? drawn : code;
     }
+    if (arguments->plot_dark != NULL) {
+        const int drawn = kt_findings_draw(findings, arguments->plot_dark, true);
+        code = code == KT_EXIT_DONE ? drawn : code;
+    }
     /* Tables and lines of CSV cannot share standard output. */
     if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
         kt_findings_print(findings);
@@ -116,14 +120,14 @@ int kt_command_accuracy(int argc, char **argv) {
     int code = kt_accuracy_arguments_read(argc, argv, &arguments);
     if (code >= 0)
         return code;
-    const char *const results[] = {arguments.out, arguments.plot};
+    const char *const results[] = {arguments.out, arguments.plot, arguments.plot_dark};
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
         if (kt_is_same_file(results[i], argv[1]) || kt_is_same_file(results[i], arguments.reference)) {
             kt_say("accuracy: %s is what the study is made from; give its results another file", results[i]);
             return KT_EXIT_USAGE;
         }
-    if (arguments.plot != NULL) {
-        code = kt_plot_check(arguments.plot);
+    for (size_t i = 1; i < sizeof results / sizeof results[0]; i++) {
+        code = results[i] != NULL ? kt_plot_check(results[i]) : -1;
         if (code >= 0)
             return code;
     }

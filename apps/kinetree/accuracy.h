@@ -18,7 +18,7 @@ enum {
 typedef struct kt_accuracy_arguments {
     const char *integrator_list, *step_list, *tolerance_list, *goal_list; /* as given; NULL: not */
     double duration, budget;
-    const char *reference, *out, *plot;
+    const char *reference, *out, *plot, *plot_dark;
     bool prices, compare_sets, dark, quiet;
 
     /* What the lists say. */

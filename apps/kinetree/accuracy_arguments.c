@@ -26,6 +26,7 @@ static const kt_option options[] = {
      "ways to keep loops closed, and what each gets wrong; by rk4 and dopri5", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "every run as a line of CSV; '-': standard output", NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE", "the work-precision diagram: FILE.svg or FILE.png", NULL},
+    {"plot-dark", KT_OPTION_TEXT, KT_AT(plot_dark), "FILE", "the same on a dark page, besides or instead", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no progress bar and no tables, but for errors", NULL},
 };

@@ -38,6 +38,35 @@ double kt_accuracy_most(const kt_accuracy *study) {
     return most;
 }
 
+/* ---- guards ------------------------------------------------------------------------------------------------------ */
+
+kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double runs) {
+    kt_accuracy_guard guard = {.study = study};
+    guard.until = kt_accuracy_now(study) + part * study->options.budget;
+    guard.most = (uint64_t)(runs * (double)study->options.run_evaluations);
+    return guard;
+}
+
+/* Clocks are slow: one look in sixteen evaluations is enough. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
+static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    kt_accuracy_guard *guard = user;
+    const bool looks = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
+    (void)rate;
+    if (guard->evaluations++ >= guard->most || (looks && kt_accuracy_now(guard->study) > guard->until)) {
+        guard->late = true;
+        return -1;
+    }
+    const kt_status status =
+        kt_acceleration_evaluate(at->model, at->data, at->t, at->q, at->v, at->tau, at->external, a, error);
+    return status == KT_OK ? 0 : status == KT_ERROR_ARGUMENT ? -1 : 1;
+}
+
+void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options) {
+    options->acceleration = evaluate;
+    options->user = guard;
+}
+
 /* ---- the error --------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_watcher {
@@ -157,7 +186,10 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     kt_simulation_options recorded = *options;
     kt_simulation *simulation = NULL;
     kt_watcher watcher = {study, &point->error};
+    kt_accuracy_guard guard = kt_accuracy_guard_make(study, 1.0 / study->results.curve_count, 1.0);
     recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    if (recorded.acceleration == NULL)
+        kt_accuracy_guard_use(&guard, &recorded);
     kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
     if (status != KT_OK)
         return status;
