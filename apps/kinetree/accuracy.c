@@ -51,11 +51,16 @@ static int tell(const kt_findings *findings) {
         const int drawn = kt_findings_draw(findings, arguments->plot, arguments->dark);
         code = code == KT_EXIT_DONE ? drawn : code;
     }
+    if (arguments->plot_dark != NULL) {
+        const int drawn = kt_findings_draw(findings, arguments->plot_dark, true);
+        code = code == KT_EXIT_DONE ? drawn : code;
+    }
     /* Tables and lines of CSV cannot share standard output. */
     if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
         kt_findings_print(findings);
         fflush(stdout);
-        const int priced = kt_findings_print_prices(findings);
+        const int priced =
+            arguments->compare_sets ? kt_findings_print_sets(findings) : kt_findings_print_prices(findings);
         code = code == KT_EXIT_DONE ? priced : code;
     }
     return kt_finish_output(code);
@@ -65,7 +70,13 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
                        const kt_reference_file *reference) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
-    const kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    kt_variant variants[KT_COMPARED_SETS];
+    if (arguments->compare_sets) {
+        kt_compared_sets(&scene->run, variants);
+        options.variants = variants;
+        options.variant_count = KT_COMPARED_SETS;
+    }
     kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
     kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);
     kt_progress_end(&progress);
@@ -87,6 +98,12 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;
+    if (arguments->compare_sets && kt_loop_count(model) == 0) {
+        kt_say("accuracy: %s: --compare-sets: nothing to compare: there are no loops to keep closed", path);
+        kt_model_free(model);
+        kt_scene_free(&scene);
+        return KT_EXIT_USAGE;
+    }
     code = arguments->reference != NULL
                ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
                : -1;
@@ -103,14 +120,14 @@ int kt_command_accuracy(int argc, char **argv) {
     int code = kt_accuracy_arguments_read(argc, argv, &arguments);
     if (code >= 0)
         return code;
-    const char *const results[] = {arguments.out, arguments.plot};
+    const char *const results[] = {arguments.out, arguments.plot, arguments.plot_dark};
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
         if (kt_is_same_file(results[i], argv[1]) || kt_is_same_file(results[i], arguments.reference)) {
             kt_say("accuracy: %s is what the study is made from; give its results another file", results[i]);
             return KT_EXIT_USAGE;
         }
-    if (arguments.plot != NULL) {
-        code = kt_plot_check(arguments.plot);
+    for (size_t i = 1; i < sizeof results / sizeof results[0]; i++) {
+        code = results[i] != NULL ? kt_plot_check(results[i]) : -1;
         if (code >= 0)
             return code;
     }

@@ -10,6 +10,7 @@ enum {
     KT_ACCURACY_GOALS_MAX = 6,
     KT_ACCURACY_SETTINGS_MAX = 40,
     KT_ACCURACY_METHODS_MAX = 64,
+    KT_COMPARED_SETS = 7,
 };
 
 /* ---- the command line -------------------------------------------------------------------------------------------- */
@@ -17,8 +18,8 @@ enum {
 typedef struct kt_accuracy_arguments {
     const char *integrator_list, *step_list, *tolerance_list, *goal_list; /* as given; NULL: not */
     double duration, budget;
-    const char *reference, *out, *plot;
-    bool prices, dark, quiet;
+    const char *reference, *out, *plot, *plot_dark;
+    bool prices, compare_sets, dark, quiet;
 
     /* What the lists say. */
     const kt_method *methods[KT_ACCURACY_METHODS_MAX];
@@ -38,6 +39,12 @@ typedef struct kt_reference_file {
 
 /* Reads the records of a run up to `duration` (NaN: all). Returns -1 to go on, or an exit code. */
 int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file);
+
+/* ---- other coordinate sets --------------------------------------------------------------------------------------- */
+
+/* What --compare-sets runs: KT_COMPARED_SETS variants, and the methods where none are given; returns their number. */
+void kt_compared_sets(const kt_run *run, kt_variant *variants);
+int kt_compared_methods(const kt_method **methods);
 
 /* ---- what came out ----------------------------------------------------------------------------------------------- */
 
@@ -61,6 +68,9 @@ const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int poin
 void kt_findings_print(const kt_findings *findings);
 /* The price of each promise, on standard output. Returns an exit code. */
 int kt_findings_print_prices(const kt_findings *findings);
+/* With --compare-sets, what stands in the place of the prices: every set at one setting of each method, and what it
+ * gets wrong in a line. Returns an exit code. */
+int kt_findings_print_sets(const kt_findings *findings);
 /* Every point as CSV. Returns an exit code. */
 int kt_findings_write(const kt_findings *findings, const char *path);
 /* The work-precision diagram. Returns an exit code. */

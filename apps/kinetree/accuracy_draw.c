@@ -21,8 +21,15 @@ static int colour_of(int order) {
     return colours[order < 9 ? order : 8];
 }
 
+/* A colour is a variant, where there are several. */
+static int colour_at(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
+    return results->variant_count > 1 ? 1 + curve->variant % KT_PLOT_SERIES_MAX : colour_of(curve->method->order);
+}
+
 static int mark_of(const kt_accuracy_results *results, int index) {
     int mark = 1;
+    if (results->variant_count > 1) /* a mark is a method */
+        return 1 + index % (results->curve_count / results->variant_count) % KT_PLOT_MARK_COUNT;
     for (int i = 0; i < index; i++)
         mark += results->curves[i].method->order == results->curves[index].method->order;
     return 1 + (mark - 1) % KT_PLOT_MARK_COUNT;
@@ -33,9 +40,18 @@ static double known(const kt_accuracy_results *results, const kt_accuracy_point 
     return point->usable ? fmax(point->error.position, results->uncertainty.position) : (double)NAN;
 }
 
+static bool has_usable(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
+    for (int i = curve->first; i < curve->first + curve->count; i++)
+        if (results->points[i].usable)
+            return true;
+    return false;
+}
+
+/* A curve that is not to be seen says why. */
 static void name_curve(const kt_accuracy_results *results, const kt_accuracy_curve *curve, char *label, size_t size) {
     const char *variant = results->variants[curve->variant].label;
-    snprintf(label, size, "%s%s%s", curve->method->name, variant != NULL ? ", " : "", variant != NULL ? variant : "");
+    snprintf(label, size, "%s%s%s%s", curve->method->name, variant != NULL ? ", " : "", variant != NULL ? variant : "",
+             has_usable(results, curve) ? "" : ": fails");
 }
 
 static int by_cost(const void *a, const void *b) {
@@ -78,7 +94,7 @@ static void fill(const kt_accuracy_results *results, kt_diagram *d) {
                                                    .x = d->cost[panel] + curve->first,
                                                    .y = d->error + curve->first,
                                                    .count = (size_t)curve->count,
-                                                   .colour = colour_of(curve->method->order),
+                                                   .colour = colour_at(results, curve),
                                                    .mark = mark_of(results, i),
                                                    .hollow = !curve->adaptive};
         }

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VARIANTS_MAX = 12 };
+enum { VARIANTS_MAX = 12, LARGE = 40 };
 
 static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base, const char *label) {
     kt_variant *variant = &variants[(*count)++];
@@ -33,6 +33,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     }
     if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
         add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
+    if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
+        return count; /* six coordinates a body: making that model alone takes long */
     const bool is_absolute = base.model.formulation == KT_FORMULATION_ABSOLUTE;
     add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->model.formulation =
         is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
@@ -43,8 +45,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
 static int choose(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);
-    for (double goal = 1e-6; best < 0 && goal < 1.0; goal *= 10.0)
-        best = kt_accuracy_best(findings->study, goal);
+    for (int decade = -6; best < 0 && decade < 0; decade++)
+        best = kt_accuracy_best(findings->study, pow(10.0, decade));
     return best;
 }
 
@@ -62,7 +64,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
     char setting[64];
     kt_findings_setting(curve, point, setting, sizeof setting);
     printf("\nwhat else costs how much, with %s at %s\n", curve->method->name, setting);
-    printf("  %-22s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
+    printf("  %-26s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
     double base = (double)NAN;
     for (int i = 0; i < count; i++) {
         kt_accuracy_point measured;
@@ -75,7 +77,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
         }
         if (i == 0)
             base = measured.cpu;
-        printf("  %-22s ", variants[i].label);
+        printf("  %-26s ", variants[i].label);
         if (measured.usable)
             printf("%10.3g  %6.2f  %8.0f  %9.2g  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
                    (double)measured.counts.evaluations / results->duration, measured.error.position,

@@ -120,6 +120,12 @@ static void print_methods(const kt_findings *findings) {
            "why no further");
     for (int i = 0; i < results->curve_count; i++)
         print_method(findings, &results->curves[i]);
+    for (int i = 0; i < results->curve_count; i++)
+        if (results->curves[i].stable_step > 0.0) {
+            puts("  beyond 'stable to' it is not accuracy but stability that forbids a step (of adaptive methods, on\n"
+                 "  average): 'kinetree stability' tells which modes do, and rkc2 bears them");
+            return;
+        }
 }
 
 /* ---- goals ------------------------------------------------------------------------------------------------------- */
@@ -160,7 +166,8 @@ static void print_costs(const kt_findings *findings) {
                 printf("  %-8.2g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
                        1e3 * point->cpu / results->duration, best >= 0 && point == &results->points[best] ? '*' : ' ');
         }
-        putchar('\n');
+        printf("%s%s\n", results->variant_count > 1 ? "  " : "",
+               results->variant_count > 1 ? results->variants[curve->variant].label : "");
     }
 }
 

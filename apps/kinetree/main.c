@@ -32,6 +32,7 @@ static int show_help(void) {
           "  kinetree demo                          list the bundled scenes\n"
           "  kinetree run pendulum.yaml             simulate; records go to pendulum.csv\n"
           "  kinetree run pendulum.yaml --out - --interval 0.1 | head\n"
+          "  kinetree accuracy pendulum.yaml        which method and setting is the cheapest for an accuracy\n"
           "  kinetree info robot.yaml               draw its tree\n"
           "  kinetree make chain --links 100 | kinetree run - --duration 1\n"
           "\n"

@@ -14,7 +14,8 @@ enum {
     LEFT = 70,
     RIGHT = 170, /* the legends */
     TOP = 64,
-    GAP = 62, /* between the axes of two panels, one under the other */
+    HEAD = 31, /* a panel's title */
+    GAP = 62,  /* between the axes of two panels, one under the other */
     BOTTOM = 52,
     ROW_HEIGHT = 380, /* panels in a row */
     ROW_PANEL = 350,
@@ -29,8 +30,8 @@ static int gap_after(const kt_plot *plot, int panel) { return plot->panels[panel
 
 static int height_of(const kt_plot *plot) {
     if (plot->is_row)
-        return TOP + GAP / 2 + ROW_HEIGHT + BOTTOM;
-    int height = TOP + plot->panel_count * PANEL_HEIGHT + GAP / 2 + BOTTOM;
+        return TOP + HEAD + ROW_HEIGHT + BOTTOM;
+    int height = TOP + plot->panel_count * PANEL_HEIGHT + HEAD + BOTTOM;
     for (int i = 0; i + 1 < plot->panel_count; i++)
         height += gap_after(plot, i);
     return height;
@@ -43,13 +44,13 @@ static int width_of(const kt_plot *plot) {
 static void draw_row(cairo_t *c, const kt_plot *plot, const kt_palette *palette) {
     double left = LEFT;
     for (int i = 0; i < plot->panel_count; i++) {
-        kt_panel_draw(c, palette, &plot->panels[i], left, TOP + GAP / 2, ROW_PANEL, ROW_HEIGHT, ROW_RIGHT);
+        kt_panel_draw(c, palette, &plot->panels[i], left, TOP + HEAD, ROW_PANEL, ROW_HEIGHT, ROW_RIGHT);
         left += ROW_PANEL + ROW_GAP;
     }
 }
 
 static void draw_column(cairo_t *c, const kt_plot *plot, const kt_palette *palette) {
-    double top = TOP + GAP / 2;
+    double top = TOP + HEAD;
     for (int i = 0; i < plot->panel_count; i++) {
         kt_panel_draw(c, palette, &plot->panels[i], LEFT, top, WIDTH - LEFT - RIGHT, PANEL_HEIGHT, RIGHT);
         top += PANEL_HEIGHT + gap_after(plot, i);

@@ -44,9 +44,10 @@ static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, 
     if (!axis->is_log || axis->step > 1.5 || log10(axis->high / axis->low) > 4.5)
         return;
     cairo_set_line_width(c, 0.5);
-    for (double power = pow(10.0, floor(log10(axis->low))); power < axis->high; power *= 10.0)
+    const int first = (int)floor(log10(axis->low)), last = (int)ceil(log10(axis->high));
+    for (int decade = first; decade < last; decade++)
         for (int k = 2; k < 10; k++) {
-            const double value = k * power;
+            const double value = k * pow(10.0, decade);
             if (value < axis->low || value > axis->high)
                 continue;
             if (of_x)
@@ -158,8 +159,17 @@ static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series
     for (size_t i = 0; i < series->count && series->mark > 0; i++) {
         const double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
         if (isfinite(x) && isfinite(y))
-            kt_paper_mark(c, x, y, series->mark, series->hollow, colour, f->palette->paper);
+            kt_paper_trace_mark(c, x, y, series->mark);
     }
+    kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
+}
+
+/* Whether there is a point of it on the paper. */
+static bool is_seen(const kt_plot_frame *f, const kt_plot_series *series) {
+    for (size_t i = 0; i < series->count; i++)
+        if (isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i])))
+            return true;
+    return false;
 }
 
 static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
@@ -169,6 +179,8 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
     for (int i = 0; i < panel->series_count; i++) {
         const kt_plot_series *series = &panel->series[i];
         const kt_colour colour = colour_of(f, series, i);
+        if (!is_seen(f, series))
+            continue;
         const double middle = y - 0.36 * kt_small_size;
         if (series->is_halo)
             cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
@@ -176,8 +188,10 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
             kt_paper_use(c, colour);
         cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 3.0);
         draw_line(c, x, middle, x + 18.0, middle);
-        if (series->mark > 0)
-            kt_paper_mark(c, x + 9.0, middle, series->mark, series->hollow, colour, f->palette->paper);
+        if (series->mark > 0) {
+            kt_paper_trace_mark(c, x + 9.0, middle, series->mark);
+            kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
+        }
         kt_paper_use(c, f->palette->ink);
         kt_paper_text_within(c, x + 24.0, y, room - 48.0, series->label);
         y += line;
@@ -238,8 +252,8 @@ void kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *p
                        make_axis(panel, false, width < 500.0 ? 8 : TICKS_X),
                        make_axis(panel, true, height > 250.0 ? 2 * TICKS_Y : TICKS_Y),
                        palette};
-    draw_blind(c, &f, panel);
     draw_grid(c, &f);
+    draw_blind(c, &f, panel);
     kt_paper_use(c, palette->ink);
     kt_paper_quantity(c, left - 50.0, top - 12.0, panel->title, panel->unit, f.y.exponent);
     if (panel->x_title != NULL) {

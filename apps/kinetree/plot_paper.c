@@ -117,19 +117,27 @@ static void trace_polygon(cairo_t *c, double x, double y, double radius, int cor
     cairo_close_path(c);
 }
 
-void kt_paper_mark(cairo_t *c, double x, double y, int mark, bool hollow, kt_colour colour, kt_colour paper) {
+void kt_paper_trace_mark(cairo_t *c, double x, double y, int mark) {
     static const struct shape {
         int corners; /* 0: a circle */
         double turn, radius;
-    } shapes[KT_PLOT_MARK_COUNT] = {{0, 0.0, 3.4}, {4, 0.5, 4.4}, {3, 0.0, 4.6}, {4, 0.0, 4.4},
-                                    {3, 2.0, 4.6}, {5, 0.0, 4.4}, {6, 0.0, 4.2}};
+    } shapes[KT_PLOT_MARK_COUNT] = {{0, 0.0, 3.8}, {4, 0.5, 4.8}, {3, 0.0, 5.0}, {4, 0.0, 4.8},
+                                    {3, 2.0, 5.0}, {5, 0.0, 4.8}, {6, 0.0, 4.6}};
     const struct shape *shape = &shapes[(mark - 1) % KT_PLOT_MARK_COUNT];
-    cairo_new_path(c);
+    cairo_new_sub_path(c);
     if (shape->corners == 0)
         cairo_arc(c, x, y, shape->radius, 0.0, 2.0 * pi);
     else
         trace_polygon(c, x, y, shape->radius, shape->corners, shape->turn);
+    cairo_close_path(c);
+}
+
+void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour paper) {
     kt_paper_use(c, hollow ? paper : colour);
+    if (!hollow) {
+        cairo_fill(c);
+        return;
+    }
     cairo_fill_preserve(c);
     kt_paper_use(c, colour);
     cairo_set_line_width(c, 1.3);

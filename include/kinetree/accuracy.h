@@ -43,6 +43,7 @@ typedef struct kt_variant {
     bool records;                     /* the timed runs hand over the scene's records; else none */
     bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
     kt_set_type set;
+    double gain; /* of the set: its gains, in parts of those by default; 0: 1 */
 } kt_variant;
 
 /* The scene's own way: what `run` asks for. */
@@ -95,6 +96,7 @@ typedef struct kt_accuracy_error {
 typedef struct kt_accuracy_point {
     double setting;              /* step, s, or tolerance (relative = absolute) */
     kt_status status;            /* of the run; where it is not KT_OK, what follows is of the part before */
+    kt_status verdict;           /* kt_set_verdict after it, where there is a set */
     bool usable;                 /* it came to the end, with an error below a tenth of the motion's amplitude */
     bool believed;               /* the error is above the reference's uncertainty; else all that is known is that */
     bool cheapest, fewest;       /* on the Pareto front of error and time, of error and evaluations */

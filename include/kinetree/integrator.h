@@ -95,8 +95,8 @@ KT_API int kt_method_count(void);
 /* The built-in method at 0 <= index < kt_method_count(), in order of rising order; NULL outside. Static storage. */
 KT_API const kt_method *kt_method_at(int index);
 
-/* The built-in method of this name: euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, dopri5, tsit5,
- * dop853; NULL if there is none. Static storage. */
+/* The built-in method of this name: euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, rkc4, dopri5,
+ * tsit5, dop853; NULL if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
 /* The order of the method's dense output, uniformly in theta: the interpolated value is off by O(h^(q+1)). An order q
@@ -126,7 +126,8 @@ typedef struct kt_stability {
     int degree;                                   /* of R */
     double coefficient[KT_METHOD_STAGES_MAX + 1]; /* tableau: of z^0 .. z^degree */
     bool stabilised;
-    double w0, w1, a, b; /* stabilised */
+    double w0, w1, a, b; /* stabilised: P(z) = a + b T_s(w0 + w1 z) */
+    int copies;          /* stabilised: 1: R = P; 3: R = P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
 } kt_stability;
 
 /* The stability polynomial of a method, a caller's own table included (which kt_method_check has passed). `stages` is
@@ -279,9 +280,9 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * became too small, or max_steps are used up), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the
  * step is fixed).
  *
- * Stabilised (rkc2): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an adaptive
- * step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at the
- * start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations.
+ * Stabilised (rkc2, rkc4): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an
+ * adaptive step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at
+ * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations.
  *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);

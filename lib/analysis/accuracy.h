@@ -59,6 +59,23 @@ kt_accuracy_norm kt_accuracy_distance(const kt_model *model, double length, cons
 /* Whether a scene has angles, lengths or both. */
 kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model);
 
+/* ---- guards ------------------------------------------------------------------------------------------------------ */
+
+/* Ends a run that takes too long, wherever it is: records alone cannot, for there may be a million steps between two.
+ */
+typedef struct kt_accuracy_guard {
+    kt_accuracy *study;
+    double until;               /* of the clock */
+    uint64_t evaluations, most; /* done, and the most */
+    bool late;                  /* it has ended the run */
+} kt_accuracy_guard;
+
+/* For a part of the budget, and this many times run_evaluations. */
+kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double runs);
+
+/* Makes it the right-hand side, with the engine's behind it. It must outlive the simulation. */
+void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options);
+
 /* ---- reference --------------------------------------------------------------------------------------------------- */
 
 /* Finds scales, horizon, reference and its uncertainty. */

@@ -125,7 +125,8 @@ static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_poi
             return KT_OK;
         *steps = floor(0.5 * *steps);
         status = try_setting(ladder, step_of(ladder, *steps), &point, error);
-        *failed = point;
+        if (!point.usable)
+            *failed = point;
     }
     while (status == KT_OK && !is_usable && !point.usable) {
         *failed = point;
@@ -217,9 +218,10 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
     const double started = kt_accuracy_now(ladder->study);
     int stride = 1;
     for (int i = 4; i < 28 && status == KT_OK; i += stride) { /* 1e-2, 3e-3, ... 3e-14 */
+        const int decade = i / 2;
         kt_accuracy_point point;
         const kt_accuracy_point before = curve->count > 0 ? ladder->points[curve->count - 1] : (kt_accuracy_point){0};
-        const double tolerance = mantissas[i % 2] * pow(10.0, -(i / 2));
+        const double tolerance = mantissas[i % 2] * pow(10.0, -decade);
         if (before.usable &&
             is_too_long(ladder, (double)before.counts.evaluations * pow(3.3, 1.0 / curve->method->order))) {
             curve->end = KT_ACCURACY_LENGTH;

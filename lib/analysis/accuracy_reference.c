@@ -18,6 +18,7 @@
 #include "kinetree/joint.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static const double tightest = 1e-13, loosest = 1e-9, nudge = 1e-8;
@@ -25,8 +26,7 @@ static const double parted = 1e-5; /* of the amplitude: two solutions are no lon
 
 /* Watches a run at its records. */
 typedef struct kt_walk {
-    kt_accuracy *study;
-    const kt_simulation *simulation;
+    kt_accuracy_guard guard;
     kt_accuracy_states *into;          /* where states are kept; NULL: nowhere */
     const kt_accuracy_states *against; /* what they are held against; NULL: nothing */
     double begin, time;                /* d(0), and T above */
@@ -34,8 +34,7 @@ typedef struct kt_walk {
     int rows;                          /* records taken */
     bool has_room;                     /* the box is to be found */
     kt_vec3 low, high;
-    double until;         /* of the clock */
-    uint64_t evaluations; /* the most */
+    double reached; /* s: the time where the run ended */
 } kt_walk;
 
 static void widen(kt_walk *walk, kt_vec3 at) {
@@ -45,7 +44,7 @@ static void widen(kt_walk *walk, kt_vec3 at) {
 
 /* All places that are known by name, and the centre of mass. */
 static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
-    const kt_model *model = walk->study->model;
+    const kt_model *model = walk->guard.study->model;
     kt_vec3 center;
     if (kt_mass_center(model, data, &center) > 0.0)
         widen(walk, center);
@@ -57,7 +56,7 @@ static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
 }
 
 static double distance(const kt_walk *walk, const kt_record *record) {
-    kt_accuracy *study = walk->study;
+    kt_accuracy *study = walk->guard.study;
     const size_t row = (size_t)record->index;
     const kt_accuracy_norm norm =
         kt_accuracy_distance(study->model, study->results.length, walk->against->q + row * study->nq,
@@ -67,7 +66,7 @@ static double distance(const kt_walk *walk, const kt_record *record) {
 
 static int watch(const kt_record *record, void *user) {
     kt_walk *walk = user;
-    kt_accuracy *study = walk->study;
+    kt_accuracy *study = walk->guard.study;
     const size_t row = (size_t)record->index;
     if (walk->into != NULL) {
         memcpy(walk->into->q + row * study->nq, record->q, study->nq * sizeof(double));
@@ -83,26 +82,27 @@ static int watch(const kt_record *record, void *user) {
         walk->amplification = fmax(walk->amplification, grown);
     }
     walk->rows = (int)record->index + 1;
-    const bool late = study->options.clock != NULL && kt_accuracy_now(study) > walk->until;
-    return late || kt_simulation_counts_get(walk->simulation).evaluations > walk->evaluations;
+    return 0;
 }
 
 /* ---- one solution ------------------------------------------------------------------------------------------------ */
 
-static kt_status make_simulation(kt_accuracy *study, const char *method, double tolerance, kt_simulation **simulation,
+static kt_status make_simulation(kt_walk *walk, const char *name, double tolerance, kt_simulation **simulation,
                                  kt_error *error) {
-    kt_run run = kt_accuracy_run(study, &study->own, kt_method_find(method), true, tolerance);
+    kt_accuracy *study = walk->guard.study;
+    kt_run run = kt_accuracy_run(study, &study->own, kt_method_find(name), true, tolerance);
     kt_simulation_options options = kt_simulation_options_default();
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY;
     options.kinematics = true;
+    kt_accuracy_guard_use(&walk->guard, &options);
     return kt_simulation_create(study->model, &run, &options, simulation, error);
 }
 
-/* Runs to the end or until the walk stops, which is no error. */
+/* Runs to the end, or until the walk stops or its time is over, which is no error. */
 static kt_status follow(kt_walk *walk, kt_simulation *simulation, kt_error *error) {
-    walk->simulation = simulation;
     const kt_status status = kt_simulation_run(simulation, watch, walk, error);
-    return status == KT_ERROR_CALLBACK ? KT_OK : status;
+    walk->reached = kt_simulation_time(simulation);
+    return status == KT_ERROR_CALLBACK || walk->guard.late ? KT_OK : status;
 }
 
 /* At the tightest tolerance that works, from *tolerance up. *tolerance becomes the one that did. */
@@ -110,10 +110,10 @@ static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt
                        kt_error *error) {
     kt_status status;
     const kt_walk fresh = *start;
-    for (;; *tolerance *= 10.0) {
+    for (;;) {
         kt_simulation *simulation = NULL;
         *start = fresh;
-        status = make_simulation(start->study, method, *tolerance, &simulation, error);
+        status = make_simulation(start, method, *tolerance, &simulation, error);
         if (status == KT_OK)
             status = follow(start, simulation, error);
         if (status == KT_OK)
@@ -121,6 +121,7 @@ static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt
         kt_simulation_free(simulation);
         if (status != KT_ERROR_STEP || *tolerance > 0.5 * loosest)
             return status;
+        *tolerance *= 10.0;
     }
 }
 
@@ -168,13 +169,12 @@ static double find_amplitude(kt_accuracy *study, const kt_accuracy_states *state
  * the limit; all of them where the neighbour cannot be run, and growth is then unknown. */
 static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, double speed) {
     kt_accuracy_results *results = &study->results;
-    kt_walk walk = {.study = study, .against = states, .begin = 1.0, .amplification = 1.0};
+    kt_walk walk = {
+        .guard = kt_accuracy_guard_make(study, 0.1, 8.0), .against = states, .begin = 1.0, .amplification = 1.0};
     kt_simulation *simulation = NULL;
-    walk.until = study->started + 0.35 * study->options.budget;
-    walk.evaluations = 8 * study->options.run_evaluations;
     walk.time = speed > 0.0 && results->amplitude > 0.0 ? results->amplitude / speed : 1.0;
     walk.rows = results->records + 1;
-    if (make_simulation(study, "dop853", 1e-12, &simulation, NULL) != KT_OK)
+    if (make_simulation(&walk, "dop853", 1e-12, &simulation, NULL) != KT_OK)
         return walk.rows;
     for (size_t i = 0; i < study->nv; i++)
         study->difference[i] = nudge * cos(1.0 + 2.39996 * (double)i); /* golden angles: no symmetry */
@@ -182,10 +182,9 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
     if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
         const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
         walk.begin = distance(&walk, &first);
-        if (walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK)
+        const bool failed = walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK;
+        if (failed || walk.guard.late) /* which is not far */
             walk.rows = results->records + 1;
-        else if (results->records + 1 > walk.rows && walk.amplification < 1e-3 * study->options.amplification)
-            walk.rows = results->records + 1; /* it was late, not far */
     }
     kt_simulation_free(simulation);
     results->amplification = walk.amplification;
@@ -230,79 +229,122 @@ static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const 
 static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_simulation_counts counts;
-    kt_walk walk = {.study = study, .into = &study->second};
-    walk.until = study->started + 0.6 * study->options.budget;
-    walk.evaluations = 16 * study->options.run_evaluations;
+    kt_walk walk = {.guard = kt_accuracy_guard_make(study, 0.25, 16.0), .into = &study->second};
     results->check = kt_method_find("tsit5");
     results->check_tolerance = choose_tolerance(study, used);
     const kt_status status = solve(&walk, results->check->name, &results->check_tolerance, &counts, error);
-    if (status == KT_OK)
-        shorten(study, walk.rows, KT_ACCURACY_LATE);
-    return status;
+    if (status != KT_OK)
+        return status;
+    shorten(study, walk.rows, KT_ACCURACY_LATE);
+    return KT_OK;
 }
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-/* dop853's solution, the scales, and the horizon that errors' growth leaves. *used: s of the clock. */
-static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, double *used, int *grown, kt_error *error) {
+/* dop853's solution, and what it tells. */
+typedef struct kt_first {
+    double used, reached; /* s: of the clock; of the motion */
+    bool late;            /* the time ended before the motion */
+    int taken, grown;     /* records: of the solution; before small errors are large */
+} kt_first;
+
+static kt_status say_late(const kt_accuracy *study, const kt_first *first, kt_error *error) {
+    const double asked = study->results.asked;
+    char needed[64] = "";
+    if (first->reached > 0.0 && study->options.clock != NULL)
+        snprintf(needed, sizeof needed, ", all of it some %.2g s", first->used * asked / first->reached);
+    return kt_error_set(error, KT_ERROR_STEP, "reference",
+                        "of %g s it came to %.3g s in %.2g s of the processor's time%s: a larger budget or a shorter "
+                        "duration is needed",
+                        asked, first->reached, first->used, needed);
+}
+
+/* At the tightest tolerance at which it gets anywhere: below the noise of a scene's accelerations steps become tiny. */
+static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, kt_walk *walk, kt_first *first,
+                               double *tolerance, kt_simulation_counts *counts, kt_error *error) {
+    *tolerance = tightest;
+    for (;;) {
+        *walk = (kt_walk){.guard = kt_accuracy_guard_make(study, 0.15, 4.0), .into = states, .has_room = true};
+        walk->low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+        walk->high = kt_vec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+        const double start = kt_accuracy_now(study);
+        const kt_status status = solve(walk, "dop853", tolerance, counts, error);
+        if (status != KT_OK)
+            return status;
+        *first = (kt_first){kt_accuracy_now(study) - start, walk->reached, walk->guard.late, walk->rows, 0};
+        if (!walk->guard.late || walk->reached >= 0.02 * study->results.asked)
+            return KT_OK;
+        if (*tolerance > 0.5 * loosest)
+            return say_late(study, first, error);
+        *tolerance *= 100.0;
+    }
+}
+
+static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, kt_first *first, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_simulation_counts counts;
-    kt_walk walk = {.study = study, .into = states, .has_room = true};
-    walk.low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
-    walk.high = kt_vec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
-    walk.until = study->started + 0.25 * study->options.budget;
-    walk.evaluations = 4 * study->options.run_evaluations;
-    double tolerance = tightest, start = kt_accuracy_now(study);
-    kt_status status = solve(&walk, "dop853", &tolerance, &counts, error);
+    kt_walk walk;
+    double *tolerance = results->reference != NULL ? &results->reference_tolerance : &results->check_tolerance;
+    const kt_status status = find_solution(study, states, &walk, first, tolerance, &counts, error);
     if (status != KT_OK)
         return status;
-    *used = kt_accuracy_now(study) - start;
     shorten(study, walk.rows, KT_ACCURACY_LATE);
-    study->evaluation = *used / (double)counts.evaluations;
+    study->evaluation = first->used / (double)counts.evaluations;
     study->reference_steps = (double)counts.steps / results->duration;
-    (results->reference != NULL ? &results->reference_tolerance : &results->check_tolerance)[0] = tolerance;
     memcpy(study->begin, states->q, study->nq * sizeof(double));
     memcpy(study->begin + study->nq, states->v, study->nv * sizeof(double));
     find_length(study, &walk);
-    *grown = find_growth(study, states, find_amplitude(study, states));
+    first->grown = find_growth(study, states, find_amplitude(study, states));
     return KT_OK;
 }
 
+/* A short horizon is worth records of its own. */
 static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     const int records = results->records;
-    double used = 0.0;
-    int rows = 0;
+    kt_first first = {0};
+    kt_accuracy_cut cut = KT_ACCURACY_WHOLE;
     results->reference = kt_method_find("dop853");
-    kt_status status = find_first(study, &study->reference, &used, &rows, error);
-    /* A short horizon is worth records of its own. */
-    for (int i = 0; i < 4 && status == KT_OK && 2 * rows < records && rows <= results->records; i++) {
-        results->duration = (rows > 1 ? rows - 1 : 1) * results->interval;
+    for (int i = 0; i < 4; i++) {
+        const double interval = results->interval;
+        const kt_status status = find_first(study, &study->reference, &first, error);
+        if (status != KT_OK)
+            return status;
+        if (first.late && 8 * first.taken < records) {
+            results->duration = 0.5 * first.reached;
+            cut = KT_ACCURACY_LATE;
+        } else if (2 * first.grown < records && first.grown < first.taken) {
+            results->duration = (first.grown > 1 ? first.grown - 1 : 1) * interval;
+            cut = KT_ACCURACY_GROWTH;
+        } else {
+            break;
+        }
         results->interval = results->duration / records;
         results->records = records;
-        status = find_first(study, &study->reference, &used, &rows, error);
-        results->cut = KT_ACCURACY_GROWTH;
+        results->cut = cut;
     }
-    if (status != KT_OK)
-        return status;
-    shorten(study, rows, KT_ACCURACY_GROWTH);
-    return find_second(study, used, error);
+    if (first.taken < 2)
+        return say_late(study, &first, error);
+    shorten(study, first.grown, KT_ACCURACY_GROWTH);
+    return find_second(study, first.used, error);
 }
 
 /* A given reference is checked by dop853, and has its energy from there. */
 static kt_status find_given(kt_accuracy *study, kt_error *error) {
     const kt_reference *given = study->options.reference;
     const size_t rows = (size_t)given->count;
-    double used = 0.0;
-    int grown = 0;
+    kt_first first = {0};
     memcpy(study->reference.q, given->q, rows * study->nq * sizeof(double));
     memcpy(study->reference.v, given->v, rows * study->nv * sizeof(double));
     study->results.check = kt_method_find("dop853");
-    const kt_status status = find_first(study, &study->second, &used, &grown, error);
-    if (status == KT_OK)
-        shorten(study, grown, KT_ACCURACY_GROWTH);
+    const kt_status status = find_first(study, &study->second, &first, error);
+    if (status != KT_OK)
+        return status;
+    if (first.taken < 2)
+        return say_late(study, &first, error);
+    shorten(study, first.grown, KT_ACCURACY_GROWTH);
     memcpy(study->reference.energy, study->second.energy, rows * sizeof(double));
-    return status;
+    return KT_OK;
 }
 
 kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
@@ -314,6 +356,12 @@ kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
         return status;
     const int rows = compare(study, &study->reference, &study->second, results->records + 1, &results->uncertainty);
     shorten(study, rows, KT_ACCURACY_DISAGREEMENT);
+    if (rows < 2 && study->options.reference == NULL)
+        return kt_error_set(
+            error, KT_ERROR_STEP, "reference",
+            "%s and %s part before the first record, at %.3g s: nothing can be measured there; a shorter "
+            "duration helps",
+            results->reference->name, results->check->name, results->interval);
     if (rows < 2)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "reference",
                             "it parts from what %s computes at once: %.3g in the norm of the study, with an amplitude "

@@ -38,6 +38,35 @@ double kt_accuracy_most(const kt_accuracy *study) {
     return most;
 }
 
+/* ---- guards ------------------------------------------------------------------------------------------------------ */
+
+kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double runs) {
+    kt_accuracy_guard guard = {.study = study};
+    guard.until = kt_accuracy_now(study) + part * study->options.budget;
+    guard.most = (uint64_t)(runs * (double)study->options.run_evaluations);
+    return guard;
+}
+
+/* Clocks are slow: one look in sixteen evaluations is enough. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
+static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    kt_accuracy_guard *guard = user;
+    const bool looks = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
+    (void)rate;
+    if (guard->evaluations++ >= guard->most || (looks && kt_accuracy_now(guard->study) > guard->until)) {
+        guard->late = true;
+        return -1;
+    }
+    const kt_status status =
+        kt_acceleration_evaluate(at->model, at->data, at->t, at->q, at->v, at->tau, at->external, a, error);
+    return status == KT_OK ? 0 : status == KT_ERROR_ARGUMENT ? -1 : 1;
+}
+
+void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options) {
+    options->acceleration = evaluate;
+    options->user = guard;
+}
+
 /* ---- the error --------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_watcher {
@@ -157,7 +186,10 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     kt_simulation_options recorded = *options;
     kt_simulation *simulation = NULL;
     kt_watcher watcher = {study, &point->error};
+    kt_accuracy_guard guard = kt_accuracy_guard_make(study, 1.0 / study->results.curve_count, 1.0);
     recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    if (recorded.acceleration == NULL)
+        kt_accuracy_guard_use(&guard, &recorded);
     kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
     if (status != KT_OK)
         return status;
@@ -172,7 +204,12 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
  * the reference. */
 static kt_set_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive, double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
-    return kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    kt_set_options options = kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    if (variant->gain > 0.0) {
+        options.alpha *= variant->gain;
+        options.beta *= variant->gain;
+    }
+    return options;
 }
 
 kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,
@@ -188,11 +225,18 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_va
         const kt_set_options wish = choose_set(study, variant, adaptive, setting);
         const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
         status = kt_set_create(absolute ? kt_model_absolute(model) : model, &wish, &set, error);
+        if (status == KT_ERROR_SINGULAR) { /* the set cannot do this scene */
+            point->status = point->verdict = status;
+            judge(study, point);
+            return KT_OK;
+        }
         if (status == KT_OK)
             kt_set_use(set, &options);
     }
     if (status == KT_OK)
         status = try_with(study, model, variant, &run, &options, point, error);
+    if (status == KT_OK && set != NULL)
+        point->verdict = kt_set_verdict(set, NULL);
     kt_set_free(set);
     return status;
 }

@@ -10,14 +10,19 @@ typedef struct kt_chebyshev {
     double w0, w1, a, b;
 } kt_chebyshev;
 
+/* epsilon of a stabilised method's family, and how many times one step of it is repeated: rkc2 once; rkc4 extrapolates
+ * from one, two and three of them. */
+double kt_chebyshev_damping(const kt_method *method);
+int kt_chebyshev_copies(const kt_method *method);
+
 /* The member of s >= 2 stages. O(s). */
-kt_chebyshev kt_chebyshev_make(int stages);
+kt_chebyshev kt_chebyshev_make(int stages, double damping);
 
 /* R decays on -reach <= z < 0. */
 double kt_chebyshev_reach(const kt_chebyshev *family);
 
 /* The fewest stages, 2 or more, whose reach is z >= 0; KT_STABILISED_STAGES_MAX + 1 where there are too few. */
-int kt_chebyshev_stages(double z);
+int kt_chebyshev_stages(double z, double damping);
 
 /* T_j, T_j', T_j'' at a point, of j and j - 1, and the step from j to j + 1. */
 typedef struct kt_chebyshev_values {

@@ -31,6 +31,7 @@
     X(bs32)                                                                                                            \
     X(rk4)                                                                                                             \
     X(rk38)                                                                                                            \
+    X(rkc4)                                                                                                            \
     X(dopri5)                                                                                                          \
     X(tsit5)                                                                                                           \
     X(dop853)
@@ -159,7 +160,7 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval,
 /* Slot 0 holds f(t, y): all other slopes and `trial`; if adaptive, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
-/* Of a stabilised method: all slopes and `trial`, without an error estimate (stabilise.c). */
+/* Of a stabilised method: all slopes that are kept, and `trial`, without the norm of the error (stabilise.c). */
 kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
 /* Its error estimate, weighted; y1 in `trial`, f(t1, y1) in slot `fresh`. */

@@ -130,7 +130,7 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
     if (method->e == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
                             "method '%s' has no error estimate: give a step, or take one "
-                            "that has (heun, rkc2, bs32, dopri5, tsit5, dop853)",
+                            "that has (heun, rkc2, bs32, rkc4, dopri5, tsit5, dop853)",
                             method->name == NULL ? "" : method->name);
     if (!not_negative(o->initial_step) || !not_negative(o->min_step) || !not_negative(o->max_step))
         return refuse(error, "options",
@@ -154,7 +154,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
         return refuse(error, "kt_integrator_place", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK && !kt_method_is_built_in(method))
-        status = method->stabilised ? refuse(error, "method", "a stabilised method must be a built-in one: rkc2")
+        status = method->stabilised ? refuse(error, "method", "a stabilised method must be a built-in one: rkc2, rkc4")
                                     : kt_method_check(method, error);
     if (status != KT_OK)
         return status;

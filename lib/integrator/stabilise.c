@@ -53,9 +53,9 @@ static void advance(recurrence *r, const kt_chebyshev *family) {
 }
 
 /* d2 (which was d_{j-2}) becomes d_j, and trial y0 + d_j. */
-static void form_stage(kt_integrator *it, const recurrence *r, double h, const double *y0, const double *d1,
-                       double *d2) {
-    const double *f0 = it->k[0], *f = it->k[1];
+static void form_stage(kt_integrator *it, const recurrence *r, double h, const double *y0, const double *f0,
+                       const double *d1, double *d2) {
+    const double *f = it->k[1];
     double *stage = it->trial;
     for (size_t i = 0; i < it->sizes.n; i++) {
         d2[i] = r->mu * d1[i] + r->nu * d2[i] + h * (r->mut * f[i] + r->gat * f0[i]);
@@ -63,43 +63,96 @@ static void form_stage(kt_integrator *it, const recurrence *r, double h, const d
     }
 }
 
-kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+/* One step of a member from z with the slope f there; z + d_s into trial. */
+static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, double t, double h, const double *z,
+                                 const double *f, double **d_s, kt_try *result) {
     const size_t n = it->sizes.n;
-    const int stages = kt_chebyshev_stages(fabs(in->h) * it->radius);
+    recurrence r = begin(family);
+    double *d1 = it->moved, *d2 = it->moved + n;
+    for (size_t i = 0; i < n; i++) {
+        d2[i] = 0.0;
+        d1[i] = h * r.mut * f[i];
+        it->trial[i] = z[i] + d1[i];
+    }
+    for (int j = 2; j <= family->stages; j++) {
+        if (kt_evaluate(it, t + r.c * h, it->trial, 1, result) != KT_TRY_PASSED)
+            return result->result;
+        advance(&r, family);
+        form_stage(it, &r, h, z, f, d1, d2);
+        double *d = d1;
+        d1 = d2;
+        d2 = d;
+    }
+    *d_s = d1;
+    return KT_TRY_PASSED;
+}
+
+/* y0 + D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4 into trial, with D_m what m steps over h / m add; that less 9 D_3 / 5 - 4 D_2 /
+ * 5 is the error estimate, kept in `krylov` until kt_stabilised_error. */
+static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in, kt_try *result) {
+    static const double weight[] = {1.0 / 12.0, -4.0 / 3.0, 9.0 / 4.0}, e[] = {1.0 / 12.0, -8.0 / 15.0, 9.0 / 20.0};
+    const size_t n = it->sizes.n;
+    double *error = it->krylov, *sum = error + n, *moved = sum + n, *z = moved + n, *slope = z + n, *d = NULL;
+    for (size_t i = 0; i < n; i++)
+        error[i] = sum[i] = 0.0;
+    for (int m = 1; m <= 3; m++) {
+        const double h = in->h / (double)m;
+        for (size_t i = 0; i < n; i++) {
+            moved[i] = 0.0;
+            slope[i] = it->k[0][i];
+        }
+        for (int j = 0; j < m; j++) {
+            const double t = in->t + (double)j * h;
+            for (size_t i = 0; i < n; i++)
+                z[i] = in->y[i] + moved[i];
+            if (j > 0) {
+                if (kt_evaluate(it, t, z, 1, result) != KT_TRY_PASSED)
+                    return result->result;
+                for (size_t i = 0; i < n; i++)
+                    slope[i] = it->k[1][i];
+            }
+            if (member_step(it, family, t, h, z, slope, &d, result) != KT_TRY_PASSED)
+                return result->result;
+            for (size_t i = 0; i < n; i++)
+                moved[i] += d[i];
+        }
+        for (size_t i = 0; i < n; i++) {
+            sum[i] += weight[m - 1] * moved[i];
+            error[i] += e[m - 1] * moved[i];
+        }
+    }
+    for (size_t i = 0; i < n; i++)
+        it->trial[i] = in->y[i] + sum[i];
+    return KT_TRY_PASSED;
+}
+
+kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const double damping = kt_chebyshev_damping(it->method);
+    const int stages = kt_chebyshev_stages(fabs(in->h) * it->radius, damping);
     if (stages > KT_STABILISED_STAGES_MAX) {
         result->t = in->t;
         result->radius = it->radius;
         result->reach = kt_stabilised_reach(it);
         return result->result = KT_TRY_UNSTABLE;
     }
-    const kt_chebyshev family = kt_chebyshev_make(stages);
-    recurrence r = begin(&family);
-    double *d1 = it->moved, *d2 = it->moved + n;
-    for (size_t i = 0; i < n; i++) {
-        d2[i] = 0.0;
-        d1[i] = in->h * r.mut * it->k[0][i];
-        it->trial[i] = in->y[i] + d1[i];
-    }
-    for (int j = 2; j <= stages; j++) {
-        if (kt_evaluate(it, in->t + r.c * in->h, it->trial, 1, result) != KT_TRY_PASSED)
-            return result->result;
-        advance(&r, &family);
-        form_stage(it, &r, in->h, in->y, d1, d2);
-        double *d = d1;
-        d1 = d2;
-        d2 = d;
-    }
-    if (it->gives_end_slope && kt_first_not_finite(it->trial, n) == n)
+    const kt_chebyshev family = kt_chebyshev_make(stages, damping);
+    if (kt_chebyshev_copies(it->method) > 1)
+        return extrapolate(it, &family, in, result);
+    double *unused;
+    if (member_step(it, &family, in->t, in->h, in->y, it->k[0], &unused, result) != KT_TRY_PASSED)
+        return result->result;
+    if (it->gives_end_slope && kt_first_not_finite(it->trial, it->sizes.n) == it->sizes.n)
         return kt_evaluate(it, in->end, it->trial, it->fresh, result);
     return KT_TRY_PASSED;
 }
 
-/* 4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y''' + O(h^4) */
+/* rkc2: 4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4), y3 the third derivative */
 double kt_stabilised_error(const kt_integrator *it, double h) {
+    const bool extrapolated = kt_chebyshev_copies(it->method) > 1;
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        const double error = 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
+        const double error = extrapolated ? it->krylov[i] : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
         const double u = error / kt_scale(it, i, y0[i], y1[i]);
         sum += u * u;
     }
@@ -109,6 +162,6 @@ double kt_stabilised_error(const kt_integrator *it, double h) {
 double kt_stabilised_reach(const kt_integrator *it) {
     if (!it->method->stabilised || !(it->radius > 0.0))
         return HUGE_VAL;
-    const kt_chebyshev most = kt_chebyshev_make(KT_STABILISED_STAGES_MAX);
+    const kt_chebyshev most = kt_chebyshev_make(KT_STABILISED_STAGES_MAX, kt_chebyshev_damping(it->method));
     return (1.0 - 1e-12) * kt_chebyshev_reach(&most) / it->radius; /* and not a rounding beyond */
 }

@@ -61,13 +61,14 @@ kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *s
         if (stages < 2 || stages > KT_STABILISED_STAGES_MAX)
             return kt_error_set(error, KT_ERROR_ARGUMENT, method->name, "it has 2 to %d stages, not %d",
                                 KT_STABILISED_STAGES_MAX, stages);
-        const kt_chebyshev family = kt_chebyshev_make(stages);
+        const kt_chebyshev family = kt_chebyshev_make(stages, kt_chebyshev_damping(method));
         out.degree = stages;
         out.stabilised = true;
         out.w0 = family.w0;
         out.w1 = family.w1;
         out.a = family.a;
         out.b = family.b;
+        out.copies = kt_chebyshev_copies(method);
     } else {
         make_tableau(method, &out);
     }
@@ -76,7 +77,8 @@ kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *s
 }
 
 int kt_stability_stages(const kt_method *method, double z) {
-    return method->stabilised ? kt_chebyshev_stages(KT_RADIUS_MARGIN * z) : method->stages;
+    return method->stabilised ? kt_chebyshev_stages(KT_RADIUS_MARGIN * z, kt_chebyshev_damping(method))
+                              : method->stages;
 }
 
 static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
@@ -91,9 +93,19 @@ static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
     return value;
 }
 
+/* P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
+static kt_complex extrapolated_value(const kt_stability *s, kt_complex z) {
+    const kt_complex half = {z.re / 2.0, z.im / 2.0}, third = {z.re / 3.0, z.im / 3.0};
+    const kt_complex p1 = chebyshev_value(s, z), p2 = chebyshev_value(s, half), p3 = chebyshev_value(s, third);
+    const kt_complex two = times(p2, p2), three = times(p3, times(p3, p3));
+    const kt_complex value = {p1.re / 12.0 - 4.0 / 3.0 * two.re + 2.25 * three.re,
+                              p1.im / 12.0 - 4.0 / 3.0 * two.im + 2.25 * three.im};
+    return value;
+}
+
 kt_complex kt_stability_value(const kt_stability *s, kt_complex z) {
     if (s->stabilised)
-        return chebyshev_value(s, z);
+        return s->copies > 1 ? extrapolated_value(s, z) : chebyshev_value(s, z);
     kt_complex value = {s->coefficient[s->degree], 0.0};
     for (int k = s->degree - 1; k >= 0; k--) {
         value = times(value, z);
@@ -307,7 +319,7 @@ static bool spectrum_is_stable(const void *problem, double x) {
 }
 
 static double stabilised_step(const spectrum *p, ptrdiff_t *index) {
-    const kt_chebyshev family = kt_chebyshev_make(KT_STABILISED_STAGES_MAX);
+    const kt_chebyshev family = kt_chebyshev_make(KT_STABILISED_STAGES_MAX, kt_chebyshev_damping(p->method));
     const double most = kt_chebyshev_reach(&family) / KT_RADIUS_MARGIN;
     const double x = fmin(first_exit(spectrum_is_stable, p, most), most);
     (void)worst_growth(p->method, p->radius, p->lambda, p->count, (1.0 + 1e-9) * x / p->radius, p->duration, index);

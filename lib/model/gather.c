@@ -98,7 +98,7 @@ static void place_groups(kt_model *m) {
             group->count[k] = group->row_count;
             group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
         }
-        m->n.dense += kt_group_dense_count(group);
+        m->n.dense += kt_group_lay_out(group);
         m->link[group->parent].branches = true;
         if ((size_t)group->parent >= m->n.spatial)
             m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
@@ -109,6 +109,15 @@ static void place_groups(kt_model *m) {
 /* The coordinates of a link whose change is a length come first among its own. */
 static int lengths_of(const kt_link *link) {
     return link->motion == KT_MOTION_SLIDE ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
+}
+
+/* Whose accelerations others follow from; those inside a group come all at once. */
+static void mark_passing(kt_model *m) {
+    for (size_t i = m->n.planar; i-- > 1;) {
+        const kt_planar_link *link = &m->planar[i];
+        kt_planar_link *up = &m->planar[link->parent];
+        up->passes |= link->passes || link->group < 0 || link->group != up->group;
+    }
 }
 
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
@@ -135,4 +144,5 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
             m->unit[group->v + link->local + k] = k < lengths_of(link) ? m->length : 1.0;
         }
     }
+    mark_passing(m);
 }

@@ -148,6 +148,8 @@ typedef struct kt_term_record {
 /* Which equations of a group: all, for velocities and accelerations; or those that have a residual, for positions. */
 typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
+enum { KT_GROUP_MATRICES = 20 };
+
 /* Loops that share links are reduced together; groups do not share any. `parent` carries the whole group and is not
  * part of it. Equations that are void at every position are left out; those with a residual come first. */
 typedef struct kt_group {
@@ -160,6 +162,7 @@ typedef struct kt_group {
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
     size_t dense;                 /* first number in data->dense */
+    size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
 } kt_group;
 
 /* Numbers that a record has of its kt_effect, under the same names. */
@@ -250,6 +253,7 @@ typedef struct kt_counts {
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
     X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
+    X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
     X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
     X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
@@ -289,8 +293,9 @@ size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q);
 /* Equations of a loop: as many as its type has (rolling: 3 with contact). */
 int kt_loop_row_count(const kt_loop *loop);
 
-/* Supplied by lib/reduction: numbers that a group's matrices take, and the ranks of all groups. */
-size_t kt_group_dense_count(const kt_group *group);
+/* Supplied by lib/reduction: lays a group's matrices out and returns the numbers that they take; the ranks of all
+ * groups. */
+size_t kt_group_lay_out(kt_group *group);
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
 /* Supplied by lib/joint; of a type without axes they mean nothing. */

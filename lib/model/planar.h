@@ -47,6 +47,7 @@ typedef struct kt_planar_link {
     uint8_t motion;                /* KT_MOTION_TURN or KT_MOTION_SLIDE */
     bool follows, branches, leads; /* as in kt_link */
     bool tops;                     /* it is the first of its group */
+    bool passes;                   /* it carries, near or far, what is not of its group */
 } kt_planar_link;
 
 /* Back to the world. */

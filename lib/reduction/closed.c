@@ -107,7 +107,8 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
     const kt_group *group = &model->group[g];
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
-    kt_group_work w = kt_group_place(model, data, g, rows);
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
     int rank = kind->factor(&w, group->rank[rows]);
     data->factored[g] = rows;
     data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;

@@ -64,11 +64,13 @@ KT_INLINE void kt_dense_solve(const double *l, int n, double *x) {
     }
 }
 
-/* y += N (N' M N)^-1 z; z is overwritten. */
-KT_INLINE void kt_group_spread(const kt_group_work *w, int freedoms, double *z, double *restrict y) {
+/* y += N (N' M N)^-1 z, or where `anew` y = that; z is overwritten. */
+KT_INLINE void kt_group_spread(const kt_group_work *w, int freedoms, bool anew, double *z, double *restrict y) {
     const int m = w->m;
     kt_dense_solve(w->reduced, freedoms, z);
-    for (int c = 0; c < freedoms; c++) {
+    for (int i = 0; i < m && anew; i++)
+        y[i] = freedoms ? w->basis[i] * z[0] : 0.0;
+    for (int c = anew ? 1 : 0; c < freedoms; c++) {
         const double *restrict n = w->basis + (size_t)c * (size_t)m;
         for (int i = 0; i < m; i++)
             y[i] += n[i] * z[c];
@@ -119,7 +121,7 @@ KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const 
         half[i] = w->bias[i] - half[i];
     for (int c = 0; c < freedoms; c++)
         z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)m, half, m);
-    kt_group_spread(w, freedoms, z, w->base);
+    kt_group_spread(w, freedoms, false, z, w->base);
     for (int c = 0; c < width; c++) {
         double *k = w->slope + (size_t)c * (size_t)m;
         for (int r = 0; r < freedoms; r++) {
@@ -129,9 +131,7 @@ KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const 
                 sum += n[i] * w->carry[width * i + c];
             z[r] = sum;
         }
-        for (int i = 0; i < m; i++)
-            k[i] = 0.0;
-        kt_group_spread(w, freedoms, z, k);
+        kt_group_spread(w, freedoms, true, z, k);
     }
     return true;
 }
@@ -149,7 +149,7 @@ static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_g
     }
     if (!kt_dense_cholesky(w->reduced, freedoms, NULL))
         return false;
-    kt_group_spread(w, freedoms, z, w->base);
+    kt_group_spread(w, freedoms, false, z, w->base);
     return true;
 }
 

@@ -43,12 +43,14 @@ static void swap_columns(const kt_group_work *w, int a, int b) {
 }
 
 /* square[i]: the coordinate that stands in row i. */
-static int factor(kt_group_work *w, int cap) {
-    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
+static int eliminate(const kt_group_work *w, int cap) {
     for (int i = 0; i < w->m; i++)
         w->square[i] = i;
-    for (int c = 0; c < w->k; c++)
+    for (int c = 0; c < w->k; c++) {
         w->pivot[c] = c;
+        for (int i = 0; i < w->m; i++)
+            *at(w, i, c) = (w->weight ? w->weight[c] : 1.0) * w->a[(size_t)c * (size_t)w->m + (size_t)i];
+    }
     double first = 0.0;
     for (int j = 0; j < cap; j++) {
         int row = j, column = j;
@@ -78,6 +80,15 @@ static int factor(kt_group_work *w, int cap) {
         }
     }
     return cap;
+}
+
+/* The weights (reduce.h) come out of U again: A' W S = P' L U W. */
+static int factor(kt_group_work *w, int cap) {
+    const int rank = eliminate(w, cap);
+    for (int c = 0; c < rank && w->weight; c++)
+        for (int i = 0; i <= c; i++)
+            *at(w, i, c) /= w->weight[w->pivot[c]];
+    return rank;
 }
 
 /* x (first `rank` rows) = L11'^-1 x */

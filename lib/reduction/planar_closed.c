@@ -12,13 +12,18 @@ static const double none[2] = {0.0, 0.0};
 
 static bool has_spatial(const kt_model *model) { return model->n.spatial > 1; }
 
-static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
-                       double t) {
-    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
+                          double t) {
+    kt_group_work w;
+    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
     if (kt_group_is_planar(model, &model->group[g]))
         kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
     else
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
+}
+
+static void fill_moving(const kt_model *model, kt_data *data, size_t g, const double *q, const double *v, double t) {
+    fill_group(model, data, g, true, q, v, t);
 }
 
 /* ---- the recursion in the planes ----------------------------------------------------------------------------------
@@ -45,24 +50,27 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
     }
 }
 
-/* One group on the way back; its parent has the place `top`. */
+/* One group on the way back; its parent has the place `top`. On the ground its accelerations are known then. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                        const double *tau) {
+                        const double *tau, double *a) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
+    kt_group_work w;
     kt_planar_inertia total;
+    kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
     kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
     if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
         return false;
     if (top)
         kt_planar_group_onto_parent(&w, &total, &data->planar_inertia[top]);
+    else
+        kt_planar_group_respond(model, data, group, &w, 0, a);
     return true;
 }
 
 /* Returns the place of a link at which the inertia is singular, or 0. */
 static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
-                        const double *tau) {
+                        const double *tau, double *a) {
     kt_planar_inertia x, carried = {.j = 0.0};
     for (int32_t k = plane->last - 1; k >= plane->first; k--) {
         const kt_planar_link *link = &model->planar[k];
@@ -75,7 +83,7 @@ static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *pl
             kt_planar_add(&x, &data->planar_inertia[k]);
         if (link->group >= 0) {
             data->planar_inertia[k] = x;
-            if (link->tops && !close_group(model, data, link->group, link->parent, gravity, tau))
+            if (link->tops && !close_group(model, data, link->group, link->parent, gravity, tau, a))
                 return k;
             continue;
         }
@@ -103,11 +111,12 @@ static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane,
             kt_planar_respond(link, &data->planar_response[k], &data->planar[link->parent], &data->planar[k], a);
             continue;
         }
-        if (link->tops) {
-            const kt_group_work w = kt_group_place(model, data, (size_t)link->group, KT_ROWS_ALL);
+        if (link->tops && link->parent) {
+            kt_group_work w;
+            kt_group_find(model, data, (size_t)link->group, KT_ROWS_ALL, &w);
             kt_planar_group_respond(model, data, &model->group[link->group], &w, link->parent, a);
         }
-        if (link->leads || link->branches)
+        if (link->passes)
             kt_planar_acceleration(link, &data->planar[link->parent], a, &data->planar[k]);
     }
 }
@@ -117,7 +126,7 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *tau
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         const double *gravity = weightless ? none : plane->gravity;
-        const int32_t failed = way_back(model, data, plane, gravity, tau);
+        const int32_t failed = way_back(model, data, plane, gravity, tau, a);
         if (failed)
             return (size_t)failed + model->n.spatial - 1;
         way_out(model, data, plane, gravity, a);
@@ -148,7 +157,7 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
     size_t failed = 0;
     set_motion(model, data, q, v, external);
     for (size_t g = 0; g < model->n.group; g++) {
-        fill_group(model, data, g, true, q, v, t);
+        fill_moving(model, data, g, q, v, t);
         if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
     }
@@ -177,7 +186,7 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
 static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
     set_motion(model, data, q, v, NULL);
     for (size_t g = 0; g < model->n.group; g++)
-        fill_group(model, data, g, true, q, v, t);
+        fill_moving(model, data, g, q, v, t);
 }
 
 static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {

@@ -16,8 +16,9 @@ enum { KT_PLANAR_WIDTH = 3 };
  * with them: the bias becomes IA_i A0_i + bias. (ax, ay): of the ground, minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         double ax, double ay) {
-    for (int l = 0; l < group->link_count; l++) {
-        const int32_t place = kt_place_of(model, model->group_link[group->link + l]);
+    const int32_t *index = model->group_link + group->link, count = group->link_count, first = kt_place_of(model, 0);
+    for (int l = 0; l < count; l++) {
+        const int32_t place = index[l] + first;
         const int32_t up = model->planar[place].parent;
         const kt_planar_motion *m = &data->planar[place];
         kt_planar_inertia *x = &data->planar_inertia[place];
@@ -93,8 +94,9 @@ static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data
     *total = (kt_planar_inertia){.j = 0.0};
     for (int i = 0; i < w->m * w->m; i++)
         w->mass[i] = 0.0;
+    const int32_t *index = model->group_link + group->link, first = kt_place_of(model, 0);
     for (int l = group->link_count - 1; l >= 0; l--) {
-        const int32_t place = kt_place_of(model, model->group_link[group->link + l]);
+        const int32_t place = index[l] + first;
         const kt_planar_link *link = &model->planar[place];
         kt_planar_inertia *x = &data->planar_inertia[place];
         w->bias[link->local] =
@@ -133,10 +135,12 @@ static inline void kt_planar_group_respond(const kt_model *model, const kt_data 
     const int m = w->m;
     const int32_t *v = model->group_v + group->v;
     const kt_planar_motion *p = &data->planar[top];
-    for (int i = 0; i < m; i++)
-        a[v[i]] = w->base[i];
-    for (int i = 0; i < m && top; i++)
-        a[v[i]] -= w->slope[i] * p->alpha + (w->slope[m + i] * p->linear[0] + w->slope[2 * m + i] * p->linear[1]);
+    for (int i = 0; i < m; i++) {
+        double x = w->base[i];
+        if (top)
+            x -= w->slope[i] * p->alpha + (w->slope[m + i] * p->linear[0] + w->slope[2 * m + i] * p->linear[1]);
+        a[v[i]] = x;
+    }
 }
 
 #endif

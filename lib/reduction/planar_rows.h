@@ -28,19 +28,18 @@ typedef struct kt_planar_wrench {
     int32_t slot;
 } kt_planar_wrench;
 
-/* Place of a link that is not the ground. */
+/* Place of a link that is not the ground; of 0, what is to be added to links. */
 KT_INLINE int32_t kt_place_of(const kt_model *model, int32_t link) { return link - (int32_t)model->n.spatial + 1; }
 
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                     const kt_planar_loop *flat, int k, bool moving, const double *v,
                                     kt_planar_end *end) {
-    const int32_t *path = model->path + loop->path[k];
+    const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_place_of(model, 0);
     double x = 0.0, y = 0.0, vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
     double w = moving ? data->planar[flat->ancestor].omega : 0.0;
-    for (int i = 0; i < loop->length[k]; i++) {
-        const int32_t place = kt_place_of(model, path[i]);
-        const kt_planar_link *link = &model->planar[place];
-        const kt_planar_motion *m = &data->planar[place];
+    for (int i = 0; i < count; i++) {
+        const kt_planar_link *link = &model->planar[path[i] + first];
+        const kt_planar_motion *m = &data->planar[path[i] + first];
         x += m->offset[0];
         y += m->offset[1];
         if (!moving)
@@ -198,8 +197,10 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
     return count;
 }
 
-/* Before ranks are known, void rows have places too. */
+/* Before ranks are known, void rows have places too: all or none. */
 KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
+    if (!flat->void_count || slot[flat->row[flat->count].row] < 0)
+        return;
     for (int i = flat->count; i < flat->count + flat->void_count; i++) {
         const int32_t at = slot[flat->row[i].row];
         if (at < 0)
@@ -214,21 +215,23 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
                                    double ax, double ay) {
     const double sign = k ? 1.0 : -1.0;
-    const int32_t *path = model->path + loop->path[k];
+    const int32_t *path = model->path + loop->path[k], first = kt_place_of(model, 0), stride = w->m;
+    const kt_planar_link *links = model->planar + first;
+    const kt_planar_motion *motion = data->planar + first;
+    double *a = w->a;
     for (int i = loop->length[k] - 1; i >= 0; i--) {
-        const int32_t place = kt_place_of(model, path[i]);
-        const kt_planar_link *link = &model->planar[place];
-        const kt_planar_motion *m = &data->planar[place];
-        double *column = w->a + link->local;
+        const kt_planar_link *link = &links[path[i]];
+        const kt_planar_motion *m = &motion[path[i]];
+        double *column = a + link->local;
         if (link->motion == KT_MOTION_TURN) {
             const double n = sign * link->sign;
             for (int r = 0; r < count; r++)
-                column[rows[r].slot * w->m] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
+                column[rows[r].slot * stride] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
         } else {
             double u[2];
             kt_planar_along(link, m, u);
             for (int r = 0; r < count; r++)
-                column[rows[r].slot * w->m] = sign * (rows[r].force[0] * u[0] + rows[r].force[1] * u[1]);
+                column[rows[r].slot * stride] = sign * (rows[r].force[0] * u[0] + rows[r].force[1] * u[1]);
         }
         ax += m->offset[0];
         ay += m->offset[1];
@@ -251,8 +254,8 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
 }
 
 /* As kt_rows_fill. */
-static inline void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
-                                       bool moving, const double *q, const double *v, double t) {
+KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
+                                   bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];
     for (int i = 0; i < w->m * w->k; i++)
         w->a[i] = 0.0;

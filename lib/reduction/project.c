@@ -44,9 +44,10 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
     for (int i = 0;; i++) {
         if (!kernels->look(model, data, t, q, v, NULL, violation))
             return KT_CLOSURE_NOT_FINITE;
-        /* stop where rounding rules, or where a further step has not halved what is left */
+        /* stop where rounding rules: it is small, and a further step has not halved it. (One that left a direction out
+         * may have made it larger.) */
         const bool slow = violation->gap > 0.5 * before;
-        if (violation->gap <= goal || i == most || (slow && before <= 4e3 * KT_CLOSED))
+        if (violation->gap <= goal || i == most || (slow && fmax(before, violation->gap) <= 4e3 * KT_CLOSED))
             return KT_CLOSURE_DONE;
         if (slow && near)
             regular = false;

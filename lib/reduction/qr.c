@@ -74,15 +74,25 @@ KT_INLINE int longest_column(const double *norm, int j, int k, double *all) {
     return best;
 }
 
-/* Copies A', and takes the columns' squared norms. */
+/* Copies A' with the columns' weights, and takes their squared norms. */
 KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
     const double *restrict a = w->a;
     double *restrict x = w->factor;
     for (int c = 0; c < w->k; c++, a += m, x += m) {
+        const double weight = w->weight ? w->weight[c] : 1.0;
         w->pivot[c] = c;
         for (int i = 0; i < m; i++)
-            x[i] = a[i];
+            x[i] = weight * a[i];
         norm[c] = squares(x, 0, m);
+    }
+}
+
+/* Takes the weights out of R again: A' W P = Q R W. */
+static void unweight(const kt_group_work *w, int rank) {
+    for (int c = 0; c < rank && w->weight; c++) {
+        const double weight = w->weight[w->pivot[c]];
+        for (int i = 0; i <= c; i++)
+            w->factor[(size_t)c * (size_t)w->m + (size_t)i] /= weight;
     }
 }
 
@@ -117,6 +127,7 @@ KT_INLINE kt_group_work four_bar(const kt_group_work *w) {
     kt_group_work known = *w;
     known.m = 3;
     known.k = 2;
+    known.weight = NULL;
     return known;
 }
 
@@ -125,21 +136,26 @@ static int factor_small(const kt_group_work *w, int cap) {
         const kt_group_work known = four_bar(w);
         return factor_any(&known, 2);
     }
-    return factor_any(w, cap);
+    const int rank = factor_any(w, cap);
+    unweight(w, rank);
+    return rank;
 }
 
 static int factor_large(kt_group_work *w, int cap) {
     const int size = (int)kt_group_work_count((size_t)w->m, (size_t)w->k);
-    memcpy(w->factor, w->a, (size_t)w->m * (size_t)w->k * sizeof(double));
-    for (size_t i = 0; i < (size_t)w->m * (size_t)w->k; i++)
+    const size_t m = (size_t)w->m, k = (size_t)w->k;
+    for (size_t i = 0; i < m * k; i++) {
+        w->factor[i] = w->weight ? w->weight[i / m] * w->a[i] : w->a[i];
         if (!isfinite(w->factor[i]))
             return -1;
+    }
     (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector, w->work, size);
     for (int c = 0; c < w->k; c++)
         w->pivot[c]--; /* from Fortran's count */
     int rank = 0;
     while (rank < cap && fabs(w->factor[(size_t)rank * (size_t)(w->m + 1)]) > KT_RANK_TOLERANCE * fabs(w->factor[0]))
         rank++;
+    unweight(w, rank);
     return rank;
 }
 

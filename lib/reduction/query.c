@@ -26,9 +26,9 @@ kt_freedom kt_model_freedom(const kt_model *model) {
     return f;
 }
 
-size_t kt_group_dense_count(const kt_group *group) {
+size_t kt_group_lay_out(kt_group *group) {
     kt_group_work w;
-    return kt_group_layout(group, NULL, NULL, &w);
+    return kt_group_layout(group, NULL, NULL, &w, group->at);
 }
 
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {

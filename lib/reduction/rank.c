@@ -3,7 +3,8 @@
  * Off the manifold redundant equations look independent (Bricard's five of rank four), and at singular positions
  * independent ones do not; so ranks are taken at several generic positions on the manifold, and the largest counts.
  * Equations that vanish at all of them, with their residual (the out-of-plane ones of a planar loop), are void and not
- * evaluated again.
+ * evaluated again. Where some of the others are redundant, those that were chosen at the position with the largest last
+ * direction get the weight to be chosen everywhere, unless they are much the worse (reduce.h).
  */
 #include "reduction/far.h"
 
@@ -12,11 +13,14 @@
 
 enum { SAMPLES = 7 };
 
+#define PREFERRED 16.0 /* weight: a redundant equation takes the place of a chosen one that is so much shorter */
+
 /* What the samples have shown: of equations, whether they are alive; of groups, whether any position was closed, and
  * their ranks. */
 typedef struct samples {
     double *q; /* two positions */
     bool *alive, *seen;
+    bool *chosen;  /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank; /* KT_ROWS_COUNT a group */
 } samples;
 
@@ -60,12 +64,23 @@ static void place_rows(kt_model *model, const kt_data *data, size_t g, const boo
             slot[row] = -1;
 }
 
-/* The largest rank so far, and the largest size of its last direction. */
-static void note_rank(int32_t rank, double last, int32_t *most, double *usual) {
-    if (rank > *most || (rank == *most && last > *usual))
-        *usual = last;
-    if (rank > *most)
-        *most = rank;
+/* The largest rank so far, and the largest size of its last direction; whether this one is. */
+static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
+    if (rank < *most || (rank == *most && !(last > *usual)))
+        return false;
+    *usual = last;
+    *most = rank;
+    return true;
+}
+
+/* The equations that were chosen as last factored. */
+static void note_chosen(const kt_model *model, const kt_group *group, const kt_group_work *w, int32_t rank,
+                        bool *chosen) {
+    for (int32_t row = 0; row < group->row_count; row++) {
+        chosen[group->row + row] = false;
+        for (int32_t i = 0; i < rank; i++)
+            chosen[group->row + row] |= model->slot[group->row + row] == w->pivot[i];
+    }
 }
 
 static bool is_closed(const kt_group_work *w) {
@@ -89,8 +104,10 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
             const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
             if (closed ? !is_closed(&w) : found->seen[g])
                 continue;
-            note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
-                      &group->usual[rows]);
+            if (note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
+                          &group->usual[rows]) &&
+                model->reduction != KT_REDUCTION_SVD) /* which has no need to choose */
+                note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
             if (rows > 0)
                 continue;
             found->seen[g] = true;
@@ -118,6 +135,8 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
 /* Before anything is known: all equations count, and all ranks are possible. */
 static void begin(kt_model *model, kt_data *data, bool *alive) {
     kt_violation violation;
+    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row; i++)
+        model->weight[i] = 1.0;
     memset(alive, 1, model->n.row * sizeof *alive);
     (void)kt_reduction_kernels_of(model)->look(model, data, 0.0, model->q0, NULL, NULL, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -137,6 +156,10 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
             group->usual[rows] = group->rank[rows] ? group->usual[rows] : 0.0;
+            const size_t first = (size_t)rows * model->n.row + (size_t)group->row;
+            for (int32_t row = 0; row < group->row_count; row++)
+                if (model->slot[group->row + row] >= 0 && found->chosen[first + (size_t)row])
+                    model->weight[first + (size_t)model->slot[group->row + row]] = PREFERRED;
         }
     }
 }
@@ -147,10 +170,11 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     kt_data *data = NULL;
     samples found = {.q = malloc(2 * model->n.q * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),
+                     .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
                      .seen = calloc(model->n.group, sizeof(bool)),
                      .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t))};
     kt_status status = KT_OK;
-    if (!found.q || !found.alive || !found.seen || !found.rank)
+    if (!found.q || !found.alive || !found.chosen || !found.seen || !found.rank)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
@@ -162,6 +186,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     kt_data_free(data);
     free(found.rank);
     free(found.seen);
+    free(found.chosen);
     free(found.alive);
     free(found.q);
     return status;

@@ -37,6 +37,10 @@
 typedef struct kt_group_work {
     int m, k;
     int32_t *pivot;
+    /* Of redundant equations those with the larger weights are chosen (k; NULL where there are none), so that it is the
+     * same ones at all stages of a step: at stages, off the manifold, each choice gives another acceleration, and a
+     * method of any order would come down to the second. Powers of two, that nothing is rounded. */
+    const double *weight;
 #define KT_GROUP_DECLARE(name, count, meaning) double *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
@@ -51,28 +55,51 @@ static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
 }
 
-/* Places a group's matrices at base (NULL: only measures); returns the numbers they take. */
-static inline size_t kt_group_layout(const kt_group *group, double *base, int32_t *pivot, kt_group_work *w) {
+/* Places a group's matrices at base (NULL: only measures), and keeps their places in `at` (NULL: not); returns the
+ * numbers they take. */
+static inline size_t kt_group_layout(const kt_group *group, double *base, int32_t *pivot, kt_group_work *w,
+                                     size_t at[KT_GROUP_MATRICES]) {
     const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
-    size_t used = 0;
+    size_t used = 0, matrix = 0;
     w->m = group->v_count;
     w->k = group->count[KT_ROWS_ALL];
     w->pivot = pivot;
+    w->weight = NULL;
 #define KT_GROUP_PLACE(name, count, meaning)                                                                           \
     w->name = base ? base + used : NULL;                                                                               \
-    used += (count);
+    if (at)                                                                                                            \
+        at[matrix++] = used;                                                                                           \
+    used += ((count) + 7) / 8 * 8;
     KT_GROUP_FIELDS(KT_GROUP_PLACE)
 #undef KT_GROUP_PLACE
     return used;
 }
 
+/* Finds a group's matrices in the data. */
+KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
+    const kt_group *group = &model->group[g];
+    double *base = data->dense + group->dense;
+    const size_t *at = group->at;
+    w->m = group->v_count;
+    w->k = group->count[rows];
+    w->pivot = data->pivot + group->row;
+    w->weight =
+        group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
+#define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
+    KT_GROUP_FIELDS(KT_GROUP_FIND)
+#undef KT_GROUP_FIND
+}
+
 static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
     kt_group_work w;
-    const kt_group *group = &model->group[g];
-    (void)kt_group_layout(group, data->dense + group->dense, data->pivot + group->row, &w);
-    w.k = group->count[rows];
+    kt_group_find(model, data, g, rows, &w);
     return w;
 }
+
+#define KT_GROUP_COUNT(name, count, meaning) +1
+_Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
+               "a group has room for the places of its matrices");
+#undef KT_GROUP_COUNT
 
 /* Whether a group's loops are closed in a plane. */
 static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {

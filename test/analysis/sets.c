@@ -185,13 +185,41 @@ KT_TEST(augmented_iterates_close_the_equations_by_the_factor_of_the_penalty) {
     kt_check_worst(&worst);
 }
 
-/* ---- the caller's part ------------------------------------------------------------------------------------------- */
-
 static bool make_four_bar(linkage *l) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);
     return linkage_build(l, 0.0);
 }
+
+/* The largest |A a - c| of the four-bar after so many iterations; it was placed in this very state. */
+static double left_after(const linkage *l, kt_set *set, int iterations) {
+    double a[8];
+    kt_error e = {0};
+    set->options.iterations = iterations;
+    set->options.tolerance = 0.0;
+    kt_set_reset(set);
+    (void)linkage_fine("set", kt_set_evaluate(set, l->data, 0.0, l->q, l->v, NULL, NULL, NULL, a, &e), &e);
+    return kt_set_findings_get(set).residual;
+}
+
+/* By 1 + penalty where A M^-1 A' is smallest; the last diagonal of R is at most a few times larger than that. */
+KT_TEST(penalty_is_what_an_iteration_divides_by) {
+    linkage l;
+    if (!make_four_bar(&l))
+        return;
+    for (double penalty = 10.0; penalty < 2000.0; penalty *= 10.0) {
+        kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
+        options.penalty = penalty;
+        kt_set *set = closure_set(l.model, &options);
+        const double by = left_after(&l, set, 3) / left_after(&l, set, 4);
+        kt_check_below("divided by", by, 1.0 + penalty);
+        kt_check_above("divided by", by, 0.5 * (1.0 + penalty));
+        kt_set_free(set);
+    }
+    linkage_free(&l);
+}
+
+/* ---- the caller's part ------------------------------------------------------------------------------------------- */
 
 KT_TEST(sets_allocate_nothing_after_setting_up) {
     linkage l;

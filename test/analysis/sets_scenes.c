@@ -151,12 +151,12 @@ static bool open_scene(kt_case *c, motion *m, const char *name, double duration)
     return kt_check_equal_int(name, m->status, KT_OK);
 }
 
-static kt_status verdict_of(const kt_set *set) {
+/* What the set says of its run; words: of the message, or NULL where it has nothing to say. */
+static void check_verdict(const kt_set *set, kt_status status, const char *words) {
     kt_error e = {0};
-    const kt_status status = kt_set_verdict(set, &e);
-    if (status != KT_OK)
-        kt_note("verdict: %s: %s", e.where, e.message);
-    return status;
+    kt_check_equal_int("verdict", kt_set_verdict(set, &e), status);
+    if (words)
+        kt_check_contains("verdict", e.message, words);
 }
 
 /* The gains stay what they are while the step is halved. */
@@ -172,7 +172,7 @@ KT_TEST(rk4_keeps_its_order_with_every_set) {
                 go(&c, &m, "rk4", 1e-3 / (1 << k), 0.0, set);
                 error[k] = m.error;
                 energy[k] = m.energy;
-                kt_check_equal_int("verdict", verdict_of(set), KT_OK);
+                check_verdict(set, KT_OK, NULL);
                 kt_set_free(set);
             }
             kt_check_near(kt_set_type_name((kt_set_type)type), log2(energy[0] / energy[1]), 4.0, 0.3);
@@ -202,6 +202,44 @@ KT_TEST(force_projection_stays_closed_where_gauss_drifts) {
     kt_case_close(&c);
 }
 
+/* Twice the step that the gains allow. */
+KT_TEST(a_set_whose_loops_came_apart_says_so) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "four-bar", 2.0)) {
+        const kt_set_options o = kt_set_options_default(KT_SET_BAUMGARTE, 0.1 * 0.01 / 5.0);
+        kt_set *set = make_set(c.model, &o);
+        go(&c, &m, "rk4", 0.01, 0.0, set);
+        check_verdict(set, KT_ERROR_CONSTRAINT, "came apart by");
+        kt_set_free(set);
+    }
+    kt_case_close(&c);
+}
+
+/* All joints are loops then, and many of their equations redundant. */
+KT_TEST(every_set_runs_the_absolute_formulation) {
+    static motion m;
+    kt_case c;
+    if (open_scene(&c, &m, "slider-crank", 0.5)) {
+        kt_model_options options = kt_model_options_default();
+        kt_error e = {0};
+        kt_model_free(c.model);
+        c.model = NULL;
+        options.formulation = KT_FORMULATION_ABSOLUTE;
+        c.scene.run.formulation = KT_FORMULATION_ABSOLUTE;
+        if (kt_fine("model", kt_model_compile(&c.scene.description, &options, &c.model, &e), &e))
+            for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
+                const kt_set_options o = kt_set_options_default((kt_set_type)type, 1e-3);
+                kt_set *set = make_set(kt_model_absolute(c.model), &o);
+                go(&c, &m, "rk4", 1e-3, 0.0, set);
+                kt_check_equal_int(kt_set_type_name((kt_set_type)type), m.status, KT_OK);
+                kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
+                kt_set_free(set);
+            }
+    }
+    kt_case_close(&c);
+}
+
 /* ---- what is expected to go wrong -------------------------------------------------------------------------------- */
 
 /* Bricard's five equations of rank four: off the manifold the fifth looks independent. Whoever trusts it (as textbooks
@@ -216,41 +254,57 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
         const double right = m.error;
         kt_check_equal_int("run", m.status, KT_OK);
         kt_check_below("error", right, 1e-6);
-        kt_check_equal_int("verdict", verdict_of(set), KT_OK);
+        check_verdict(set, KT_OK, NULL);
         kt_set_free(set);
         o.uncapped = true;
         set = make_set(c.model, &o);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
         kt_check_above("evaluations that trusted it", (double)kt_set_findings_get(set).trusted, 1.0);
-        kt_check_equal_int("verdict", verdict_of(set), KT_ERROR_CONSTRAINT);
+        check_verdict(set, KT_ERROR_CONSTRAINT, "were trusted in");
         kt_set_free(set);
     }
     kt_case_close(&c);
 }
 
+/* Runs with dopri5 at tolerances from 1e-5 to 1e-9 that do not arrive, or elsewhere, and of the others the largest
+ * error over the reduction's. */
+static int lost_ways(const kt_case *c, motion *m, const kt_set_options *o, double *worst) {
+    int lost = 0;
+    *worst = 0.0;
+    for (double tolerance = 1e-5; tolerance > 5e-10; tolerance *= 0.1) {
+        go(c, m, "dopri5", 0.0, tolerance, NULL);
+        const double right = m->error;
+        kt_set *set = make_set(c->model, o);
+        go(c, m, "dopri5", 0.0, tolerance, set);
+        check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
+        kt_set_free(set);
+        if (m->status != KT_OK || m->error > 0.3)
+            lost++;
+        else
+            *worst = fmax(*worst, m->error / right);
+    }
+    return lost;
+}
+
 /* The N-four-bar passes positions where its freedom jumps from 1 to 3 and a closure error, however small, decides the
- * way on. dopri5 at 1e-8. */
-KT_TEST(sets_that_drift_leave_the_n_four_bar_by_another_way) {
+ * way on, at some 5 rad/s. Without gains it is lost at every tolerance, and so it is with gains of 2 / s, with loops
+ * that look closed to 1e-9; with 24 / s it passes most times (one of these five was lost, and which one is a matter of
+ * rounding). */
+KT_TEST(sets_that_drift_lose_the_n_four_bar_at_every_tolerance_and_stiff_gains_only_help) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
-        go(&c, &m, "dopri5", 0.0, 1e-8, NULL);
-        kt_check_below("the reduction's error", m.error, 5e-5);
+        double worst;
         kt_set_options o = kt_set_options_default(KT_SET_GAUSS, 0.01);
-        kt_set *set = make_set(c.model, &o);
-        go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_above("gauss: error", m.error, 1.0);
-        kt_check_below("gauss: the loops look closed all the same", m.open, 1e-7);
-        kt_check_equal_int("gauss: verdict", verdict_of(set), KT_ERROR_SINGULAR);
-        kt_set_free(set);
-        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.01);
-        set = make_set(c.model, &o);
-        go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_above("baumgarte: error", m.error, 1.0);
-        kt_check_below("baumgarte: the loops look closed all the same", m.open, 1e-9);
-        kt_check_equal_int("baumgarte: verdict", verdict_of(set), KT_ERROR_SINGULAR);
-        kt_set_free(set);
+        kt_check_equal_int("gauss: lost", lost_ways(&c, &m, &o, &worst), 5);
+        kt_check_below("loops at the last tolerance", m.open, 1e-9);
+        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.05);
+        kt_check_equal_int("soft gains: lost", lost_ways(&c, &m, &o, &worst), 5);
+        kt_check_below("loops at the last tolerance", m.open, 1e-9);
+        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.1 / 24.0);
+        kt_check_below("stiff gains: lost", lost_ways(&c, &m, &o, &worst), 3.0);
+        kt_check_below("errors over the reduction's", worst, 2.0);
     }
     kt_case_close(&c);
 }
@@ -265,13 +319,13 @@ KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digi
         kt_set *set = make_set(c.model, &o);
         go(&c, &m, "dopri5", 0.0, 1e-8, set);
         kt_check_below("projection: error", m.error, 5e-5);
-        kt_check_equal_int("projection: verdict", verdict_of(set), KT_ERROR_SINGULAR);
+        check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
         kt_set_free(set);
         o = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
         set = make_set(c.model, &o);
         go(&c, &m, "dopri5", 0.0, 1e-8, set);
         kt_check_above("augmented: equations left open", kt_set_findings_get(set).residual, 0.5);
-        kt_check_equal_int("augmented: verdict", verdict_of(set), KT_ERROR_SINGULAR);
+        check_verdict(set, KT_ERROR_SINGULAR, "still off by");
         kt_set_free(set);
     }
     kt_case_close(&c);

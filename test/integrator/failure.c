@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const adaptive[] = {"heun", "rkc2", "bs32", "dopri5", "tsit5", "dop853"};
+static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "dop853"};
 enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
 
 /* A problem that can be told to go wrong: at the call `at` (counted from 1), or beyond a time. */

@@ -5,8 +5,8 @@
 #include <string.h>
 
 KT_TEST(every_method_is_found_by_its_name) {
-    static const char *const names[] = {"euler", "midpoint", "heun", "ralston", "rkc2",  "kutta3",
-                                        "bs32",  "rk4",      "rk38", "dopri5",  "tsit5", "dop853"};
+    static const char *const names[] = {"euler", "midpoint", "heun", "ralston", "rkc2",  "kutta3", "bs32",
+                                        "rk4",   "rk38",     "rkc4", "dopri5",  "tsit5", "dop853"};
     kt_check_equal_int("count", kt_method_count(), (long long)(sizeof names / sizeof *names));
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_find(names[i]);
@@ -28,7 +28,7 @@ KT_TEST(what_is_no_method_is_not_found) {
 }
 
 KT_TEST(dense_orders_are_those_documented) {
-    static const int expected[] = {1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 7};
+    static const int expected[] = {1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 4, 4, 7};
     for (int i = 0; i < kt_method_count(); i++)
         kt_check_equal_int(kt_method_at(i)->name, kt_method_dense_order(kt_method_at(i)), expected[i]);
 }

@@ -29,7 +29,7 @@ static kt_complex stepped(const kt_method *m, kt_complex lambda, int steps, int 
     is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
     for (int i = 0; i < steps; i++)
         is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
-    *stages = kt_chebyshev_stages(it->radius);
+    *stages = m->stabilised ? kt_chebyshev_stages(it->radius, kt_chebyshev_damping(m)) : m->stages;
     const kt_complex y = {kt_integrator_state(it)[0], kt_integrator_state(it)[1]};
     integrator_free(it);
     return y;
@@ -276,7 +276,7 @@ KT_TEST(chebyshev_polynomials_are_damped_up_to_their_reach) {
              second = kt_worst_make("R - 1 - z - z^2/2");
     for (int i = 0; i < 10; i++) {
         const int s = stages[i];
-        const kt_chebyshev family = kt_chebyshev_make(s);
+        const kt_chebyshev family = kt_chebyshev_make(s, 2.0 / 13.0);
         const kt_stability r = stability_of(kt_method_find("rkc2"), s);
         const double reach = kt_chebyshev_reach(&family);
         kt_worst_near(&length, reach / (0.653 * ((double)s * s - 1.0)), 1.0, s == 2 ? 0.06 : 0.02, "%d stages", s);
@@ -299,17 +299,38 @@ KT_TEST(chebyshev_polynomials_are_damped_up_to_their_reach) {
     kt_check_worst(&second);
 }
 
+/* The extrapolated ones: R - e^z is no more than a few times the z^5 / 120 that the series leaves; damped below 0.74
+ * once e^z is, up to the reach of their members. */
+KT_TEST(extrapolated_polynomials_are_of_order_4_and_damped_up_to_their_reach) {
+    kt_worst damped = kt_worst_make("|R|"), fourth = kt_worst_make("R - e^z over z^5 / 120");
+    for (int s = 2; s <= KT_STABILISED_STAGES_MAX; s += s < 30 ? 1 : 20) {
+        const kt_stability r = stability_of(kt_method_find("rkc4"), s);
+        const kt_chebyshev family = kt_chebyshev_make(s, 6.0 / 5.0);
+        const double reach = kt_chebyshev_reach(&family), z = -0.05;
+        kt_check_above("real limit", kt_stability_real_limit(&r), reach);
+        for (int k = 0; k <= 2000; k++) {
+            const double x = -1.0 - (reach - 1.0) * pow(k / 2000.0, 2);
+            kt_worst_below(&damped, kt_stability_gain(&r, (kt_complex){x, 0.0}), 0.74, "%d stages, z = %g", s, x);
+        }
+        const kt_complex value = kt_stability_value(&r, (kt_complex){z, 0.0});
+        kt_worst_below(&fourth, fabs(value.re - exp(z)) / (pow(0.05, 5) / 120.0), 1.0, "%d stages", s);
+    }
+    kt_check_worst(&damped);
+    kt_check_worst(&fourth);
+}
+
 KT_TEST(stages_are_as_few_as_the_reach_allows) {
     int wrong = 0;
     for (double z = 0.0; z < 40000.0; z = 1.07 * z + 0.1) {
-        const int s = kt_chebyshev_stages(z);
-        const kt_chebyshev enough = kt_chebyshev_make(s), fewer = kt_chebyshev_make(s > 2 ? s - 1 : 2);
+        const int s = kt_chebyshev_stages(z, 2.0 / 13.0);
+        const kt_chebyshev enough = kt_chebyshev_make(s, 2.0 / 13.0),
+                           fewer = kt_chebyshev_make(s > 2 ? s - 1 : 2, 2.0 / 13.0);
         wrong += kt_chebyshev_reach(&enough) < z || (s > 2 && kt_chebyshev_reach(&fewer) >= z);
     }
     kt_check_equal_int("wrong", wrong, 0);
-    kt_check_equal_int("too far", kt_chebyshev_stages(41500.0), KT_STABILISED_STAGES_MAX + 1);
-    kt_check_equal_int("infinite", kt_chebyshev_stages(HUGE_VAL), KT_STABILISED_STAGES_MAX + 1);
-    kt_check_equal_int("NaN", kt_chebyshev_stages((double)NAN), KT_STABILISED_STAGES_MAX + 1);
+    kt_check_equal_int("too far", kt_chebyshev_stages(41500.0, 2.0 / 13.0), KT_STABILISED_STAGES_MAX + 1);
+    kt_check_equal_int("infinite", kt_chebyshev_stages(HUGE_VAL, 2.0 / 13.0), KT_STABILISED_STAGES_MAX + 1);
+    kt_check_equal_int("NaN", kt_chebyshev_stages((double)NAN, 2.0 / 13.0), KT_STABILISED_STAGES_MAX + 1);
 }
 
 /* 250 stages reach 40800 / 1.2 decays. */

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const adaptive[] = {"heun", "rkc2", "bs32", "dopri5", "tsit5", "dop853"};
+static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "dop853"};
 enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
 
 /* ---- fixed steps ------------------------------------------------------------------------------------------------- */

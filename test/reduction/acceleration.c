@@ -60,7 +60,7 @@ static void compare(const tangle *g, double times, kt_worst *worst, kt_worst *cl
             sum += s.jacobian[i * g->rows + r] * a[i];
             size += fabs(s.jacobian[i * g->rows + r]) * kt_tree_largest(a, g->tree.nv);
         }
-        size += 0.1 * kt_tree_largest(a, g->tree.nv); /* an axis almost along the normal is known to eps all the same */
+        size += kt_tree_largest(a, g->tree.nv); /* an axis almost along the normal is known to eps all the same */
         kt_worst_below(closed, fabs(sum), 8.0 * DBL_EPSILON * size, "nv %d, row %d", g->tree.nv, r);
     }
 }

@@ -13,10 +13,10 @@ from claims import claim, finish, note
 valgrind, program = sys.argv[1:]
 
 
-def count(function, what, n):
+def count(function, what, n, *plan):
     """Instructions in a function and what it calls."""
     run = subprocess.run([valgrind, "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}",
-                          program, what, str(n)], capture_output=True, text=True, check=False)
+                          program, what, str(n), *plan], capture_output=True, text=True, check=False)
     found = re.search(r"Collected : (\d+)", run.stderr)
     if run.returncode != 0 or not found or int(found[1]) == 0:
         sys.exit(f"{function} on {n}: nothing was counted\n{run.stderr}")
@@ -46,4 +46,7 @@ claim("compilation_and_assembly_grow_with_the_number_of_loops",
 tree = [count("kt_acceleration_evaluate", "tree", n) for n in (20, 40)]
 note(f"the same tree without loops: {tree[0]} instructions for 20, {tree[1]} for 40")
 claim("tree_grows_in_proportion", [] if abs(tree[1] / tree[0] / 2 - 1) < 0.02 else ["it does not"])
+pair = [count("kt_acceleration_evaluate", "four-bars", 20, *plan) for plan in ([], ["spatial"])]
+note(f"twenty four-bars: {pair[0]} instructions in their plane, {pair[1]} in space, {pair[0] / pair[1]:.3f}")
+claim("four_bars_in_their_plane_cost_about_a_third", [] if pair[0] / pair[1] < 0.345 else ["more"])
 finish()

@@ -1,5 +1,5 @@
-/* cost_count WHAT N: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to count its
- * instructions. WHAT: four-bars, or tree (the same without loops). */
+/* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
+ * count its instructions. WHAT: four-bars, or tree (the same without loops). */
 #include "kinetree/reduction.h"
 
 #include <stdio.h>
@@ -57,6 +57,7 @@ int main(int argc, char **argv) {
     d.loops = loops;
     d.loop_count = strcmp(argv[1], "tree") == 0 ? 0 : n;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.level = KT_LEVEL_BASE; /* valgrind knows no AVX-512 */
     kt_model *model = NULL;
     kt_data *data = NULL;

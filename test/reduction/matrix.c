@@ -9,11 +9,11 @@ static const double guard = 1234.5;
 
 void matrix_set_up(matrix_bench *b, int m, int k) {
     const kt_group group = {.v_count = m, .row_count = k, .count = {k, k}};
-    b->count = kt_group_layout(&group, NULL, NULL, &b->w);
+    b->count = kt_group_layout(&group, NULL, NULL, &b->w, NULL);
     b->memory = aligned_alloc(64, (b->count + CANARY) * sizeof(double));
     for (size_t i = 0; i < b->count + CANARY; i++)
         b->memory[i] = i < b->count ? (double)NAN : guard; /* nothing that has not been written may be read */
-    (void)kt_group_layout(&group, b->memory, b->pivot, &b->w);
+    (void)kt_group_layout(&group, b->memory, b->pivot, &b->w, NULL);
 }
 
 bool matrix_tear_down(matrix_bench *b) {

@@ -298,6 +298,10 @@ KT_TEST(loops_that_hold_more_than_the_plane_does_are_spatial) {
     loop->between[0].at.z += 1e-9;
     kt_check_text("with one end higher", plan_of(&l), "spatial");
     loop = begin(&l);
+    loop->between[1].rotation = kt_rotation_matrix(
+        (kt_mat3){kt_vec3_make(1.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), kt_vec3_make(0.0, 0.0, -1.0)});
+    kt_check_text("with its axes opposed", plan_of(&l), "spatial");
+    loop = begin(&l);
     loop->type = KT_LOOP_DISTANCE;
     loop->between[0].at.z += 0.3;
     kt_check_text("a rod from one height to another", plan_of(&l), "planar");

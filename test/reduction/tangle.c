@@ -200,6 +200,12 @@ static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int
         if (!plan->still && kt_random_int(random, 0, 1))
             loop->function = draw_function(random, kt_vec3_norm(apart));
     }
+    const bool slides =
+        loop->type == KT_LOOP_INLINE || loop->type == KT_LOOP_PRISMATIC || loop->type == KT_LOOP_CYLINDRICAL;
+    if (plan->tree.one_plane && slides) { /* the ends at different heights, where the axis is oblique */
+        const kt_vec3 along = kt_mat3_apply(frame.rotation, axis);
+        frame.position = kt_vec3_add(frame.position, kt_vec3_scale(kt_random_uniform(random, -0.5, 0.5), along));
+    }
     loop->between[1] = end_on(&g->tree, body[1], frame);
     return true;
 }

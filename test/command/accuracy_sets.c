@@ -1,0 +1,85 @@
+/* kinetree accuracy --compare-sets: every way to keep loops closed in one study, and what each gets wrong. */
+#include "shell.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { SETS = 7 };
+static const char *const sets[SETS] = {"minimal",         "unprojected", "absolute",  "Baumgarte",
+                                       "stiff Baumgarte", "augmented",   "projection"};
+static const bool closed[SETS] = {true, false, true, false, false, false, true};
+
+/* The line of a set, a method and a setting; -1: none. */
+static int find_row(const char *csv, const char *set, const char *method, double setting) {
+    char start[64];
+    snprintf(start, sizeof start, "\n%s,%s,", set, method);
+    const int column = kt_csv_column(csv, "setting");
+    int line = 0;
+    for (const char *at = csv; (at = strchr(at, '\n')) != NULL; at++) {
+        line++;
+        if (strncmp(at, start, strlen(start)) == 0 && kt_csv_number(csv, line, column) == setting)
+            return line;
+    }
+    return -1;
+}
+
+/* Errors of every set, and what is left of its loops: projected ones are closed to rounding, the others are not. */
+KT_TEST(comparison_runs_every_set_with_both_methods) {
+    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --compare-sets --duration 1 --steps 2e-3,1e-3 "
+                                "--tolerances 1e-6 --budget 10 --out a.csv");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("table", ran.out, "\nrk4, step 0.002 s\n");
+    kt_check_contains("table", ran.out, "\ndopri5, tolerance 1e-06\n");
+    for (int i = 1; i < SETS; i++) {
+        char words[64];
+        snprintf(words, sizeof words, "  %s gets wrong: ", sets[i]);
+        kt_check_contains("lines", ran.out, words);
+    }
+    const char *csv = kt_read_file("a.csv");
+    kt_check_equal_int("lines", kt_count_lines(csv), 1 + 3 * SETS);
+    for (int i = 0; i < SETS; i++) {
+        const int coarse = find_row(csv, sets[i], "rk4", 2e-3), fine = find_row(csv, sets[i], "rk4", 1e-3);
+        const int adaptive = find_row(csv, sets[i], "dopri5", 1e-6);
+        const bool stiff = strcmp(sets[i], "stiff Baumgarte") == 0; /* costs order */
+        if (!kt_check_true(sets[i], coarse > 0 && fine > 0 && adaptive > 0))
+            continue;
+        const int error = kt_csv_column(csv, "error.position"), open = kt_csv_column(csv, "constraint.position");
+        kt_check_below("rk4, 1 ms", kt_csv_number(csv, fine, error), stiff ? 1e-5 : 1e-6);
+        if (!stiff)
+            kt_check_below("halved", kt_csv_number(csv, fine, error), 0.3 * kt_csv_number(csv, coarse, error));
+        if (closed[i])
+            kt_check_below("open", kt_csv_number(csv, fine, open), 3e-14);
+        else
+            kt_check_above("open", kt_csv_number(csv, fine, open), 1e-9);
+    }
+}
+
+/* Whether a set's line says that it did not arrive. */
+static bool is_lost(const char *text, const char *set) {
+    char words[64];
+    snprintf(words, sizeof words, "\n  %s gets wrong: ", set);
+    const char *line = strstr(text, words);
+    if (!kt_check_true(set, line != NULL))
+        return false;
+    line += strlen(words);
+    return strncmp(line, "goes another way", 16) == 0 || strncmp(line, "breaks down", 11) == 0;
+}
+
+/* Through singular positions; dopri5 at a tolerance that the reduction takes to 1e-6. */
+KT_TEST(comparison_says_which_sets_lose_the_n_four_bar) {
+    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/n-four-bar-2.yaml --compare-sets --integrators dopri5 "
+                                "--tolerances 1e-9 --budget 10 --plot n.svg");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_true("unprojected", is_lost(ran.out, "unprojected"));
+    kt_check_true("Baumgarte", is_lost(ran.out, "Baumgarte"));
+    kt_check_true("projection", !is_lost(ran.out, "projection"));
+    kt_check_contains("verdict", ran.out, "passes singular positions without means to cross them\n");
+#ifdef KT_HAS_CAIRO
+    kt_check_true("picture", strstr(kt_read_file("n.svg"), "<svg") != NULL);
+#endif
+}
+
+KT_TEST(comparison_needs_loops) {
+    kt_expect(1, "there are no loops to keep closed", "$K accuracy " KT_SCENES "/pendulum.yaml --compare-sets");
+}
