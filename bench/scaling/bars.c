@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kt_bars_shape_name[KT_BARS_SHAPES] = {"separate", "chained"};
+const char *const kt_bars_shape_name[KT_BARS_SHAPES] = {"separate", "chained", "row"};
 
 enum { NAME_SIZE = 24 };
 
@@ -80,11 +80,19 @@ static void draw_chained(drawing *d, int loops, bool open) {
         add_loop(d, d->names[2 * i - 1], along(1.0, 0.0), d->names[2 * i], along(0.0, 1.0));
 }
 
+static void draw_row(drawing *d, int rods) {
+    const char *rod = NULL;
+    for (int i = 0; i < rods; i++)
+        rod = add_bar(d, "rod", i, rod, along(i ? 1.0 : 0.0, 0.0), along(1.0, 0.0), 0.5 + 0.3 * (i % 5), 0.2 * (i % 7));
+}
+
 static kt_status compile(kt_bars_shape shape, bool open, const kt_model_options *options, drawing *d, kt_bars *bars,
                          kt_error *error) {
     const double start = kt_bench_clock();
     if (shape == KT_BARS_SEPARATE)
         draw_separate(d, bars->loops, open);
+    else if (shape == KT_BARS_ROW)
+        draw_row(d, bars->loops);
     else
         draw_chained(d, bars->loops, open);
     kt_description description = kt_description_default();
@@ -113,24 +121,21 @@ static kt_status prepare(kt_bars *bars, kt_formulation formulation, kt_error *er
     return kt_state_assemble(bars->stepped, bars->data, 0.0, bars->q, bars->v, error);
 }
 
-kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation, kt_level level,
-                       kt_bars *bars, kt_error *error) {
+kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, const kt_model_options *options, kt_bars *bars,
+                       kt_error *error) {
     const size_t most = 4 * (size_t)loops + 1;
     drawing d = {.bodies = calloc(most, sizeof *d.bodies),
                  .loops = calloc((size_t)loops, sizeof *d.loops),
                  .names = calloc(most + (size_t)loops, sizeof *d.names)};
-    kt_model_options options = kt_model_options_default();
-    options.level = level;
-    options.formulation = formulation;
     *bars = (kt_bars){.loops = loops};
     kt_status status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for %d loops", loops);
     if (d.bodies && d.loops && d.names)
-        status = compile(shape, open, &options, &d, bars, error);
+        status = compile(shape, open, options, &d, bars, error);
     free(d.bodies);
     free(d.loops);
     free(d.names);
     if (status == KT_OK)
-        status = prepare(bars, formulation, error);
+        status = prepare(bars, options->formulation, error);
     if (status != KT_OK)
         kt_bars_free(bars);
     return status;

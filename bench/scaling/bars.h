@@ -6,7 +6,8 @@
 
 #include "kinetree/reduction.h"
 
-typedef enum kt_bars_shape { KT_BARS_SEPARATE = 0, KT_BARS_CHAINED, KT_BARS_SHAPES } kt_bars_shape;
+/* KT_BARS_ROW: rods hung on one another, as many as loops are asked for, and no loop. */
+typedef enum kt_bars_shape { KT_BARS_SEPARATE = 0, KT_BARS_CHAINED, KT_BARS_ROW, KT_BARS_SHAPES } kt_bars_shape;
 extern const char *const kt_bars_shape_name[KT_BARS_SHAPES];
 
 /* Ready to be evaluated, assembled and moving, in one formulation. */
@@ -21,7 +22,7 @@ typedef struct kt_bars {
 } kt_bars;
 
 /* Allocates all of it; open: without the loops. On failure *bars is empty and *error says why. */
-KT_CHECKED kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation, kt_level level,
+KT_CHECKED kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, const kt_model_options *options,
                                   kt_bars *bars, kt_error *error);
 void kt_bars_free(kt_bars *bars);
 

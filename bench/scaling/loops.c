@@ -87,9 +87,10 @@ static kt_status measure(kt_bars_shape shape, int loops, const kt_bench_options 
     int made = 0;
     *out = (line){.loops = loops};
     while (made < ways && status == KT_OK) {
-        status =
-            kt_bars_make(shape, loops, made == TREE, made == ABSOLUTE ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE,
-                         options->level, &bars[made], error);
+        kt_model_options wish = kt_model_options_default();
+        wish.level = options->level;
+        wish.formulation = made == ABSOLUTE ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
+        status = kt_bars_make(shape, loops, made == TREE, &wish, &bars[made], error);
         made += status == KT_OK;
     }
     if (status == KT_OK)
@@ -176,7 +177,7 @@ static int run(const kt_bench_options *options, kt_csv *csv, line *lines) {
     int counts[COUNTS_MAX];
     const int count = loop_counts(options->max, counts);
     bool trusted = true, kept = true;
-    for (int shape = 0; shape < KT_BARS_SHAPES; shape++) {
+    for (int shape = 0; shape <= KT_BARS_CHAINED; shape++) {
         for (int i = 0; i < count; i++) {
             kt_error error;
             if (measure((kt_bars_shape)shape, counts[i], options, &lines[i], &error) != KT_OK)

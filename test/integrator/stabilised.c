@@ -132,6 +132,31 @@ KT_TEST(errors_follow_the_tolerance) {
     kt_check_near("slope", slope_of(at, error, 5), 2.0 / 3.0, 0.05);
 }
 
+/* rkc4: an estimate of order 4 of a method of order 4, so that errors are in proportion to the tolerance. The step is
+ * what the error asks for: the estimate of each is near the tolerance, and the number of steps grows as
+ * tolerance^(-1/4). */
+KT_TEST(errors_of_rkc4_are_in_proportion_to_the_tolerance) {
+    double at[5], error[5], steps[5], y[5] = {0.0};
+    for (int i = 0; i < 5; i++) {
+        kt_error trouble;
+        at[i] = pow(10.0, -4 - i);
+        const kt_integrator_options options = tolerance(at[i], at[i]);
+        const kt_integrator_callbacks callbacks = {chirp_and_decay, NULL, NULL};
+        kt_integrator *it = integrator_make(kt_method_find("rkc4"), 5, &options);
+        problem_chirp.solution(problem_chirp.start, y);
+        is_ok("start", kt_integrator_start(it, problem_chirp.start, y, &callbacks, &trouble), &trouble);
+        error[i] = 0.0;
+        while (kt_integrator_time(it) != problem_chirp.end &&
+               is_ok("step", kt_integrator_step(it, problem_chirp.end, &trouble), &trouble))
+            error[i] = fmax(error[i], error_at(&problem_chirp, kt_integrator_time(it), kt_integrator_state(it)));
+        steps[i] = (double)kt_integrator_counts_get(it).steps;
+        kt_note("tolerance %g: error %.3g, %g steps", at[i], error[i], steps[i]);
+        integrator_free(it);
+    }
+    kt_check_near("slope of the error", slope_of(at, error, 5), 1.0, 0.15);
+    kt_check_near("slope of the steps", slope_of(at, steps, 5), -0.25, 0.05);
+}
+
 /* RK4 would need 2.8 / rate. */
 KT_TEST(it_needs_far_fewer_evaluations_where_decays_are_fast) {
     double rate = 1e5;
