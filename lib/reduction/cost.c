@@ -20,7 +20,7 @@ static const double eight_angles = 488.0;
 static const double spatial_link[] = {[KT_MOTION_TURN] = 631.0,
                                       [KT_MOTION_SLIDE] = 632.0,
                                       [KT_MOTION_HELIX] = 751.0,
-                                      [KT_MOTION_BALL] = 750.0,
+                                      [KT_MOTION_BALL] = 701.0,
                                       [KT_MOTION_FREE] = 873.0};
 static const double planar_turn = 81.0, planar_slide = 134.0;
 /* More: axes that are turned at rest (at each of a link's uses of them); handing on to a moving parent; taking from
