@@ -235,7 +235,7 @@ typedef struct findings {
 static kt_status experiment(const kt_model *model, kt_data *data, controller *c, kt_simulation *plant, FILE *csv,
                             findings *f, kt_error *error) {
     const int pendulum = kt_body_find(model, "pendulum");
-    const double *q = kt_simulation_positions(plant), *v = kt_simulation_velocities(plant);
+    const double *q = kt_simulation_positions(plant), *v;
     kt_status status = KT_OK;
     *f = (findings){.caught = NAN};
     for (long k = 0; status == KT_OK && (double)k * sample < duration; k++, q = kt_simulation_positions(plant)) {

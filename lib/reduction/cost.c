@@ -44,7 +44,10 @@ typedef struct group_cost {
 static const group_cost spatial_group = {843.9, 862.4, 419.7, 15.6, 433.8, -19.6, 88.5, 18.2};
 static const group_cost planar_group = {60.9, 142.5, 0.0, 12.0, 37.4, 0.0, 49.7, 0.0};
 
-static double angles_of(size_t count) { return eight_angles * (double)((count + 7) / 8); }
+static double angles_of(size_t count) {
+    const size_t groups = (count + 7) / 8;
+    return eight_angles * (double)groups;
+}
 
 /* ---- trees ------------------------------------------------------------------------------------------------------- */
 
