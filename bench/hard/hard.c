@@ -97,7 +97,7 @@ static bool holds(const kt_hard *h, int m) { return h->observed[m] <= h->c->meas
 /* What a peer's cell says of measure m. */
 static const char *cell(const row *r, int k, int m, char *text) {
     const kt_hard_motion *motion = r->own.c->motion;
-    if (!motion || motion->alone || r->own.c->run)
+    if (!motion || motion->alone || (r->own.c->run && m == 2)) /* what it needs two runs for */
         return "-";
     if (r->ran[k] && isfinite(r->peer[k].observed[m]))
         (void)snprintf(text, CELL, "%.1e", r->peer[k].observed[m]);
@@ -179,7 +179,7 @@ int main(int argc, char **argv) {
             continue;
         memset(&r, 0, sizeof r);
         kt_hard_run(&r.own, c, !o.brief);
-        for (int k = 0; k < PEERS && !o.alone && c->motion && !c->motion->alone && !c->run; k++)
+        for (int k = 0; k < PEERS && !o.alone && c->motion && !c->motion->alone; k++)
             run_peer(&r, k, !o.brief);
         for (int m = 0; m < KT_HARD_MEASURES && c->measures[m].what; m++, count++)
             missed += !holds(&r.own, m);

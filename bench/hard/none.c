@@ -1,17 +1,13 @@
 /* In place of an engine that this system does not have. */
 #include "peers.h"
 
-static bool none(char *words) {
-    (void)snprintf(words, KT_HARD_WORDS, "-");
-    return false;
-}
-
 #ifdef KT_WITHOUT_MUJOCO
 bool kt_hard_mujoco(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, char *words) {
     (void)h;
     (void)motion;
     (void)watch;
-    return none(words);
+    (void)snprintf(words, KT_HARD_WORDS, "-");
+    return false;
 }
 const char *kt_hard_mujoco_version(void) { return "MuJoCo (not here)"; }
 #endif
@@ -21,7 +17,8 @@ bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch,
     (void)h;
     (void)motion;
     (void)watch;
-    return none(words);
+    (void)snprintf(words, KT_HARD_WORDS, "-");
+    return false;
 }
 const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
 #endif
