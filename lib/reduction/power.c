@@ -59,7 +59,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     const kt_wrench *all_wrenches = external;
     double *acceleration = data->side + 2 * kt_lanes8(model->n.v), loops = 0.0;
     kt_power sum = {0.0, 0.0};
-    kt_status status = kt_wrenches_check(model, q, v, external, error);
+    kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
     if (status == KT_OK && model->n.effect)
         status = kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error);
     if (status != KT_OK)
