@@ -5,21 +5,25 @@
 #include <string.h>
 
 typedef struct kernels {
-    void (*terms)(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *, bool,
+    void (*terms)(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *, kt_motion_kept, bool,
                   kt_derivative_work *);
     void (*inverse)(const kt_model *, kt_derivative_work *);
-    void (*forward)(const kt_model *, bool, bool, kt_derivative_work *);
+    bool (*forward)(const kt_model *, bool, bool, kt_derivative_work *);
+    void (*hand_over)(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
 } kernels;
 
 static kernels kernels_of(const kt_model *model) {
 #ifdef KT_LEVELS
     if (model->level == KT_LEVEL_V4)
-        return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_derivative_forward_v4};
+        return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_derivative_forward_v4,
+                         kt_derivative_hand_over_v4};
     if (model->level == KT_LEVEL_V3)
-        return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_derivative_forward_v3};
+        return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_derivative_forward_v3,
+                         kt_derivative_hand_over_v3};
 #endif
     (void)model;
-    return (kernels){kt_derivative_terms_baseline, kt_derivative_inverse_baseline, kt_derivative_forward_baseline};
+    return (kernels){kt_derivative_terms_baseline, kt_derivative_inverse_baseline, kt_derivative_forward_baseline,
+                     kt_derivative_hand_over_baseline};
 }
 
 static size_t work_layout(const kt_counts *n, char *base, kt_derivative_work *work) {
@@ -46,27 +50,13 @@ static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
-/* Row by row of batches, to columns of the matrix. */
-static void hand_over(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from, double *to) {
-    const size_t nv = model->n.v;
-    for (size_t k = 0; k < nv; k++) {
-        double *column = to + (size_t)w->row[k].v * nv;
-        for (size_t i = 0; i < nv; i++)
-            column[w->row[i].v] = from[k / KT_LANES * nv + i][k % KT_LANES];
-    }
-}
-
 static bool is_finite(const kt_model *model, const kt_v8 *x) {
     return kt_all_finite((const double *)x, kt_batches(&model->n) * model->n.v * KT_LANES);
 }
 
-/* Nothing is handed over before all is known to be finite. */
-static kt_status check_results(const kt_model *model, const kt_v8 *const *results, int count, kt_error *error) {
-    for (int i = 0; i < count; i++)
-        if (results[i] && !is_finite(model, results[i]))
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
-                                "they overflow: look for a position, velocity, force or torque that is huge");
-    return KT_OK;
+static kt_status overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "they overflow: look for a position, velocity, force or torque that is huge");
 }
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
@@ -84,13 +74,12 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
         status = kt_kinematics_update(model, data, q, v, a, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, false, &w);
+    kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false, &w);
     kernel.inverse(model, &w);
-    status = check_results(model, (const kt_v8 *const[]){w.dq, w.dv}, 2, error);
-    if (status != KT_OK)
-        return status;
-    hand_over(model, &w, w.dq, dtau_dq);
-    hand_over(model, &w, w.dv, dtau_dv);
+    if (!is_finite(model, w.dq) || !is_finite(model, w.dv))
+        return overflow(error);
+    kernel.hand_over(model, &w, w.dq, dtau_dq);
+    kernel.hand_over(model, &w, w.dv, dtau_dv);
     return KT_OK;
 }
 
@@ -103,20 +92,18 @@ kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, 
     kt_status status = take_work(model, work, work_size, &w, error);
     if (status == KT_OK)
         status = kt_dynamics_forward(model, data, q, v, tau, external, w.a, error);
-    if (status == KT_OK)
+    const bool kept = model->sweep == KT_SWEEP_SPATIAL; /* by forward dynamics, in data->motion */
+    if (status == KT_OK && !kept)
         status = kt_kinematics_update(model, data, q, v, w.a, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, v ? v : model->zero, w.a, external, true, &w);
-    kernel.forward(model, false, external != NULL, &w);
+    kernel.terms(model, data, v ? v : model->zero, w.a, external, kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true,
+                 &w);
+    if (!kernel.forward(model, da_dtau != NULL, external != NULL, &w))
+        return overflow(error);
+    kernel.hand_over(model, &w, w.dq, da_dq);
+    kernel.hand_over(model, &w, w.dv, da_dv);
     if (da_dtau)
-        kernel.forward(model, true, false, &w);
-    status = check_results(model, (const kt_v8 *const[]){w.dq, w.dv, da_dtau ? w.dtau : NULL}, 3, error);
-    if (status != KT_OK)
-        return status;
-    hand_over(model, &w, w.dq, da_dq);
-    hand_over(model, &w, w.dv, da_dv);
-    if (da_dtau)
-        hand_over(model, &w, w.dtau, da_dtau);
+        kernel.hand_over(model, &w, w.dtau, da_dtau);
     return KT_OK;
 }

@@ -47,6 +47,7 @@ typedef struct kt_node {
     int32_t link;
     int32_t parent;       /* a node; 0: the ground */
     int32_t first, count; /* freedoms */
+    bool branches;        /* some child is not the next node */
 } kt_node;
 
 /* A freedom about its link's own origin, world axes: angular and linear parts. */
@@ -65,6 +66,7 @@ typedef struct kt_freedom_row {
 
 /* Freedoms as columns: about the tree's origin. */
 typedef struct kt_freedom_batch {
+    int64_t node[KT_LANES];
     kt_v8 s[6];            /* S */
     kt_v8 psi[3];          /* psi', angular */
     kt_v8 rate[6], phi[6]; /* psi'', phi */
@@ -79,7 +81,7 @@ typedef struct kt_derivative_link {
     kt_v4 xn[3], xf[3];            /* X */
 } kt_derivative_link;
 
-/* What of a node's columns goes on to its children. */
+/* Where a strip of columns passes through memory, from a node to its children and back. */
 typedef struct kt_derivative_state {
     kt_v8 q[6], psi[3], s[3];
     kt_v8 v[6];
@@ -102,17 +104,24 @@ static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 
 
 typedef struct kt_derivative_work {
     size_t nodes;
+    bool branched; /* some node branches */
 #define KT_DERIVATIVE_DECLARE(type, name, count) type *name;
     KT_DERIVATIVE_FIELDS(KT_DERIVATIVE_DECLARE)
 #undef KT_DERIVATIVE_DECLARE
 } kt_derivative_work;
 
-/* The kernels. Each takes data->motion as kinematics has left it, with the accelerations a. */
+/* Accelerations of the links in data->motion: less gravity, as dynamics leaves them, or their own, as kinematics does.
+ */
+typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
+
+/* The kernels. The terms are those of data->motion, at rates v and accelerations a; with true, the joints give way. Of
+ * forward dynamics: with respect to tau, too; with external wrenches; false where some number is not finite. */
 #define KT_DERIVATIVES_DECLARE(level)                                                                                  \
     void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,   \
-                                     bool, kt_derivative_work *);                                                      \
+                                     kt_motion_kept, bool, kt_derivative_work *);                                      \
     void kt_derivative_inverse_##level(const kt_model *, kt_derivative_work *);                                        \
-    void kt_derivative_forward_##level(const kt_model *, bool, bool, kt_derivative_work *);
+    bool kt_derivative_forward_##level(const kt_model *, bool, bool, kt_derivative_work *);                            \
+    void kt_derivative_hand_over_##level(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
 
 KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)

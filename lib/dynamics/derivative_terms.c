@@ -35,6 +35,8 @@ static inline kt_node *new_node(kt_derivative_work *w, int32_t link, int32_t par
     kt_node *node = &w->node[w->nodes];
     *node = (kt_node){.link = link, .parent = parent, .first = *first, .count = count};
     *first += count;
+    if (parent && parent != (int32_t)w->nodes - 1)
+        w->branched = w->node[parent].branches = true;
     w->nodes++;
     return node;
 }
@@ -111,11 +113,14 @@ static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 lin
     }
 }
 
-static inline void way_out(const kt_model *model, const kt_data *data, const double *v, const double *a,
+static inline void way_out(const kt_model *model, const kt_data *data, const double *v, const double *a, kt_v4 gravity,
                            kt_derivative_work *w) {
     const kt_v4 none = kt_v4_splat(0.0);
     int32_t first = 0;
     w->nodes = 1;
+    w->branched = false;
+    for (size_t lane = 0; lane < KT_LANES; lane++)
+        w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
     w->node[0] = (kt_node){0};
     kt_derivative_link ground = {.place = none};
     for (size_t i = 1; i < model->n.link; i++) {
@@ -134,7 +139,7 @@ static inline void way_out(const kt_model *model, const kt_data *data, const dou
                      .velocity = px->velocity + kt_v4_cross(up->omega, m->offset),
                      .alpha = up->alpha,
                      .linear = px->linear + kt_v4_cross(up->alpha, m->offset)};
-        const kt_v4 acceleration = m->linear - model->gravity;
+        const kt_v4 acceleration = m->linear - gravity;
         x->place = px->place + m->offset;
         x->velocity = c.velocity + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
@@ -258,6 +263,7 @@ static inline void way_back(const kt_model *model, const kt_data *data, bool abs
         }
         for (int32_t k = 0; k < node->count; k++) {
             const size_t f = (size_t)(node->first + k);
+            w->batch[f / KT_LANES].node[f % KT_LANES] = (int64_t)n;
             set_column(&w->motion[f], x, x->inertia.moment, x->inertia.force, &w->batch[f / KT_LANES], f % KT_LANES);
         }
         if (!above && link->parent)
@@ -266,8 +272,10 @@ static inline void way_back(const kt_model *model, const kt_data *data, bool abs
 }
 
 void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const double *v, const double *a,
-                                    const kt_wrench *external, bool absorb, kt_derivative_work *w) {
-    way_out(model, data, v, a, w);
+                                    const kt_wrench *external, kt_motion_kept kept, bool absorb,
+                                    kt_derivative_work *w) {
+    const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity;
+    way_out(model, data, v, a, gravity, w);
     if (external)
         load(model, data, external, w);
     way_back(model, data, absorb, w);
