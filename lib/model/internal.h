@@ -161,6 +161,7 @@ typedef struct kt_group {
     int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
+    bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
 } kt_group;
@@ -392,7 +393,7 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
     X(kt_rows, factored, n->group, "which equations of each group")                                                    \
-    X(double, last, n->group, "size of the last independent direction of each group, as last factored")                \
+    X(double, last, n->group, "size of its last independent direction, where a group is near a singular position")                \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
     X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \
