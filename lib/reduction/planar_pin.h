@@ -20,13 +20,19 @@
 
 enum { KT_PIN_LINKS = 3 };
 
+/* gcc leaves loops as long as these alone. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define KT_PIN_UNROLL _Pragma("GCC unroll 3")
+#else
+#define KT_PIN_UNROLL
+#endif
+
 /* Less than this of the inertia that the links carry along the freedom: the general way tells whether it is any. */
 #define KT_PIN_INERTIA 1e-10
 
 /* Links in the order of the paths: those of the first end come first. */
 typedef struct kt_pin {
     const kt_planar_link *link[KT_PIN_LINKS];
-    const kt_planar_motion *motion[KT_PIN_LINKS];
     kt_v2 offset[KT_PIN_LINKS]; /* from the link before it */
     kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
     kt_v2 bend[KT_PIN_LINKS];   /* acceleration from the velocities alone */
@@ -40,45 +46,52 @@ KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[
 
 KT_INLINE bool kt_pin_turns(const kt_pin *p, int i) { return p->link[i]->motion == KT_MOTION_TURN; }
 
-/* The links' places, and the loop's drift. `first`: links on the first end's path. */
-KT_INLINE void kt_pin_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
-                             const kt_planar_loop *flat, int32_t top, int first, const double *v, kt_pin *p) {
-    kt_v2 point[2], rate[2], linear[2];
-    double omega[2];
-    for (int k = 0; k < 2; k++) {
-        const int32_t *path = model->path + loop->path[k];
-        const kt_v2 none = {0.0, 0.0};
-        kt_v2 at = none, moves = none, bend = none;
-        double w = data->planar[top].omega;
-        for (int i = k ? first : 0; i < (k ? KT_PIN_LINKS : first); i++) {
-            const int32_t place = path[k ? i - first : i] + kt_place_of(model, 0);
-            const kt_planar_link *link = p->link[i] = &model->planar[place];
-            const kt_planar_motion *m = p->motion[i] = &data->planar[place];
-            p->offset[i] = kt_v2_load(m->offset);
-            at += p->offset[i];
-            bend += kt_v2_load(m->linear);
-            moves += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
-            w = m->omega;
-            if (link->motion == KT_MOTION_SLIDE) {
-                p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
-                moves += kt_v2_splat(v[link->v]) * p->along[i];
-            }
-            p->at[i] = at;
-            p->bend[i] = bend;
+/* One end of the loop, from the parent's origin. */
+typedef struct kt_pin_end {
+    kt_v2 point, rate, linear; /* linear: from the velocities alone */
+    double omega;
+} kt_pin_end;
+
+/* The links [from, to) of the path to end k. */
+KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const int32_t *path,
+                                   const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
+                                   kt_pin *p) {
+    kt_v2 at = {0.0, 0.0}, rate = at, bend = at;
+    const int32_t first = kt_place_of(model, 0);
+    KT_PIN_UNROLL
+    for (int i = from; i < to; i++) {
+        const int32_t place = path[i - from] + first;
+        const kt_planar_link *link = p->link[i] = &model->planar[place];
+        const kt_planar_motion *m = &data->planar[place];
+        p->offset[i] = kt_v2_load(m->offset);
+        at += p->offset[i];
+        bend += kt_v2_load(m->linear);
+        rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
+        w = m->omega;
+        p->along[i] = (kt_v2){0.0, 0.0};
+        if (link->motion == KT_MOTION_SLIDE) {
+            p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
+            rate += kt_v2_splat(v[link->v]) * p->along[i];
         }
-        const kt_v2 arm =
-            kt_planar_sum(kt_v2_load(data->planar[flat->place[k]].turn), flat->arm[k][0], flat->arm[k][1]);
-        point[k] = at + arm;
-        rate[k] = moves + kt_v2_splat(w) * kt_v2_across(arm);
-        linear[k] = bend - kt_v2_splat(w * w) * arm;
-        omega[k] = w;
+        p->at[i] = at;
+        p->bend[i] = bend;
     }
-    const kt_v2 d = point[1] - point[0], w1 = kt_v2_splat(omega[0]);
-    const kt_v2 seen = (rate[1] - rate[0]) - w1 * kt_v2_across(d);
-    p->drift = (linear[1] - linear[0]) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(seen));
+    const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->place[k]].turn), flat->arm[k][0], flat->arm[k][1]);
+    return (kt_pin_end){.point = at + arm,
+                        .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
+                        .linear = bend - kt_v2_splat(w * w) * arm,
+                        .omega = w};
+}
+
+/* c_i and the drift. `first`: links on the first end's path. */
+KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
+    const kt_v2 d = two->point - one->point, w1 = kt_v2_splat(one->omega);
+    const kt_v2 seen = (two->rate - one->rate) - w1 * kt_v2_across(d);
+    p->drift = (two->linear - one->linear) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(seen));
+    KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
-        p->c[i] = kt_pin_turns(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(point[1] - p->at[i])
+        p->c[i] = kt_pin_turns(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(two->point - p->at[i])
                                      : kt_v2_splat(sign) * p->along[i];
     }
 }
@@ -131,7 +144,7 @@ KT_INLINE kt_v2 kt_pin_apply(const kt_planar_inertia *x, kt_v2 u) {
 /* Sums over the links: D, the power of what resists n, and on a moving parent the momentum p (about its origin), Ic and
  * W. */
 typedef struct kt_pin_sum {
-    double inertia, power, carried, moment;
+    double inertia, power, carried, moment; /* `carried`: what D is held against */
     kt_v2 force;
     kt_planar_inertia total;
 } kt_pin_sum;
@@ -175,23 +188,33 @@ KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, k
     kt_planar_add(parent, &x);
 }
 
+/* The links [from, to) of one path, the parent being at rest. */
+KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const kt_pin *p, int from, int to,
+                               kt_v2 ground, bool rides, const double *tau, kt_pin_sum *sum) {
+    kt_pin_body body = {.w = 0.0, .u = {0.0, 0.0}, .a = {0.0, 0.0}};
+    KT_PIN_UNROLL
+    for (int i = from; i < to; i++) {
+        kt_pin_move(p, i, &body);
+        kt_pin_add(p, i, &body, ground, rides, &data->planar_inertia[p->link[i] - model->planar], sum);
+        sum->power -= p->n[i] * tau[p->link[i]->v];
+    }
+}
+
 KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group *group, const kt_loop_record *loop,
                             const kt_planar_loop *flat, int32_t top, int first, const double *gravity, const double *v,
                             const double *tau, double *a) {
     const kt_v2 none = {0.0, 0.0}, ground = top ? none : -kt_v2_load(gravity);
+    const double omega = data->planar[top].omega;
     kt_pin p;
     kt_pin_sum sum = {.inertia = 0.0, .force = none};
-    kt_pin_follow(model, data, loop, flat, top, first, v, &p);
+    const kt_pin_end first_end = kt_pin_follow(model, data, model->path + loop->path[0], flat, 0, 0, first, omega, v, &p);
+    const kt_pin_end second_end =
+        kt_pin_follow(model, data, model->path + loop->path[1], flat, 1, first, KT_PIN_LINKS, omega, v, &p);
+    kt_pin_relate(&first_end, &second_end, first, &p);
     if (!kt_pin_reduce(group->usual[KT_ROWS_ALL], &p))
         return false;
-    for (int k = 0; k < 2; k++) {
-        kt_pin_body body = {.w = 0.0, .u = none, .a = none};
-        for (int i = k ? first : 0; i < (k ? KT_PIN_LINKS : first); i++) {
-            kt_pin_move(&p, i, &body);
-            kt_pin_add(&p, i, &body, ground, top != 0, &data->planar_inertia[p.link[i] - model->planar], &sum);
-            sum.power -= p.n[i] * tau[p.link[i]->v];
-        }
-    }
+    kt_pin_sum_path(data, model, &p, 0, first, ground, top != 0, tau, &sum);
+    kt_pin_sum_path(data, model, &p, first, KT_PIN_LINKS, ground, top != 0, tau, &sum);
     if (!(sum.inertia > KT_PIN_INERTIA * sum.carried))
         return false;
     const double one = 1.0 / sum.inertia, z = -sum.power * one;
