@@ -89,6 +89,9 @@ void kt_chain_free(kt_chain *chain) {
     free(chain->a);
     free(chain->torque);
     free(chain->mass);
+    free(chain->work);
+    free(chain->da_dq);
+    free(chain->da_dv);
     kt_data_free(chain->data);
     kt_model_free(chain->model);
     *chain = (kt_chain){.n = 0};
@@ -124,4 +127,23 @@ double kt_chain_difference(const double *x, const double *y, const double *scale
         most = fmax(most, fabs(scale[i]));
     }
     return difference / most;
+}
+
+kt_status kt_chain_make_derivatives(kt_chain *c, kt_error *error) {
+    const size_t numbers = (size_t)c->n * (size_t)c->n;
+    c->work_size = kt_derivative_work_size(c->model);
+    c->work = aligned_alloc(KT_ALIGNMENT, c->work_size);
+    c->da_dq = malloc(numbers * sizeof *c->da_dq);
+    c->da_dv = malloc(numbers * sizeof *c->da_dv);
+    if (!c->work || !c->da_dq || !c->da_dv)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the derivatives of %d links", c->n);
+    return KT_OK;
+}
+
+void kt_chain_derivatives(void *chain, long repetitions) {
+    kt_chain *c = chain;
+    for (long i = 0; i < repetitions; i++)
+        if (kt_dynamics_forward_derivatives(c->model, c->data, c->work, c->work_size, c->q, c->v, c->tau, NULL,
+                                            c->da_dq, c->da_dv, NULL, &c->error) != KT_OK)
+            return;
 }

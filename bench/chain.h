@@ -22,17 +22,24 @@ typedef struct kt_chain {
     double *q, *v, *tau; /* n each: where, how fast, driven by what */
     double *a, *torque;  /* n each: results */
     double *mass;        /* n x n, or NULL */
-    kt_error error;      /* the first failure of a call below; KT_OK: none */
+    void *work;          /* of derivatives, or NULL; with da_dq and da_dv, n x n */
+    size_t work_size;
+    double *da_dq, *da_dv;
+    kt_error error; /* the first failure of a call below; KT_OK: none */
 } kt_chain;
 
 /* Allocates all of it; with_mass: the mass matrix too. On failure *chain is empty and *error says why. */
 KT_CHECKED kt_status kt_chain_make(int n, kt_level level, bool with_mass, kt_chain *chain, kt_error *error);
 void kt_chain_free(kt_chain *chain);
 
-/* Tasks for kt_bench_measure, on a kt_chain: a from tau; torque from a; mass. */
+/* Allocates what derivatives take. */
+KT_CHECKED kt_status kt_chain_make_derivatives(kt_chain *chain, kt_error *error);
+
+/* Tasks for kt_bench_measure, on a kt_chain: a from tau; torque from a; mass; da/dq and da/dv. */
 void kt_chain_forward(void *chain, long repetitions);
 void kt_chain_inverse(void *chain, long repetitions);
 void kt_chain_mass(void *chain, long repetitions);
+void kt_chain_derivatives(void *chain, long repetitions);
 
 /* max |x_i - y_i| / max |scale_i|; NaN where any of them is not finite. */
 double kt_chain_difference(const double *x, const double *y, const double *scale, int n);

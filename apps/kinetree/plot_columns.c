@@ -53,6 +53,7 @@ static const struct kind {
     {"velocity", "Velocities", "rad/s or m/s", false, false},
     {"acceleration", "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false},
     {"marker", "Markers", "m", false, false},
+    {"torque", "Torques and forces", "N m or N", false, false},
     {"energy", "Energies", "J", true, false},
     {"constraint", "Loops open by", "rad or m, and per second", true, true},
     {"reaction", "Reactions", "N or N m", false, false},

@@ -9,6 +9,9 @@
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
+/* Standard input may be endless; no scene is as long as this, and the reader says so. */
+enum { INPUT_MOST = 65 << 20 };
+
 /* All of standard input; NULL where it cannot be read or held. The caller frees it. */
 static char *read_input(size_t *size) {
     size_t room = 65536;
@@ -16,7 +19,7 @@ static char *read_input(size_t *size) {
     *size = 0;
     while (text != NULL) {
         *size += fread(text + *size, 1, room - *size, stdin);
-        if (*size < room)
+        if (*size < room || room > INPUT_MOST)
             break;
         char *more = realloc(text, 2 * room);
         if (more == NULL) {

@@ -3,9 +3,10 @@
 #include "scaling.h"
 #include "stepper.h"
 
+#include <math.h>
 #include <stdlib.h>
 
-const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA", "ABA", "RK4", "CRBA"};
+const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA", "ABA", "RK4", "CRBA", "dABA"};
 
 static kt_status first_failure(const kt_chain *chain, kt_error *error) {
     if (chain->error.code != KT_OK && error)
@@ -54,7 +55,7 @@ kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_
                                                        [KT_SCALING_ABA] = {kt_chain_forward, &chain},
                                                        [KT_SCALING_RK4] = {kt_stepper_run, &stepper},
                                                        [KT_SCALING_CRBA] = {kt_chain_mass, &chain}};
-        const int count = with_mass ? KT_SCALING_CALLS : KT_SCALING_CRBA;
+        const int count = with_mass ? KT_SCALING_CRBA + 1 : KT_SCALING_CRBA;
         *line = (kt_scaling_line){.integrator = stepper.size};
         describe(&chain, line);
         for (int i = 0; i < count; i++)
@@ -64,6 +65,60 @@ kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_
         kt_bench_measure(tasks, count, options->seconds, line->times);
         status = first_failure(&chain, error);
         kt_stepper_free(&stepper);
+    }
+    kt_chain_free(&chain);
+    return status;
+}
+
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
+
+/* max |M da/dv + dtau/dv| over the largest sum of the terms of one of these numbers; NaN where a call fails. */
+static double derivative_error(kt_chain *c) {
+    const size_t n = (size_t)c->n;
+    double *dq = malloc(2 * n * n * sizeof *dq), *dv = dq ? dq + n * n : NULL;
+    double worst = (double)NAN;
+    kt_chain_forward(c, 1);
+    kt_chain_mass(c, 1);
+    kt_chain_derivatives(c, 1);
+    if (dq && c->error.code == KT_OK &&
+        kt_dynamics_inverse_derivatives(c->model, c->data, c->work, c->work_size, c->q, c->v, c->a, NULL, dq, dv,
+                                        &c->error) == KT_OK) {
+        double most = 0.0;
+        worst = 0.0;
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = 0; j < n; j++) {
+                double sum = dv[j * n + i], size = fabs(sum);
+                for (size_t k = 0; k < n; k++) {
+                    sum += c->mass[k * n + i] * c->da_dv[j * n + k];
+                    size += fabs(c->mass[k * n + i] * c->da_dv[j * n + k]);
+                }
+                worst = isfinite(sum) ? fmax(worst, fabs(sum)) : (double)INFINITY;
+                most = fmax(most, size);
+            }
+        worst /= most;
+    }
+    free(dq);
+    return worst;
+}
+
+kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
+    kt_chain chain;
+    kt_status status = kt_chain_make(n, options->level, true, &chain, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_chain_make_derivatives(&chain, error);
+    if (status == KT_OK) {
+        const kt_bench_task tasks[] = {{kt_chain_forward, &chain}, {kt_chain_derivatives, &chain}};
+        kt_bench_times times[2];
+        *line = (kt_scaling_line){.integrator = 0};
+        describe(&chain, line);
+        line->allocations = count_allocations(tasks, 2);
+        line->error = derivative_error(&chain);
+        kt_bench_measure(tasks, 2, options->seconds, times);
+        line->measured[KT_SCALING_ABA] = line->measured[KT_SCALING_DERIVATIVES] = true;
+        line->times[KT_SCALING_ABA] = times[0];
+        line->times[KT_SCALING_DERIVATIVES] = times[1];
+        status = first_failure(&chain, error);
     }
     kt_chain_free(&chain);
     return status;

@@ -5,7 +5,7 @@
 #include "chain.h"
 #include "report.h"
 
-enum { KT_SCALING_RNEA, KT_SCALING_ABA, KT_SCALING_RK4, KT_SCALING_CRBA, KT_SCALING_CALLS };
+enum { KT_SCALING_RNEA, KT_SCALING_ABA, KT_SCALING_RK4, KT_SCALING_CRBA, KT_SCALING_DERIVATIVES, KT_SCALING_CALLS };
 extern const char *const kt_scaling_call[KT_SCALING_CALLS]; /* names */
 
 enum { KT_SCALING_MASS_MAX = 2000 }; /* longest chain whose mass matrix is filled: nv^2 numbers, 32 MB */
@@ -29,5 +29,8 @@ KT_CHECKED kt_status kt_scaling_measure(int n, const kt_bench_options *options, 
 enum { KT_SCALING_LEVELS = 3 };
 KT_CHECKED kt_status kt_scaling_compare_levels(int n, const kt_bench_options *options,
                                                kt_scaling_line lines[KT_SCALING_LEVELS], int *count, kt_error *error);
+
+/* Fills a line with ABA and its derivatives, da/dq and da/dv together, timed in turns. */
+KT_CHECKED kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
 
 #endif

@@ -38,6 +38,35 @@ KT_API KT_CHECKED kt_status kt_dynamics_inverse(const kt_model *model, kt_data *
 KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass,
                                              kt_error *error);
 
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
+
+/* How inverse and forward dynamics change with positions, velocities and forces: nv x nv matrices, column-major. Column
+ * j of d/dq is the change along q (+) e_j, the joints' exponential map (kt_position_add), with velocities,
+ * accelerations or forces kept as the numbers that they are. External wrenches stay as they are in the world, about the
+ * body frame's origin that moves. Analytic, by recursion, exact to rounding errors; no differences are taken.
+ *
+ * work: memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, the caller's, needed for the call alone:
+ * some 24 nv^2 + 2500 nv bytes. KT_ERROR_MEMORY where it is too small or not aligned; the other errors are those of the
+ * functions that are derived, and outputs are untouched then, too. data holds no kinematics afterwards.
+ *
+ * Sources: Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); Singh, Russell,
+ * Wensing, IEEE Robotics and Automation Letters 7(2), 2022. */
+KT_API size_t kt_derivative_work_size(const kt_model *model);
+
+/* Of tau (q, v, a): dtau_dq, dtau_dv; dtau/da is kt_dynamics_mass. v, a and external may be NULL, as for
+ * kt_dynamics_inverse. O(nv depth) operations besides clearing and copying the matrices. */
+KT_API KT_CHECKED kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, void *work,
+                                                            size_t work_size, const double *q, const double *v,
+                                                            const double *a, const kt_wrench *external, double *dtau_dq,
+                                                            double *dtau_dv, kt_error *error);
+
+/* Of a (q, v, tau): da_dq, da_dv; and da_dtau = M^-1, which may be NULL (not asked for). v, tau and external may be
+ * NULL, as for kt_dynamics_forward. O(nv^2): articulated bodies, no mass matrix is made. */
+KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, void *work,
+                                                            size_t work_size, const double *q, const double *v,
+                                                            const double *tau, const kt_wrench *external, double *da_dq,
+                                                            double *da_dv, double *da_dtau, kt_error *error);
+
 /* ---- kinematics -------------------------------------------------------------------------------------------------- */
 
 /* Poses, twists and accelerations of all bodies, kept in data for the queries below until the next call with this data

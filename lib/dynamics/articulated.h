@@ -14,14 +14,14 @@
 
 #define KT_NO_INERTIA 1e-14 /* some 45 units of rounding */
 
-/* Inverse of a symmetric matrix by Cholesky, or false where it is not positive definite beyond rounding. `size[k]` is
- * what the rounding error of entry kk is proportional to; with E = diag(size), row m of L^-1, the error of a pivot is
- * that of m E m'. */
-KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
+/* A symmetric matrix as L D L': l = l10, l20, l21 and e = 1 / D; or false where it is not positive definite beyond
+ * rounding. `size[k]` is what the rounding error of entry kk is proportional to; with E = diag(size), row m of L^-1,
+ * the error of a pivot is that of m E m'. */
+KT_INLINE bool kt_factor3(const kt_v4 a[3], kt_v4 size, kt_v4 *l, kt_v4 *e) {
     const double l00 = a[0][0];
     if (!(l00 > KT_NO_INERTIA * size[0]))
         return false;
-    const double l10 = a[0][1] / l00, l20 = a[0][2] / l00; /* a = L D L' */
+    const double l10 = a[0][1] / l00, l20 = a[0][2] / l00;
     const double d1 = a[1][1] - l10 * a[0][1];
     if (!(d1 > KT_NO_INERTIA * (size[1] + l10 * l10 * size[0])))
         return false;
@@ -30,12 +30,29 @@ KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
     const double m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
     if (!(d2 > KT_NO_INERTIA * (size[2] + l21 * l21 * size[1] + m20 * m20 * size[0])))
         return false;
-    const double e0 = 1.0 / l00, e1 = 1.0 / d1, e2 = 1.0 / d2;
-    const double xy = -l10 * e1 - m20 * l21 * e2, xz = m20 * e2, yz = -l21 * e2;
-    out[0] = (kt_v4){e0 + l10 * l10 * e1 + m20 * m20 * e2, xy, xz, 0.0};
-    out[1] = (kt_v4){xy, e1 + l21 * l21 * e2, yz, 0.0};
-    out[2] = (kt_v4){xz, yz, e2, 0.0};
+    *l = (kt_v4){l10, l20, l21, 0.0};
+    *e = (kt_v4){1.0 / l00, 1.0 / d1, 1.0 / d2, 0.0};
     return true;
+}
+
+/* Inverse of a symmetric matrix by Cholesky, or false, as kt_factor3. */
+KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
+    kt_v4 l, e;
+    if (!kt_factor3(a, size, &l, &e))
+        return false;
+    const double m20 = l[0] * l[2] - l[1];
+    const double xy = -l[0] * e[1] - m20 * l[2] * e[2], xz = m20 * e[2], yz = -l[2] * e[2];
+    out[0] = (kt_v4){e[0] + l[0] * l[0] * e[1] + m20 * m20 * e[2], xy, xz, 0.0};
+    out[1] = (kt_v4){xy, e[1] + l[2] * l[2] * e[2], yz, 0.0};
+    out[2] = (kt_v4){xz, yz, e[2], 0.0};
+    return true;
+}
+
+/* (L D L')^-1 b by substitution. */
+KT_INLINE kt_v4 kt_solve3(kt_v4 l, kt_v4 e, kt_v4 b) {
+    const double y1 = b[1] - l[0] * b[0], y2 = b[2] - l[1] * b[0] - l[2] * y1;
+    const double x2 = y2 * e[2], x1 = y1 * e[1] - l[2] * x2;
+    return (kt_v4){b[0] * e[0] - l[0] * x1 - l[1] * x2, x1, x2, 0.0};
 }
 
 KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
@@ -136,19 +153,25 @@ KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, doub
     return true;
 }
 
-/* Three turns at once. Keeps J^-1 in `kept->j`, H in `kept->h`, tau - n_b in `kept->moment`. */
+/* Three turns at once. With J = L D L' and Y = L^-1 H, what moves on is M - Y' D^-1 Y. By substitution, not by the
+ * inverse: that of a needle, which has next to no inertia about its own axis, is huge, and so would be its rounding; Y
+ * and D are right to rounding of J all the same. Keeps l, 1 / D in `kept->j`, H in `kept->h`, tau - n_b in
+ * `kept->moment`. */
 KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, const double *tau, kt_articulated *x,
                               kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
-    kt_v4 k[3]; /* J^-1 H */
-    if (!kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(link->size), kept->j))
+    kt_v4 l, e;
+    if (!kt_factor3(x->j, kt_diagonal3(x->j) + kt_v4_splat(link->size), &l, &e))
         return false;
+    kept->j[0] = l;
+    kept->j[1] = e;
     kept->moment = applied - x->moment;
-    kt_v4_multiply(kept->j, x->h, k);
-    const kt_v4 alpha = kt_v4_apply(kept->j, kept->moment);
-    x->force += kt_v4_apply(x->g, alpha);
+    x->force += kt_v4_apply(x->g, kt_solve3(l, e, kept->moment));
+    const kt_v4 y0 = x->g[0], y1 = x->g[1] - kt_v4_splat(l[0]) * y0; /* rows of Y; those of H are columns of G */
+    const kt_v4 y2 = x->g[2] - kt_v4_splat(l[1]) * y0 - kt_v4_splat(l[2]) * y1;
+    const kt_v4 z0 = kt_v4_splat(e[0]) * y0, z1 = kt_v4_splat(e[1]) * y1, z2 = kt_v4_splat(e[2]) * y2;
     for (int i = 0; i < 3; i++)
-        x->m[i] -= kt_v4_apply(x->g, k[i]);
+        x->m[i] -= kt_v4_splat(z0[i]) * y0 + kt_v4_splat(z1[i]) * y1 + kt_v4_splat(z2[i]) * y2;
     x->force += kt_v4_apply(x->m, m->linear);
     for (int i = 0; i < 3; i++) {
         kept->h[i] = x->h[i];
@@ -200,7 +223,7 @@ KT_INLINE void kt_joint_relative(const kt_link *link, const kt_link_motion *pare
                                  const kt_articulated *kept, double *a) {
     kt_v4 alpha = kept->moment, linear = m->linear;
     if (link->motion == KT_MOTION_BALL) {
-        alpha = kt_v4_apply(kept->j, kept->moment - kt_v4_apply(kept->h, m->linear));
+        alpha = kt_solve3(kept->j[0], kept->j[1], kept->moment - kt_v4_apply(kept->h, m->linear));
     } else {
         kt_v4 base[3];
         kt_rest_axes(link, parent->axes, base);

@@ -20,7 +20,7 @@ static const double eight_angles = 488.0;
 static const double spatial_link[] = {[KT_MOTION_TURN] = 631.0,
                                       [KT_MOTION_SLIDE] = 632.0,
                                       [KT_MOTION_HELIX] = 751.0,
-                                      [KT_MOTION_BALL] = 750.0,
+                                      [KT_MOTION_BALL] = 701.0,
                                       [KT_MOTION_FREE] = 873.0};
 /* In a plane, and what it takes there to hand on to a moving parent: of a mechanism without loops, and of one with. */
 typedef struct planar_cost {

@@ -12,7 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 preload, kinetree, scenes = sys.argv[1:]
-MOST = 200  # allocations made to fail in one command line: the first half of them one by one, then evenly spread
+MOST = 120  # allocations made to fail in one command line: the first half of them one by one, then evenly spread
 
 
 def run(folder, words, fail_at):

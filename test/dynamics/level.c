@@ -8,11 +8,12 @@
 #include <math.h>
 #include <string.h>
 
-enum { TREES = 40 };
+enum { TREES = 40, WORK = 1 << 21 };
 
 /* Everything that the dynamics can be asked for. */
 typedef struct results {
     double a[KT_TREE_NV], tau[KT_TREE_NV], h[KT_TREE_NV], mass[KT_TREE_NV * KT_TREE_NV], jacobian[6 * KT_TREE_NV];
+    double derivative[5][KT_TREE_NV * KT_TREE_NV];
     kt_pose pose[KT_TREE_SLOTS];
     kt_twist twist[KT_TREE_SLOTS], change[KT_TREE_SLOTS];
     kt_wrench reaction[KT_TREE_SLOTS], momentum;
@@ -29,6 +30,16 @@ static void leave(const kt_model *model, kt_data *data, void *user) {
     (void)user;
 }
 
+/* In memory full of NaN. */
+static bool derive(const kt_model *m, kt_data *d, const kt_tree_state *s, results *r, kt_error *e) {
+    static _Alignas(KT_ALIGNMENT) char work[WORK];
+    double(*x)[KT_TREE_NV * KT_TREE_NV] = r->derivative;
+    memset(work, 0xFF, kt_derivative_work_size(m));
+    return kt_dynamics_forward_derivatives(m, d, work, WORK, s->q, s->v, s->tau, s->external, x[0], x[1], x[2], e) ==
+               KT_OK &&
+           kt_dynamics_inverse_derivatives(m, d, work, WORK, s->q, s->v, s->a, s->external, x[3], x[4], e) == KT_OK;
+}
+
 static bool compute(const kt_tree *tree, const kt_tree_state *s, disturb *spoil, void *user, results *r) {
     const kt_model *m = tree->model;
     kt_data *d = tree->data;
@@ -42,6 +53,8 @@ static bool compute(const kt_tree *tree, const kt_tree_state *s, disturb *spoil,
     fine &= kt_dynamics_inverse(m, d, s->q, s->v, NULL, NULL, r->h, &e) == KT_OK;
     spoil(m, d, user);
     fine &= kt_dynamics_mass(m, d, s->q, r->mass, &e) == KT_OK;
+    spoil(m, d, user);
+    fine &= derive(m, d, s, r, &e);
     spoil(m, d, user);
     fine &= kt_kinematics_update(m, d, s->q, s->v, s->a, &e) == KT_OK;
     for (int b = 0; b < tree->count; b++) {

@@ -1,51 +1,20 @@
 /* N four-bar windows in a row (IFToMM A02) against the exact motion, through positions where the freedom jumps from 1
  * to N + 1. The cranks turn as one, counted from upright: theta'' = c sin(theta),  c = (3/2) g (3 N + 1) / (4 N + 1)
- * (energy: N + 1 cranks of inertia 1/3, N couplers in translation). The reference is a Taylor series in long double, of
- * order 30 and with steps of 0.02 s: at 7 rad/s its rest is (7 * 0.02)^30 = 2e-26.
+ * (energy: N + 1 cranks of inertia 1/3, N couplers in translation). The reference is a Taylor series (upright.h).
  */
 #include "closed.h"
+#include "upright.h"
 
 #include <math.h>
 #include <stdio.h>
 
 #define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])
 
-enum { ORDER = 30, BODIES_MAX = 5 };
-
-typedef struct motion {
-    long double c, t, theta, rate;
-} motion;
-
-/* With a, s, k the series of theta, sin, cos: n s_n = sum j a_j k_n-j, n k_n = -sum j a_j s_n-j,
- * (n + 1) (n + 2) a_n+2 = c s_n. */
-static void series_step(motion *m, long double h) {
-    long double a[ORDER + 1] = {m->theta, m->rate}, s[ORDER] = {sinl(m->theta)}, k[ORDER] = {cosl(m->theta)};
-    for (int n = 0; n + 2 <= ORDER; n++) {
-        for (int j = 1; j <= n; j++) {
-            s[n] += (long double)j * a[j] * k[n - j] / (long double)n;
-            k[n] -= (long double)j * a[j] * s[n - j] / (long double)n;
-        }
-        a[n + 2] = m->c * s[n] / (long double)((n + 1) * (n + 2));
-    }
-    m->theta = m->rate = 0.0L;
-    for (int n = ORDER; n >= 0; n--) {
-        m->theta = m->theta * h + a[n];
-        if (n > 0)
-            m->rate = m->rate * h + (long double)n * a[n];
-    }
-    m->t += h;
-}
-
-static void move_to(motion *m, long double t) {
-    while (fabsl(t - m->t) > 0.0L)
-        series_step(m, fmaxl(fminl(t - m->t, 0.02L), -0.02L));
-}
-
-static double factor(int windows) { return 1.5 * 9.81 * (3.0 * windows + 1.0) / (4.0 * windows + 1.0); }
+enum { BODIES_MAX = 5 };
 
 typedef struct course {
     int windows;
-    motion start, *now;
+    kt_upright start, *now;
 } course;
 
 /* The largest distance of a tip to where it should be. */
@@ -54,7 +23,7 @@ static double tips_error(const kt_case *c, const kt_record *record, const void *
     double worst = 0.0;
     if (record->index == 0)
         *k->now = k->start;
-    move_to(k->now, (long double)record->time);
+    kt_upright_move(k->now, (long double)record->time);
     for (int i = 0; i <= k->windows; i++) {
         char crank[16];
         snprintf(crank, sizeof crank, "crank%d", i);
@@ -65,8 +34,9 @@ static double tips_error(const kt_case *c, const kt_record *record, const void *
 }
 
 static void follow(kt_case *c, int windows, double theta, double rate, const kt_setting *settings, size_t count) {
-    motion now;
-    const course k = {windows, {(long double)factor(windows), 0.0L, (long double)theta, (long double)rate}, &now};
+    kt_upright now;
+    const course k = {
+        windows, {(long double)kt_upright_windows(windows), 0.0L, (long double)theta, (long double)rate}, &now};
     kt_case_follow(c, settings, count, tips_error, &k);
 }
 
@@ -122,8 +92,8 @@ static void land(double lead, long double theta, long double rate) {
     static const kt_setting settings[] = {{"rk4", 1e-3, 0.0, 4e-11}, {"rk4", 5e-4, 0.0, 3e-12}};
     kt_body bodies[BODIES_MAX];
     kt_case c;
-    motion m = {(long double)factor(2), 0.0L, theta, rate};
-    move_to(&m, -(long double)lead);
+    kt_upright m = {(long double)kt_upright_windows(2), 0.0L, theta, rate};
+    kt_upright_move(&m, -(long double)lead);
     kt_note("%g s before %.4Lf rad at %.3Lf rad/s", lead, theta, rate);
     if (kt_case_open(&c, "n-four-bar-2")) {
         const kt_body *own = c.scene.description.bodies;

@@ -164,6 +164,16 @@ KT_TEST(aliases_do_not_multiply) {
     kt_check_equal_int("faults told, with the line on the rest", faults.count, KT_FAULT_COUNT_MAX + 1);
 }
 
+KT_TEST(million_aliases_are_refused) {
+    growing g = {0};
+    add(&g, "kinetree: 1\nbodies: [&a {name: a}");
+    repeat(&g, ", *a", 1000000);
+    add(&g, "]\n");
+    kt_check_equal_int("status", parse(&g), KT_ERROR_SCENE);
+    kt_check_contains("first", faults.first.message, "anchors are not part of a scene file");
+    kt_check_contains("last", faults.last.message, "more faults are not listed; mend these first");
+}
+
 KT_TEST(endless_faults_are_counted) {
     growing g = {0};
     add(&g, "kinetree: 1\nbodies:\n");

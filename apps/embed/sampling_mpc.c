@@ -1,0 +1,211 @@
+/* A cart-pole swung up by sampling: no derivative, no linear model, only many simulations of what might be done.
+ *
+ *     embed-sampling_mpc [--csv FILE]
+ *
+ * Model predictive path integral control (Williams, Aldrich, Theodorou 2017, Journal of Guidance, Control, and Dynamics
+ * 40, 344-357): every 20 ms, the plan of forces u[0..H-1] for the next 0.8 s is disturbed in K ways by noise e_k, each
+ * is simulated from the present state and costs S_k, and u <- u + sum_k w_k e_k,   w_k ~ exp(-(S_k - min S) / lambda),
+ * sum_k w_k = 1. The first force is applied, and the plan moves up by one.
+ *
+ * One model serves two simulations: the plant, in steps of 1 ms, and the planner, in steps of 20 ms. The planner is set
+ * to the plant's state once a sample and saved into a flat block; every rollout begins by taking that block back.
+ * Nothing allocates while it runs, and the noise comes from a generator of a few lines with a fixed seed, so that every
+ * run gives the same bits, however long the rollouts take on the clock.
+ */
+#include <kinetree/kinetree.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+enum { HORIZON = 40, ROLLOUTS = 384, CART = 0, POLE = 1 };
+
+static const double pi = 3.14159265358979323846;
+static const double sample = 0.02, duration = 6.0; /* s */
+static const double limit = 8.0;                   /* N, on the cart; the whole weighs 9.8 N */
+static const double rail = 1.0;                    /* m, to each side */
+static const double spread = 1.5, smooth = 0.9;    /* of the noise: N; how much of it stays from step to step */
+static const double temperature = 0.02;            /* lambda */
+
+/* Room for both simulations and the planner's saved state. */
+static _Alignas(KT_ALIGNMENT) unsigned char plant_memory[16 * 1024], planner_memory[16 * 1024];
+static _Alignas(double) unsigned char saved[4 * 1024];
+
+static kt_status describe(kt_model **model, kt_error *error) {
+    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    bodies[CART].name = "cart";
+    bodies[CART].joint.type = KT_JOINT_PRISMATIC;
+    bodies[CART].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    bodies[CART].mass = 0.8;
+
+    bodies[POLE].name = "pole"; /* upright at zero, hangs at the start */
+    bodies[POLE].parent = "cart";
+    bodies[POLE].joint.type = KT_JOINT_REVOLUTE; /* about z; y is up */
+    bodies[POLE].joint.position[0] = pi;
+    bodies[POLE].mass = 0.2;
+    bodies[POLE].shape.type = KT_SHAPE_ROD;
+    bodies[POLE].shape.to = kt_vec3_make(0.0, 0.6, 0.0);
+    bodies[POLE].com_of_shape = bodies[POLE].inertia_of_shape = true;
+
+    kt_description cart_pole = kt_description_default();
+    cart_pole.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    cart_pole.bodies = bodies;
+    cart_pole.body_count = 2;
+    return kt_model_compile(&cart_pole, NULL, model, error);
+}
+
+/* ---- noise ------------------------------------------------------------------------------------------------------- */
+
+/* Uniform in (0, 1): xorshift64* (Vigna 2016, ACM Trans. Math. Software 42, 30). */
+static double uniform(uint64_t *seed) {
+    *seed ^= *seed >> 12;
+    *seed ^= *seed << 25;
+    *seed ^= *seed >> 27;
+    return ((double)((*seed * UINT64_C(2685821657736338717)) >> 11) + 0.5) / 9007199254740992.0;
+}
+
+/* Standard normal (Box and Muller). */
+static double normal(uint64_t *seed) {
+    const double radius = sqrt(-2.0 * log(uniform(seed)));
+    return radius * cos(2.0 * pi * uniform(seed));
+}
+
+static double limited(double force) { return fmax(-limit, fmin(limit, force)); }
+
+/* ---- the controller ---------------------------------------------------------------------------------------------- */
+
+typedef struct controller {
+    kt_simulation *planner;
+    double plan[HORIZON];
+    double noise[ROLLOUTS][HORIZON];
+    double cost[ROLLOUTS];
+    uint64_t seed;
+    double seconds; /* of processor time in rollouts */
+    long rollouts;
+} controller;
+
+static double cost_of(const double *q, const double *v, double force) {
+    const double beyond = fmax(0.0, fabs(q[CART]) - 0.8 * rail);
+    return 6.0 * (1.0 - cos(q[POLE])) + 0.06 * v[POLE] * v[POLE] + 1.0 * q[CART] * q[CART] + 0.1 * v[CART] * v[CART] +
+           400.0 * beyond * beyond + 1e-3 * force * force;
+}
+
+/* Simulates plan + noise; *cost is its mean cost, weighted more towards the end. */
+static kt_status roll_out(controller *c, const double *noise, double *cost, kt_error *error) {
+    kt_status status = kt_simulation_restore(c->planner, saved, error);
+    const double start = kt_simulation_time(c->planner);
+    *cost = 0.0;
+    for (int i = 0; i < HORIZON && status == KT_OK; i++) {
+        const double torque[2] = {limited(c->plan[i] + noise[i]), 0.0};
+        status = kt_simulation_set_torque(c->planner, torque, error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(c->planner, start + (i + 1) * sample, error);
+        *cost += (i == HORIZON - 1 ? 10.0 : 1.0) *
+                 cost_of(kt_simulation_positions(c->planner), kt_simulation_velocities(c->planner), torque[CART]);
+    }
+    *cost /= HORIZON;
+    return status;
+}
+
+static double processor_time(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* The force for the next sample, from state q, v. */
+static kt_status control(controller *c, const double *q, const double *v, double *force, kt_error *error) {
+    kt_status status = kt_simulation_set_state(c->planner, 0.0, q, v, error);
+    const double start = processor_time();
+    double least = (double)INFINITY, weights = 0.0, change[HORIZON] = {0.0};
+    kt_simulation_save(c->planner, saved);
+    for (int k = 0; k < ROLLOUTS && status == KT_OK; k++) {
+        for (int i = 0; i < HORIZON; i++) /* the first rollout is the plan itself */
+            c->noise[k][i] = (k > 0 ? sqrt(1.0 - smooth * smooth) * spread * normal(&c->seed) : 0.0) +
+                             (i > 0 ? smooth * c->noise[k][i - 1] : 0.0);
+        status = roll_out(c, c->noise[k], &c->cost[k], error);
+        least = fmin(least, c->cost[k]);
+    }
+    if (status != KT_OK)
+        return status;
+    for (int k = 0; k < ROLLOUTS; k++) {
+        const double weight = exp(-(c->cost[k] - least) / temperature);
+        weights += weight;
+        for (int i = 0; i < HORIZON; i++)
+            change[i] += weight * c->noise[k][i];
+    }
+    for (int i = 0; i < HORIZON; i++)
+        c->plan[i] = limited(c->plan[i] + change[i] / weights);
+    *force = c->plan[0];
+    memmove(c->plan, c->plan + 1, (HORIZON - 1) * sizeof c->plan[0]);
+    c->seconds += processor_time() - start;
+    c->rollouts += ROLLOUTS;
+    return KT_OK;
+}
+
+/* ---- the experiment ---------------------------------------------------------------------------------------------- */
+
+static kt_status experiment(kt_simulation *plant, controller *c, FILE *csv, double *late, double *far,
+                            kt_error *error) {
+    kt_status status = KT_OK;
+    const long samples = lround(duration / sample);
+    for (long k = 0; k < samples && status == KT_OK; k++) {
+        const double *q = kt_simulation_positions(plant), *v = kt_simulation_velocities(plant);
+        const double t = (double)k * sample;
+        double torque[2] = {0.0, 0.0};
+        *far = fmax(*far, fabs(q[CART]));
+        if (t >= duration - 1.0)
+            *late = fmax(*late, fabs(remainder(q[POLE], 2.0 * pi)));
+        status = control(c, q, v, &torque[CART], error);
+        if (csv != NULL)
+            fprintf(csv, "%.9g,%.17g,%.17g,%.17g,%.17g,%.17g\n", t, q[CART], q[POLE], v[CART], v[POLE], torque[CART]);
+        if (status == KT_OK)
+            status = kt_simulation_set_torque(plant, torque, error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(plant, (double)(k + 1) * sample, error);
+    }
+    return status;
+}
+
+int main(int argc, char **argv) {
+    FILE *csv = argc == 3 && strcmp(argv[1], "--csv") == 0 ? fopen(argv[2], "w") : NULL;
+    if (argc != 1 && csv == NULL) {
+        fprintf(stderr, "usage: %s [--csv FILE], a file that can be written\n", argv[0]);
+        return 2;
+    }
+    static controller c = {.seed = 1};
+    kt_error error;
+    kt_model *model = NULL;
+    kt_simulation *plant = NULL;
+    kt_run fine = kt_run_default(), coarse;
+    double late = 0.0, far = 0.0;
+    fine.integrator = "rk4";
+    fine.step = 1e-3;
+    coarse = fine;
+    coarse.step = sample;
+    if (csv != NULL)
+        fprintf(csv, "time,position.cart,position.pole,velocity.cart,velocity.pole,torque.cart\n");
+    kt_status status = describe(&model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_place(model, &fine, NULL, plant_memory, sizeof plant_memory, &plant, &error);
+    if (status == KT_OK)
+        status = kt_simulation_place(model, &coarse, NULL, planner_memory, sizeof planner_memory, &c.planner, &error);
+    if (status == KT_OK && kt_simulation_state_size(c.planner) > sizeof saved)
+        status = kt_error_set(&error, KT_ERROR_MEMORY, "saved", "needs %zu bytes", kt_simulation_state_size(c.planner));
+    if (status == KT_OK)
+        status = experiment(plant, &c, csv, &late, &far, &error);
+    if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
+        status = kt_error_set(&error, KT_ERROR_FILE, argv[2], "cannot be written");
+    if (status == KT_OK) {
+        printf("in the last second within %.4f rad of upright; cart never further than %.3f m out\n", late, far);
+        printf("%ld rollouts of %d steps, %.0f rollouts a second of processor time; %d fit into a sample\n", c.rollouts,
+               HORIZON, (double)c.rollouts / c.seconds, (int)((double)c.rollouts / c.seconds * sample));
+        printf("a simulation takes %zu bytes, its saved state %zu\n", kt_simulation_size(model, &coarse, NULL),
+               kt_simulation_state_size(c.planner));
+    } else {
+        fprintf(stderr, "%s: %s\n", error.where, error.message);
+    }
+    kt_model_free(model);
+    return status == KT_OK ? 0 : 1;
+}

@@ -1,0 +1,192 @@
+/* The hard cases of test/hard in their full length: what is measured, its bound, and what MuJoCo and ODE make of the
+ * same mechanism, where they have its joints and it is a motion that can be compared. All engines take the same fixed
+ * step (where this one steps adaptively, the others take the step that the case names), and all are held to the same
+ * measures, from the poses and velocities of their bodies. Nothing here is timed. */
+#include "../report.h"
+#include "peers.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char about[] =
+    "Runs the cases on which engines break, and shows what is measured beside its bound.\n"
+    "Usage: bench-hard [OPTION...]\n\n"
+    "  --only N     the cases of kind N, 1 to 15\n"
+    "  --short      as short as the tests run them\n"
+    "  --alone      without the other engines\n"
+    "  --markdown   prints a table in Markdown\n"
+    "  --csv FILE   writes the figures there\n"
+    "  --help       this text\n\n"
+    "Exit status: 0 all bounds hold, 1 one does not, 2 the command line or the file is wrong.\n";
+
+typedef struct options {
+    int only;
+    bool brief, alone, markdown;
+    const char *csv;
+} options;
+
+/* -1 to go on, or the exit status. */
+static int read_options(int argc, char **argv, options *o) {
+    enum { ONLY = 1, BRIEF, ALONE, MARKDOWN, CSV, HELP };
+    static const struct option known[] = {{"only", required_argument, NULL, ONLY},
+                                          {"short", no_argument, NULL, BRIEF},
+                                          {"alone", no_argument, NULL, ALONE},
+                                          {"markdown", no_argument, NULL, MARKDOWN},
+                                          {"csv", required_argument, NULL, CSV},
+                                          {"help", no_argument, NULL, HELP},
+                                          {NULL, 0, NULL, 0}};
+    for (int found; (found = getopt_long(argc, argv, "", known, NULL)) != -1;)
+        switch (found) {
+        case ONLY:
+            o->only = atoi(optarg);
+            if (o->only < 1 || o->only > KT_HARD_KINDS) {
+                (void)fprintf(stderr, "%s: '%s' is no kind of 1 to %d\n", argv[0], optarg, KT_HARD_KINDS);
+                return KT_BENCH_FAILED;
+            }
+            break;
+        case BRIEF:
+            o->brief = true;
+            break;
+        case ALONE:
+            o->alone = true;
+            break;
+        case MARKDOWN:
+            o->markdown = true;
+            break;
+        case CSV:
+            o->csv = optarg;
+            break;
+        case HELP:
+            (void)fputs(about, stdout);
+            return KT_BENCH_DONE;
+        default:
+            return KT_BENCH_FAILED;
+        }
+    return -1;
+}
+
+/* ---- one case ---------------------------------------------------------------------------------------------------- */
+
+enum { PEERS = 2, CELL = 40 };
+static kt_hard_peer_run *const peers[PEERS] = {kt_hard_mujoco, kt_hard_ode};
+static const char *const peer_names[PEERS] = {"MuJoCo", "ODE"};
+
+typedef struct row {
+    kt_hard own;
+    bool ran[PEERS];
+    kt_hard_watch peer[PEERS];
+    char words[PEERS][KT_HARD_WORDS];
+} row;
+
+static void run_peer(row *r, int k, bool full) {
+    const kt_hard_motion *motion = r->own.c->motion;
+    static kt_hard h;
+    h = (kt_hard){.c = r->own.c, .full = full, .scene = kt_scene_default()};
+    memset(&r->peer[k], 0, sizeof r->peer[k]);
+    if (kt_hard_open(&h, motion) && kt_hard_start(&h, motion))
+        r->ran[k] = peers[k](&h, motion, &r->peer[k], r->words[k]);
+    else
+        (void)snprintf(r->words[k], sizeof r->words[k], "%s", h.words);
+    kt_hard_close(&h);
+}
+
+static bool holds(const kt_hard *h, int m) { return h->observed[m] <= h->c->measures[m].bound; }
+
+/* What a peer's cell says of measure m. */
+static const char *cell(const row *r, int k, int m, char *text) {
+    const kt_hard_motion *motion = r->own.c->motion;
+    if (!motion || motion->alone || (r->own.c->run && m == 2)) /* what it needs two runs for */
+        return "-";
+    if (r->ran[k] && isfinite(r->peer[k].observed[m]))
+        (void)snprintf(text, CELL, "%.1e", r->peer[k].observed[m]);
+    else
+        (void)snprintf(text, CELL, "%.39s", r->ran[k] ? "nan" : r->words[k]);
+    return text;
+}
+
+static void print_row(const row *r, const options *o) {
+    const kt_hard_case *c = r->own.c;
+    for (int m = 0; m < KT_HARD_MEASURES && c->measures[m].what; m++) {
+        const kt_hard_measure *measure = &c->measures[m];
+        char text[PEERS][CELL], what[120];
+        (void)snprintf(what, sizeof what, "%s%s%s", measure->what, *measure->unit ? ", " : "", measure->unit);
+        const char *mark = holds(&r->own, m) ? "" : " MISSED", *one = cell(r, 0, m, text[0]),
+                   *two = cell(r, 1, m, text[1]);
+        char number[8];
+        (void)snprintf(number, sizeof number, "%d", c->number);
+        if (o->markdown)
+            printf("| %s | %s | %s | %s | %.1e | %.1e%s | %s | %s |\n", m ? "" : number, m ? "" : c->name,
+                   m ? "" : c->why, what, r->own.observed[m], measure->bound, mark, one, two);
+        else
+            printf("%2s %-34s %-46s %8.1e %8.1e%-7s %-10s %s\n", m ? "" : number, m ? "" : c->name, what,
+                   r->own.observed[m], measure->bound, mark, one, two);
+    }
+    if (!o->markdown && r->own.words[0])
+        printf("     (%s)\n", r->own.words);
+    (void)fflush(stdout);
+}
+
+static void write_row(kt_csv *csv, const row *r) {
+    const kt_hard_case *c = r->own.c;
+    for (int m = 0; m < KT_HARD_MEASURES && c->measures[m].what; m++) {
+        char text[CELL];
+        kt_csv_number(csv, c->number);
+        kt_csv_text(csv, c->name);
+        kt_csv_text(csv, c->why);
+        kt_csv_text(csv, c->measures[m].what);
+        kt_csv_text(csv, c->measures[m].unit);
+        kt_csv_number(csv, r->own.observed[m]);
+        kt_csv_number(csv, c->measures[m].bound);
+        for (int k = 0; k < PEERS; k++)
+            kt_csv_text(csv, cell(r, k, m, text));
+        kt_csv_text(csv, r->own.words);
+        kt_csv_line(csv);
+    }
+}
+
+/* ---- all --------------------------------------------------------------------------------------------------------- */
+
+static void head(const options *o) {
+    if (o->markdown) {
+        printf("| | case | why it is hard | measured | kinetree | bound | %s | %s |\n"
+               "|--|--|--|--|--|--|--|--|\n",
+               kt_hard_mujoco_version(), kt_hard_ode_version());
+        return;
+    }
+    printf("Hard cases, %s; beside them %s and %s\nfigures    %s\n\n",
+           o->brief ? "as the tests run them" : "in full length", kt_hard_mujoco_version(), kt_hard_ode_version(),
+           o->csv ? o->csv : "in this table only (--csv FILE)");
+    printf("%2s %-34s %-46s %8s %8s%-7s %-10s %s\n", "", "case", "measured", "kinetree", "bound", "", peer_names[0],
+           peer_names[1]);
+}
+
+int main(int argc, char **argv) {
+    options o = {.only = 0};
+    int missed = 0, count = 0;
+    kt_csv csv;
+    static row r;
+    const int status = read_options(argc, argv, &o);
+    if (status >= 0)
+        return status;
+    if (!kt_csv_open(&csv, o.csv, "kind,case,why,measured,unit,kinetree,bound,mujoco,ode,words"))
+        return KT_BENCH_FAILED;
+    head(&o);
+    for (int i = 0; i < kt_hard_count(); i++) {
+        const kt_hard_case *c = kt_hard_at(i);
+        if (o.only && c->number != o.only)
+            continue;
+        memset(&r, 0, sizeof r);
+        kt_hard_run(&r.own, c, !o.brief);
+        for (int k = 0; k < PEERS && !o.alone && c->motion && !c->motion->alone; k++)
+            run_peer(&r, k, !o.brief);
+        for (int m = 0; m < KT_HARD_MEASURES && c->measures[m].what; m++, count++)
+            missed += !holds(&r.own, m);
+        print_row(&r, &o);
+        write_row(&csv, &r);
+    }
+    if (!o.markdown)
+        printf("\n%d measures, %d over their bounds\n", count, missed);
+    return !kt_csv_close(&csv) ? KT_BENCH_FAILED : missed ? KT_BENCH_MISSED : KT_BENCH_DONE;
+}

@@ -1,0 +1,24 @@
+/* In place of an engine that this system does not have. */
+#include "peers.h"
+
+#ifdef KT_WITHOUT_MUJOCO
+bool kt_hard_mujoco(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, char *words) {
+    (void)h;
+    (void)motion;
+    (void)watch;
+    (void)snprintf(words, KT_HARD_WORDS, "-");
+    return false;
+}
+const char *kt_hard_mujoco_version(void) { return "MuJoCo (not here)"; }
+#endif
+
+#ifdef KT_WITHOUT_ODE
+bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, char *words) {
+    (void)h;
+    (void)motion;
+    (void)watch;
+    (void)snprintf(words, KT_HARD_WORDS, "-");
+    return false;
+}
+const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
+#endif

@@ -1,0 +1,39 @@
+/* The motions of hard cases in other engines, watched as in this one. */
+#ifndef KT_BENCH_HARD_PEERS_H
+#define KT_BENCH_HARD_PEERS_H
+
+#include "../../test/hard/hard.h"
+
+/* Runs the motion of h (opened, with a simulation at its start) with motion->step and writes what was seen to `watch`.
+ * False where the engine cannot, or gave up: `words` (KT_HARD_WORDS) say why, shortly. */
+typedef bool kt_hard_peer_run(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, char *words);
+
+kt_hard_peer_run kt_hard_mujoco, kt_hard_ode;
+
+/* Their versions. */
+const char *kt_hard_mujoco_version(void);
+const char *kt_hard_ode_version(void);
+
+/* ---- what they share --------------------------------------------------------------------------------------------- */
+
+/* Fills h->pose and h->twist with the start of the simulation. False, with words, where a joint, loop or effect is none
+ * that both engines have. */
+bool kt_hard_peer_begin(kt_hard *h, char *words);
+
+/* Mass properties. Both engines refuse a moment of inertia of zero, as slender bars have it; where all motion is in the
+ * plane of x and y, those about x and y are none that it feels, and are raised to a hundredth of m (0.1 m)^2. */
+void kt_hard_peer_mass(const kt_hard *h, int body, kt_vec3 *com, kt_sym3 *inertia);
+
+/* Whether all motion is in the plane of x and y. */
+bool kt_hard_peer_flat(const kt_hard *h);
+
+/* The frame of an end at the start, in the world, and its body (-1: the world). */
+kt_pose kt_hard_peer_end(const kt_hard *h, const kt_end *end, int *body);
+
+/* The views of a run in turn: steps until the next one, 0 behind the last. */
+long kt_hard_peer_steps(const kt_hard *h, const kt_hard_motion *motion, long view);
+
+/* Hands h->pose and h->twist to the watch; false, with words, where they are no numbers any more. */
+bool kt_hard_peer_view(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, double t, char *words);
+
+#endif

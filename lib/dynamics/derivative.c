@@ -1,0 +1,109 @@
+/* The calls of dynamics.h for derivatives: memory, checks, the kernels of the model's level, results handed over. */
+#include "dynamics/derivative.h"
+#include "kinetree/dynamics.h"
+
+#include <string.h>
+
+typedef struct kernels {
+    void (*terms)(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *, kt_motion_kept, bool,
+                  kt_derivative_work *);
+    void (*inverse)(const kt_model *, kt_derivative_work *);
+    bool (*forward)(const kt_model *, bool, bool, kt_derivative_work *);
+    void (*hand_over)(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
+} kernels;
+
+static kernels kernels_of(const kt_model *model) {
+#ifdef KT_LEVELS
+    if (model->level == KT_LEVEL_V4)
+        return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_derivative_forward_v4,
+                         kt_derivative_hand_over_v4};
+    if (model->level == KT_LEVEL_V3)
+        return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_derivative_forward_v3,
+                         kt_derivative_hand_over_v3};
+#endif
+    (void)model;
+    return (kernels){kt_derivative_terms_baseline, kt_derivative_inverse_baseline, kt_derivative_forward_baseline,
+                     kt_derivative_hand_over_baseline};
+}
+
+static size_t work_layout(const kt_counts *n, char *base, kt_derivative_work *work) {
+    size_t used = 0;
+    kt_derivative_work scrap, *w = work ? work : &scrap;
+#define KT_PLACE(type, name, count) w->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
+    KT_DERIVATIVE_FIELDS(KT_PLACE)
+#undef KT_PLACE
+    return used;
+}
+
+size_t kt_derivative_work_size(const kt_model *model) { return work_layout(&model->n, NULL, NULL); }
+
+static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_derivative_work *w, kt_error *error) {
+    const size_t needed = kt_derivative_work_size(model);
+    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, "work", "the memory must be aligned to %d bytes", KT_ALIGNMENT);
+    if (size < needed)
+        return kt_error_set(error, KT_ERROR_MEMORY, "work",
+                            "%zu bytes are given and %zu are needed (kt_derivative_work_size)", size, needed);
+    work_layout(&model->n, (char *)memory, w);
+    return KT_OK;
+}
+
+/* ---- results ----------------------------------------------------------------------------------------------------- */
+
+static bool is_finite(const kt_model *model, const kt_v8 *x) {
+    return kt_all_finite((const double *)x, kt_batches(&model->n) * model->n.v * KT_LANES);
+}
+
+static kt_status overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "they overflow: look for a position, velocity, force or torque that is huge");
+}
+
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
+
+kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                          const double *q, const double *v, const double *a, const kt_wrench *external,
+                                          double *dtau_dq, double *dtau_dv, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
+    const kernels kernel = kernels_of(model);
+    kt_derivative_work w;
+    kt_status status = take_work(model, work, work_size, &w, error);
+    if (status == KT_OK)
+        status = kt_input_check(model, &input, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, data, q, v, a, error);
+    if (status != KT_OK)
+        return status;
+    kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false, &w);
+    kernel.inverse(model, &w);
+    if (!is_finite(model, w.dq) || !is_finite(model, w.dv))
+        return overflow(error);
+    kernel.hand_over(model, &w, w.dq, dtau_dq);
+    kernel.hand_over(model, &w, w.dv, dtau_dv);
+    return KT_OK;
+}
+
+kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                          const double *q, const double *v, const double *tau,
+                                          const kt_wrench *external, double *da_dq, double *da_dv, double *da_dtau,
+                                          kt_error *error) {
+    const kernels kernel = kernels_of(model);
+    kt_derivative_work w;
+    kt_status status = take_work(model, work, work_size, &w, error);
+    if (status == KT_OK)
+        status = kt_dynamics_forward(model, data, q, v, tau, external, w.a, error);
+    const bool kept = model->sweep == KT_SWEEP_SPATIAL; /* by forward dynamics, in data->motion */
+    if (status == KT_OK && !kept)
+        status = kt_kinematics_update(model, data, q, v, w.a, error);
+    if (status != KT_OK)
+        return status;
+    kernel.terms(model, data, v ? v : model->zero, w.a, external, kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true,
+                 &w);
+    if (!kernel.forward(model, da_dtau != NULL, external != NULL, &w))
+        return overflow(error);
+    kernel.hand_over(model, &w, w.dq, da_dq);
+    kernel.hand_over(model, &w, w.dv, da_dv);
+    if (da_dtau)
+        kernel.hand_over(model, &w, w.dtau, da_dtau);
+    return KT_OK;
+}

@@ -1,0 +1,130 @@
+/* What the derivatives of the dynamics share: the equations, and the memory in which they are worked out.
+ *
+ * Spatial vectors: V = (w, v) and A = (alpha, a) are the angular velocity of a body and the velocity of its point that
+ * is at O now, and their rates; F = (n, f). (w, v) x (s, u) = (w x s, w x u + v x s);
+ * (s, u) x* (n, f) = (s x n + u x f, s x f). A link is a chain of *nodes*, each with freedoms S_k that move along with
+ * each other: one, the three turns of a ball, or for a free link three slides, then three turns. With C and A_C the
+ * motion that the node is carried with, V = C + sum S_k v_k, A = A_C + sum S_k a_k + C x sum S_k v_k.
+ *
+ * q (+) e_k carries the node and all after it along S_k, rigidly, and besides that changes their motion by
+ *     dV = psi',   dA = psi'' - V x psi',    psi' = C x S_k,   psi'' = A_C x S_k + C x psi'
+ * and a rate v_k by    dV = S_k,   dA = phi - V x S_k,    phi = C x S_k + V_node x S_k
+ * (proof: apply d/dq_k to the two sums above, and Jacobi's identity; for the links after it by induction). In
+ * F = I A + V x* I V - external, with I A linear, the terms in dV make 2B:
+ *     dF = S_k x* F + I psi'' + 2B psi' + X s_k,        dF = I phi + 2B S_k
+ * with s_k the angular part of S_k, and for mass elements m at x
+ *     2B (b, c) = sum (x x g, g),  g = 2 m b x xdot:    2B = [2 (tr T 1 - T); -2 [p]] on b alone,
+ *     T = sum m xdot x', p = sum m xdot;  of a link  T = v h' + [w] (tr J / 2 1 - J),  p = m v + w x h.
+ * X is there because wrenches from outside do not turn with the body: X s = (s x n + c x (s x f), s x f) for one at c.
+ * Summed over all that a node carries (F^C, I^C, B^C, X^C), and since S_k x* drops out of S_i . F after k (S_i moves
+ * along): dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)                          i in k's node or
+ * after dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)           i before k's node
+ * (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi.) Likewise for v.
+ *
+ * What forward dynamics does to a link's bias wrench it does to these, too: with U = I S, d = 1 / S.U, tip to root,
+ *     I -= U U' d,  2B -= U d S'2B,  X -= U d S'X
+ * leaves what a node passes to its parent when its joints give way (forward.c). Then, for each k, what
+ *     f_k = I psi'' + 2B psi' + X s + S_k x* F^C        (for v: I phi + 2B S)
+ * does to the nodes before k is  y_i = -d S_i . f,  f += U y_i  on the way to the root; and on the way out
+ *     da_i = y_i - d U_i . dA - d S_i'(2B psi' + X s),   dA += S_i da_i,
+ * where psi''_k joins dA at k's node, and psi'_k is there from k's node on, for what k carries.
+ *
+ * Lengths and velocities are told from the origin of the tree's first link, so that nothing cancels far from the
+ * world's origin or for a tree that travels fast: equations of motion look the same from there (Galilei). A link's own
+ * matrices are about its own origin.
+ */
+#ifndef KT_DYNAMICS_DERIVATIVE_H
+#define KT_DYNAMICS_DERIVATIVE_H
+
+#include "base/arena.h"
+#include "dynamics/kernel.h"
+
+/* Freedoms in the order of the links, side by side. */
+enum { KT_LANES = 8 };
+typedef double kt_v8 __attribute__((vector_size(64)));
+
+typedef struct kt_node {
+    int32_t link;
+    int32_t parent;       /* a node; 0: the ground */
+    int32_t first, count; /* freedoms */
+    bool branches;        /* some child is not the next node */
+} kt_node;
+
+/* A freedom about its link's own origin, world axes: angular and linear parts. */
+typedef struct kt_freedom_motion {
+    kt_v4 s[2];    /* S */
+    kt_v4 psi[2];  /* psi' */
+    kt_v4 rate[2]; /* psi'' */
+    kt_v4 phi[2];
+} kt_freedom_motion;
+
+/* What a freedom asks of motions dA, psi', s: for inverse dynamics U = I S, S'2B, S'X; for forward dynamics times d. */
+typedef struct kt_freedom_row {
+    double s[6], u[6], b[3], x[3], d;
+    int32_t node, v;
+} kt_freedom_row;
+
+/* Freedoms as columns: about the tree's origin. */
+typedef struct kt_freedom_batch {
+    int64_t node[KT_LANES];
+    kt_v8 s[6];            /* S */
+    kt_v8 psi[3];          /* psi', angular */
+    kt_v8 rate[6], phi[6]; /* psi'', phi */
+    kt_v8 pushed[2][6];    /* f_k for q, v */
+} kt_freedom_batch;
+
+typedef struct kt_derivative_link {
+    int32_t last;                  /* its last node */
+    kt_v4 place, velocity, linear; /* of the origin; linear: the spatial acceleration's part */
+    kt_articulated inertia;        /* [J H; G M], and in moment and force F^C */
+    kt_v4 bn[3], bf[3];            /* 2B by columns */
+    kt_v4 xn[3], xf[3];            /* X */
+} kt_derivative_link;
+
+/* Where a strip of columns passes through memory, from a node to its children and back. */
+typedef struct kt_derivative_state {
+    kt_v8 q[6], psi[3], s[3];
+    kt_v8 v[6];
+} kt_derivative_state;
+
+static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 1) / KT_LANES; }
+
+/* Every array: type, name, count. A free link is two nodes. Results: batch by batch, a row's lanes side by side. */
+#define KT_DERIVATIVE_FIELDS(X)                                                                                        \
+    X(kt_node, node, n->link + n->v / 6)                                                                               \
+    X(kt_freedom_motion, motion, n->v)                                                                                 \
+    X(kt_freedom_row, row, n->v)                                                                                       \
+    X(kt_freedom_batch, batch, kt_batches(n))                                                                          \
+    X(kt_derivative_link, link, n->link)                                                                               \
+    X(kt_derivative_state, state, n->link + n->v / 6)                                                                  \
+    X(double, a, n->v)                                                                                                 \
+    X(kt_v8, dq, kt_batches(n) * n->v)                                                                                 \
+    X(kt_v8, dv, kt_batches(n) * n->v)                                                                                 \
+    X(kt_v8, dtau, kt_batches(n) * n->v)
+
+typedef struct kt_derivative_work {
+    size_t nodes;
+    bool branched; /* some node branches */
+#define KT_DERIVATIVE_DECLARE(type, name, count) type *name;
+    KT_DERIVATIVE_FIELDS(KT_DERIVATIVE_DECLARE)
+#undef KT_DERIVATIVE_DECLARE
+} kt_derivative_work;
+
+/* Accelerations of the links in data->motion: less gravity, as dynamics leaves them, or their own, as kinematics does.
+ */
+typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
+
+/* The kernels. The terms are those of data->motion, at rates v and accelerations a; with true, the joints give way. Of
+ * forward dynamics: with respect to tau, too; with external wrenches; false where some number is not finite. */
+#define KT_DERIVATIVES_DECLARE(level)                                                                                  \
+    void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,   \
+                                     kt_motion_kept, bool, kt_derivative_work *);                                      \
+    void kt_derivative_inverse_##level(const kt_model *, kt_derivative_work *);                                        \
+    bool kt_derivative_forward_##level(const kt_model *, bool, bool, kt_derivative_work *);                            \
+    void kt_derivative_hand_over_##level(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
+
+KT_DERIVATIVES_DECLARE(baseline)
+KT_DERIVATIVES_DECLARE(v3)
+KT_DERIVATIVES_DECLARE(v4)
+
+#endif

@@ -1,0 +1,282 @@
+/* The terms of the derivatives, freedom by freedom (derivative.h): out from the ground, and back. */
+#include "dynamics/articulated.h"
+#include "dynamics/derivative.h"
+
+/* ---- out: nodes, and how their freedoms move --------------------------------------------------------------------- */
+
+/* The motion that a node is carried with, about its link's own origin: C and A_C. */
+typedef struct carried {
+    kt_v4 omega, velocity, alpha, linear;
+} carried;
+
+/* (w, v) x (s, u) */
+KT_INLINE void motion_cross(kt_v4 w, kt_v4 v, const kt_v4 s[2], kt_v4 out[2]) {
+    out[0] = kt_v4_cross(w, s[0]);
+    out[1] = kt_v4_cross(w, s[1]) + kt_v4_cross(v, s[0]);
+}
+
+/* (omega, velocity): of the node itself. */
+KT_INLINE void set_freedom(const carried *c, kt_v4 omega, kt_v4 velocity, kt_v4 angular, kt_v4 linear,
+                           kt_freedom_motion *out) {
+    kt_v4 twice[2], along[2];
+    out->s[0] = angular;
+    out->s[1] = linear;
+    motion_cross(c->omega, c->velocity, out->s, out->psi);
+    motion_cross(c->omega, c->velocity, out->psi, twice);
+    motion_cross(c->alpha, c->linear, out->s, along);
+    motion_cross(omega, velocity, out->s, out->phi);
+    for (int k = 0; k < 2; k++) {
+        out->rate[k] = along[k] + twice[k];
+        out->phi[k] += out->psi[k];
+    }
+}
+
+static inline kt_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t *first, int32_t count) {
+    kt_node *node = &w->node[w->nodes];
+    *node = (kt_node){.link = link, .parent = parent, .first = *first, .count = count};
+    *first += count;
+    if (parent && parent != (int32_t)w->nodes - 1)
+        w->branched = w->node[parent].branches = true;
+    w->nodes++;
+    return node;
+}
+
+/* The nodes of one link and their freedoms. */
+static inline void move_freedoms(const kt_model *model, const kt_data *data, size_t i, const double *v, const double *a,
+                                 carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *m = &data->motion[i], *up = &data->motion[link->parent];
+    kt_v4 base[3], angular, linear, unused, change;
+    kt_joint_twist(link, up, m, v, &angular, &linear);
+    kt_freedom_motion *out = &w->motion[*first];
+    const kt_v4 velocity = c->velocity + linear;
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_TURN:
+        set_freedom(c, m->omega, velocity, m->axis, none, out);
+        break;
+    case KT_MOTION_SLIDE:
+        set_freedom(c, m->omega, velocity, none, m->axis, out);
+        break;
+    case KT_MOTION_HELIX:
+        set_freedom(c, m->omega, velocity, m->axis, kt_v4_splat(link->pitch) * m->axis, out);
+        break;
+    case KT_MOTION_FREE:
+        kt_rest_axes(link, up->axes, base);
+        kt_joint_twist(link, up, m, a, &unused, &change);
+        for (int k = 0; k < 3; k++)
+            set_freedom(c, c->omega, velocity, none, base[k], out++);
+        new_node(w, (int32_t)i, parent, first, 3);
+        parent = (int32_t)w->nodes - 1;
+        c->linear += change + kt_v4_cross(c->omega, linear);
+        c->velocity = velocity;
+        /* and turns */
+        __attribute__((fallthrough));
+    case KT_MOTION_BALL:
+        for (int k = 0; k < 3; k++)
+            set_freedom(c, m->omega, velocity, m->axes[k], none, out++);
+        break;
+    case KT_MOTION_NONE:
+        break;
+    }
+    const bool turns = link->motion >= KT_MOTION_BALL;
+    new_node(w, (int32_t)i, parent, first, turns ? 3 : 1);
+}
+
+/* Inertia, F, 2B of the link alone. */
+static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 linear, kt_derivative_link *x) {
+    const kt_v4 none = kt_v4_splat(0.0), w = m->omega;
+    kt_articulated *r = &x->inertia;
+    kt_link_motion still = *m;
+    still.moment = still.force = none;
+    kt_articulated_rigid(link, &still, r); /* moment = w x J w, force = w x (w x h) */
+    const kt_v4 h = kt_v4_apply(m->axes, link->moment), mass = kt_v4_splat(link->mass);
+    r->moment += kt_v4_apply(r->j, m->alpha) + kt_v4_cross(h, linear);
+    r->force += mass * linear + kt_v4_cross(m->alpha, h);
+    const kt_v4 p = mass * x->velocity + kt_v4_cross(w, h);
+    const kt_v4 half = kt_v4_splat(0.5 * (r->j[0][0] + r->j[1][1] + r->j[2][2]));
+    kt_v4 t[3];
+    for (int k = 0; k < 3; k++) {
+        kt_v4 e = -r->j[k];
+        e[k] += half[k];
+        t[k] = x->velocity * kt_v4_splat(h[k]) + kt_v4_cross(w, e);
+    }
+    const double trace = t[0][0] + t[1][1] + t[2][2];
+    const kt_v4 two = kt_v4_splat(2.0);
+    for (int k = 0; k < 3; k++) {
+        kt_v4 n = -t[k], unit = none;
+        n[k] += trace;
+        unit[k] = 1.0;
+        x->bn[k] = two * n;
+        x->bf[k] = two * kt_v4_cross(unit, p);
+        x->xn[k] = x->xf[k] = none;
+    }
+}
+
+static inline void way_out(const kt_model *model, const kt_data *data, const double *v, const double *a, kt_v4 gravity,
+                           kt_derivative_work *w) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    int32_t first = 0;
+    w->nodes = 1;
+    w->branched = false;
+    for (size_t lane = 0; lane < KT_LANES; lane++)
+        w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
+    w->node[0] = (kt_node){0};
+    kt_derivative_link ground = {.place = none};
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_link_motion *m = &data->motion[i], *up = &data->motion[link->parent];
+        kt_derivative_link *x = &w->link[i];
+        const kt_derivative_link *px = link->parent ? &w->link[link->parent] : &ground;
+        kt_v4 angular, linear;
+        kt_joint_twist(link, up, m, v, &angular, &linear);
+        if (link->parent == 0) { /* told from the origin of this link */
+            ground.place = -m->offset;
+            ground.velocity = -linear;
+            ground.linear = -model->gravity;
+        }
+        carried c = {.omega = up->omega,
+                     .velocity = px->velocity + kt_v4_cross(up->omega, m->offset),
+                     .alpha = up->alpha,
+                     .linear = px->linear + kt_v4_cross(up->alpha, m->offset)};
+        const kt_v4 acceleration = m->linear - gravity;
+        x->place = px->place + m->offset;
+        x->velocity = c.velocity + linear;
+        x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
+        weigh(link, m, acceleration, x);
+        move_freedoms(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, &first, w);
+        x->last = (int32_t)w->nodes - 1;
+    }
+}
+
+/* External wrenches off F, and X. */
+static inline void load(const kt_model *model, const kt_data *data, const kt_wrench *external, kt_derivative_work *w) {
+    for (size_t b = 1; b < model->n.body; b++) {
+        const kt_body_record *body = &model->body[b];
+        if (body->link == 0)
+            continue;
+        kt_derivative_link *x = &w->link[body->link];
+        const kt_v4 c = kt_v4_apply(data->motion[body->link].axes, kt_v4_from(body->in_link.position));
+        const kt_v4 n = kt_v4_from(external[b].moment), f = kt_v4_from(external[b].force);
+        x->inertia.moment -= n + kt_v4_cross(c, f);
+        x->inertia.force -= f;
+        for (int k = 0; k < 3; k++) {
+            kt_v4 unit = kt_v4_splat(0.0);
+            unit[k] = 1.0;
+            const kt_v4 turned = kt_v4_cross(unit, f);
+            x->xn[k] += kt_v4_cross(unit, n) + kt_v4_cross(c, turned);
+            x->xf[k] += turned;
+        }
+    }
+}
+
+/* ---- back: rows, columns, and what goes on to the parent ----------------------------------------------------------
+ */
+
+KT_INLINE void store6(double *to, kt_v4 a, kt_v4 b) {
+    for (int k = 0; k < 3; k++) {
+        to[k] = a[k];
+        to[3 + k] = b[k];
+    }
+}
+
+KT_INLINE void store_lane6(kt_v8 *to, size_t lane, kt_v4 a, kt_v4 b) {
+    for (int k = 0; k < 3; k++) {
+        to[k][lane] = a[k];
+        to[3 + k][lane] = b[k];
+    }
+}
+
+/* One freedom's row; with `absorb` it gives way. */
+static inline void set_row(const kt_freedom_motion *m, bool absorb, kt_derivative_link *x, kt_freedom_row *row) {
+    kt_articulated *r = &x->inertia;
+    const kt_v4 s = m->s[0], l = m->s[1];
+    const kt_v4 un = kt_v4_apply(r->j, s) + kt_v4_apply(r->h, l), uf = kt_v4_apply(r->g, s) + kt_v4_apply(r->m, l);
+    const double d = absorb ? 1.0 / kt_v4_dot2(s, un, l, uf) : 1.0;
+    const kt_v4 dd = kt_v4_splat(d), vn = un * dd, vf = uf * dd;
+    double b[3], e[3];
+    for (int k = 0; k < 3; k++) {
+        b[k] = d * kt_v4_dot2(s, x->bn[k], l, x->bf[k]);
+        e[k] = d * kt_v4_dot2(s, x->xn[k], l, x->xf[k]);
+    }
+    for (int k = 0; k < 3 && absorb; k++) {
+        r->j[k] -= un * kt_v4_splat(vn[k]);
+        r->g[k] -= uf * kt_v4_splat(vn[k]);
+        r->h[k] -= un * kt_v4_splat(vf[k]);
+        r->m[k] -= uf * kt_v4_splat(vf[k]);
+        x->bn[k] -= un * kt_v4_splat(b[k]);
+        x->bf[k] -= uf * kt_v4_splat(b[k]);
+        x->xn[k] -= un * kt_v4_splat(e[k]);
+        x->xf[k] -= uf * kt_v4_splat(e[k]);
+    }
+    const kt_v4 p = x->place;
+    row->d = d;
+    store6(row->s, s, l + kt_v4_cross(p, s));
+    store6(row->u, vn + kt_v4_cross(p, vf), vf);
+    memcpy(row->b, b, sizeof b);
+    memcpy(row->x, e, sizeof e);
+}
+
+static inline void set_column(const kt_freedom_motion *m, const kt_derivative_link *x, kt_v4 moment, kt_v4 force,
+                              kt_freedom_batch *to, size_t lane) {
+    const kt_articulated *r = &x->inertia;
+    const kt_v4 p = x->place, s = m->s[0], l = m->s[1];
+    const kt_v4 qn = kt_v4_apply(r->j, m->rate[0]) + kt_v4_apply(r->h, m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]) +
+                     kt_v4_apply(x->xn, s) + kt_v4_cross(s, moment) + kt_v4_cross(l, force);
+    const kt_v4 qf = kt_v4_apply(r->g, m->rate[0]) + kt_v4_apply(r->m, m->rate[1]) + kt_v4_apply(x->bf, m->psi[0]) +
+                     kt_v4_apply(x->xf, s) + kt_v4_cross(s, force);
+    const kt_v4 vn = kt_v4_apply(r->j, m->phi[0]) + kt_v4_apply(r->h, m->phi[1]) + kt_v4_apply(x->bn, s);
+    const kt_v4 vf = kt_v4_apply(r->g, m->phi[0]) + kt_v4_apply(r->m, m->phi[1]) + kt_v4_apply(x->bf, s);
+    store_lane6(to->pushed[0], lane, qn + kt_v4_cross(p, qf), qf);
+    store_lane6(to->pushed[1], lane, vn + kt_v4_cross(p, vf), vf);
+    store_lane6(to->s, lane, s, l + kt_v4_cross(p, s));
+    store_lane6(to->rate, lane, m->rate[0], m->rate[1] + kt_v4_cross(p, m->rate[0]));
+    store_lane6(to->phi, lane, m->phi[0], m->phi[1] + kt_v4_cross(p, m->phi[0]));
+    for (int k = 0; k < 3; k++)
+        to->psi[k][lane] = m->psi[0][k];
+}
+
+/* To the parent's origin, and on to the parent. F^C is shifted by itself: its bias does not give way. */
+static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, kt_derivative_link *parent) {
+    kt_articulated moved = x->inertia;
+    kt_articulated_shift(&moved, offset);
+    kt_articulated_add(&parent->inertia, &moved);
+    for (int k = 0; k < 3; k++) {
+        parent->bn[k] += x->bn[k] + kt_v4_cross(offset, x->bf[k]);
+        parent->bf[k] += x->bf[k];
+        parent->xn[k] += x->xn[k] + kt_v4_cross(offset, x->xf[k]);
+        parent->xf[k] += x->xf[k];
+    }
+}
+
+static inline void way_back(const kt_model *model, const kt_data *data, bool absorb, kt_derivative_work *w) {
+    for (size_t n = w->nodes - 1; n > 0; n--) {
+        const kt_node *node = &w->node[n];
+        const kt_link *link = &model->link[node->link];
+        kt_derivative_link *x = &w->link[node->link];
+        const bool above = node->parent && w->node[node->parent].link == node->link; /* a free link's turns */
+        for (int32_t k = node->count - 1; k >= 0; k--) {
+            kt_freedom_row *row = &w->row[node->first + k];
+            set_row(&w->motion[node->first + k], absorb, x, row);
+            row->node = (int32_t)n;
+            row->v = link->v + k + (above ? 3 : 0);
+        }
+        for (int32_t k = 0; k < node->count; k++) {
+            const size_t f = (size_t)(node->first + k);
+            w->batch[f / KT_LANES].node[f % KT_LANES] = (int64_t)n;
+            set_column(&w->motion[f], x, x->inertia.moment, x->inertia.force, &w->batch[f / KT_LANES], f % KT_LANES);
+        }
+        if (!above && link->parent)
+            pass_on(x, data->motion[node->link].offset, &w->link[link->parent]);
+    }
+}
+
+void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const double *v, const double *a,
+                                    const kt_wrench *external, kt_motion_kept kept, bool absorb,
+                                    kt_derivative_work *w) {
+    const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity;
+    way_out(model, data, v, a, gravity, w);
+    if (external)
+        load(model, data, external, w);
+    way_back(model, data, absorb, w);
+}

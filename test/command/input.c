@@ -1,0 +1,53 @@
+/* What is no scene, given to the command as one: refused in words with exit status 2, at once and in little memory. The
+ * library's own limits are tested in test/scene/limit.c.
+ */
+#include "shell.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* 20 s of the processor and 1.5 GB of addresses; the sanitizers take more of these for themselves. */
+#ifdef __SANITIZE_ADDRESS__
+#define BOUNDED "ulimit -t 200; timeout 300 "
+#else
+#define BOUNDED "ulimit -t 20; ulimit -v 1500000; OPENBLAS_NUM_THREADS=1 timeout 60 "
+#endif
+
+/* Of a thousand lines. */
+#define LAST_WORDS " 2>words; code=$?; tail -n 1 words >&2; exit $code"
+
+KT_TEST(what_is_no_file_is_refused_by_every_command) {
+    static const char *const commands[] = {"run", "check", "info", "evaluate", "modes", "stability", "equilibrium"};
+    kt_shell("mkdir folder; mkfifo pipe; : >empty.yaml");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        kt_expect(2, "folder: this is a directory; name a scene file", BOUNDED "$K %s folder", commands[i]);
+        /* Nobody writes to it: an open that waits would wait for ever. */
+        kt_expect(2, "pipe: this is a pipe; name a scene file", BOUNDED "$K %s pipe", commands[i]);
+        kt_expect(2, "/dev/zero: this is a device; name a scene file", BOUNDED "$K %s /dev/zero", commands[i]);
+        kt_expect(2, "missing.yaml: cannot be read: No such file", BOUNDED "$K %s missing.yaml", commands[i]);
+        kt_expect(2, "empty.yaml:1:1: ", BOUNDED "$K %s empty.yaml", commands[i]);
+    }
+    kt_expect(2, "(standard input):1:1: ", BOUNDED "$K check - </dev/null");
+    kt_shell("$K make pendulum >p.yaml");
+    kt_expect(1, "it is not a file", BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
+}
+
+KT_TEST(file_of_100_megabytes_is_refused) {
+    kt_shell("truncate -s 100M large.yaml");
+    kt_expect(2, "large.yaml: the file has 100 MB; a scene has at most 64", BOUNDED "$K check large.yaml");
+    kt_expect(2, "a scene has at most 67108864", BOUNDED "$K check - <large.yaml");
+    kt_expect(2, "a scene has at most 67108864", BOUNDED "$K check - </dev/zero"); /* which never ends */
+}
+
+/* As much as a file may have, of what is most to read. */
+KT_TEST(large_text_is_refused_in_bounded_memory) {
+    kt_shell("(echo 'kinetree: 1'; echo 'bodies:'; yes '  - {name: a, mass: -1}' | head -n 1000000) >many.yaml");
+    kt_expect(2, "1998999 more faults are not listed", BOUNDED "$K check many.yaml" LAST_WORDS);
+    kt_shell("(printf 'kinetree: 1\\nname: '; head -c 10000 /dev/zero | tr '\\0' '[') >deep.yaml");
+    kt_expect(2, "deep.yaml:2:38: lists and mappings are nested deeper than 32", BOUNDED "$K check deep.yaml");
+    kt_shell("(printf 'kinetree: 1\\nbodies: [&a {name: a}'; yes ', *a' | head -n 1000000 | tr -d '\\n'; echo ']') "
+             ">aliases.yaml");
+    kt_expect(2, "999001 more faults are not listed", BOUNDED "$K check aliases.yaml" LAST_WORDS);
+    kt_expect(2, "bytes.yaml:1:20: this is not UTF-8 text",
+              "printf 'kinetree: 1 # comme\\377' >bytes.yaml; " BOUNDED "$K check bytes.yaml");
+}

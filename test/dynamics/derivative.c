@@ -1,0 +1,266 @@
+/* Derivatives of inverse and forward dynamics: against differences of the slow equations in long double, against each
+ * other, and against a closed form. */
+#include "oracle.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+#define STEP 0.003 /* of differences: their error is some h^8 */
+enum { TREES = 40, DIFFERENCED = 24, MOST = KT_TREE_NV * KT_TREE_NV };
+
+typedef struct derivatives {
+    double tau_q[MOST], tau_v[MOST], a_q[MOST], a_v[MOST], a_tau[MOST];
+} derivatives;
+
+static bool derive(const kt_tree *t, const kt_tree_state *s, const kt_wrench *external, derivatives *d) {
+    const size_t size = kt_derivative_work_size(t->model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    kt_error e = {0};
+    const bool fine = kt_tree_fine("inverse derivatives",
+                                   kt_dynamics_inverse_derivatives(t->model, t->data, work, size, s->q, s->v, s->a,
+                                                                   external, d->tau_q, d->tau_v, &e),
+                                   &e) &&
+                      kt_tree_fine("forward derivatives",
+                                   kt_dynamics_forward_derivatives(t->model, t->data, work, size, s->q, s->v, s->tau,
+                                                                   external, d->a_q, d->a_v, d->a_tau, &e),
+                                   &e);
+    free(work);
+    return fine;
+}
+
+/* Spatial trees of all types, and every fourth moves in planes. */
+static kt_tree_plan draw_plan(int n, kt_random *random) {
+    kt_tree_plan plan = n % 4 == 3 ? kt_tree_plan_planar() : kt_tree_plan_default();
+    plan.bodies = kt_random_int(random, 1, 10);
+    plan.floats = n % 8 == 0;
+    return plan;
+}
+
+/* ---- differences ------------------------------------------------------------------------------------------------- */
+
+/* f at q (+) h e_j, or v + h e_j: inverse or forward dynamics by the slow equations. */
+typedef struct slope {
+    const kt_tree *tree;
+    const kt_tree_state *state;
+    bool forward, rate;
+    int j;
+} slope;
+
+static bool sample(const slope *p, double h, long double *f) {
+    static long double unused[KT_TREE_NV];
+    static double sensitivity[KT_TREE_NV];
+    kt_tree_state s = *p->state;
+    double step[KT_TREE_NV] = {0};
+    step[p->j] = h;
+    if (p->rate)
+        s.v[p->j] += h;
+    else
+        kt_position_add(p->tree->model, s.q, step, s.q);
+    if (p->forward)
+        return kt_oracle_forward(p->tree, &s, f, sensitivity);
+    kt_oracle_inverse(p->tree, &s, s.a, f, unused);
+    return true;
+}
+
+/* Central differences of order eight. */
+static bool difference(const slope *p, double *out) {
+    static const long double weight[] = {4.0L / 5.0L, -1.0L / 5.0L, 4.0L / 105.0L, -1.0L / 280.0L};
+    long double up[KT_TREE_NV], down[KT_TREE_NV], sum[KT_TREE_NV] = {0};
+    for (int k = 0; k < 4; k++) {
+        if (!sample(p, (k + 1) * STEP, up) || !sample(p, -(k + 1) * STEP, down))
+            return false;
+        for (int i = 0; i < p->tree->nv; i++)
+            sum[i] += weight[k] / (long double)STEP * (up[i] - down[i]);
+    }
+    for (int i = 0; i < p->tree->nv; i++)
+        out[i] = (double)sum[i];
+    return true;
+}
+
+/* Against the largest in the column; 1e-8 where accelerations are large next to a singular position, and differences
+ * are not that exact; 1e-12 for forces. Where a column vanishes, rounding errors are left: of the positions that are
+ * moved (matrix), and of the sums of forces (f). */
+static void compare(const slope *shape, const double *matrix, const double *f, kt_worst *worst, int n) {
+    const int nv = shape->tree->nv;
+    const double relative = shape->forward ? 1e-8 : 1e-12;
+    const double rounding = EPS / STEP * kt_tree_largest(matrix, nv * nv) + EPS * kt_tree_largest(f, nv);
+    for (int j = 0; j < nv; j++) {
+        double expected[KT_TREE_NV];
+        slope p = *shape;
+        p.j = j;
+        if (!difference(&p, expected))
+            return;
+        const double bound = relative * kt_tree_largest(expected, nv) + rounding;
+        for (int i = 0; i < nv; i++)
+            kt_worst_near(worst, matrix[j * nv + i], expected[i], bound, "tree %d row %d column %d", n, i, j);
+    }
+}
+
+KT_TEST(derivatives_are_those_of_differences_on_random_trees) {
+    kt_random random = kt_random_of_test();
+    static derivatives d;
+    kt_worst error[4] = {kt_worst_make("dtau/dq"), kt_worst_make("dtau/dv"), kt_worst_make("da/dq"),
+                         kt_worst_make("da/dv")};
+    for (int n = 0; n < DIFFERENCED; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        const kt_tree_plan plan = draw_plan(n, &random);
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_tree_state_draw(&tree, &random, &s);
+        double f[2][KT_TREE_NV];
+        if (kt_tree_inverse(&tree, &s, f[0]) && kt_tree_forward(&tree, &s, f[1]) && derive(&tree, &s, s.external, &d))
+            for (int k = 0; k < 4; k++) {
+                const double *const matrix[] = {d.tau_q, d.tau_v, d.a_q, d.a_v};
+                compare(&(slope){.tree = &tree, .state = &s, .forward = k >= 2, .rate = k % 2}, matrix[k], f[k / 2],
+                        &error[k], n);
+            }
+        kt_tree_free(&tree);
+    }
+    for (int k = 0; k < 4; k++)
+        kt_check_worst(&error[k]);
+}
+
+/* ---- identities -------------------------------------------------------------------------------------------------- */
+
+/* sum_k A_ik B_kj, and the size of its terms */
+static double product(const double *a, const double *b, int nv, int i, int j, double *size) {
+    double sum = 0.0;
+    *size = 0.0;
+    for (int k = 0; k < nv; k++) {
+        sum += a[k * nv + i] * b[j * nv + k];
+        *size += fabs(a[k * nv + i] * b[j * nv + k]);
+    }
+    return sum;
+}
+
+#define C 60.0 /* measured: 15 at most over 8 seeds */
+
+/* M da/dx = -dtau/dx at the accelerations of the motion, M da/dtau = 1. */
+KT_TEST(forward_derivatives_solve_inverse_derivatives) {
+    kt_random random = kt_random_of_test();
+    static derivatives d;
+    static double mass[MOST];
+    kt_worst error[3] = {kt_worst_make("M da/dq + dtau/dq"), kt_worst_make("M da/dv + dtau/dv"),
+                         kt_worst_make("M da/dtau - 1")};
+    for (int n = 0; n < TREES; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_tree_plan plan = draw_plan(n, &random);
+        plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_tree_state_draw(&tree, &random, &s);
+        for (int b = 0; b < tree.count && n % 2 == 0; b++)
+            s.external[b] = (kt_wrench){0};
+        if (kt_tree_forward(&tree, &s, s.a) && derive(&tree, &s, n % 2 ? s.external : NULL, &d) &&
+            kt_tree_mass(&tree, &s, mass)) {
+            const double largest = kt_tree_largest(d.tau_q, tree.nv * tree.nv);
+            for (int i = 0; i < tree.nv; i++)
+                for (int j = 0; j < tree.nv; j++) {
+                    double size[3];
+                    const double q = product(mass, d.a_q, tree.nv, i, j, &size[0]);
+                    const double v = product(mass, d.a_v, tree.nv, i, j, &size[1]);
+                    const double one = product(mass, d.a_tau, tree.nv, i, j, &size[2]);
+                    const int at = j * tree.nv + i;
+                    const double tau = 1.0 + largest; /* external wrenches are of the order of one */
+                    kt_worst_near(&error[0], q, -d.tau_q[at], C * EPS * (size[0] + tau), "tree %d %d %d", n, i, j);
+                    kt_worst_near(&error[1], v, -d.tau_v[at], C * EPS * (size[1] + tau), "tree %d %d %d", n, i, j);
+                    kt_worst_near(&error[2], one, i == j, C * EPS * (size[2] + 1.0), "tree %d %d %d", n, i, j);
+                }
+        }
+        kt_tree_free(&tree);
+    }
+    for (int k = 0; k < 3; k++)
+        kt_check_worst(&error[k]);
+}
+
+/* ---- a closed form ----------------------------------------------------------------------------------------------- */
+
+/* Two point masses 1 and m on rods of length 1 and l, angles x and x + y from the vertical, gravity g:
+ *   tau_y = m l^2 (a + b) + m l cos y a + m l sin y v^2 + m g l sin (x + y)
+ *   tau_x = tau_y + (1 + m) a + m l cos y (a + b) - m l sin y (v + w)^2 + (1 + m) g sin x
+ * with v, w and a, b the rates of x, y. */
+KT_TEST(derivatives_of_a_double_pendulum_are_those_on_paper) {
+    const double m = 0.7, l = 1.3, g = 9.81, x = 0.4, y = -1.1, v = 0.6, w = -1.7, a = 2.1, b = -0.8;
+    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    for (int i = 0; i < 2; i++) {
+        bodies[i].name = i ? "lower" : "upper";
+        bodies[i].parent = i ? "upper" : NULL;
+        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+        bodies[i].mass = i ? m : 1.0;
+        bodies[i].com = kt_vec3_make(0.0, 0.0, i ? -l : -1.0);
+    }
+    bodies[1].joint.at = kt_vec3_make(0.0, 0.0, -1.0);
+    kt_tree tree = {.description = kt_description_default()};
+    tree.description.bodies = bodies;
+    tree.description.body_count = 2;
+    tree.description.gravity = kt_vec3_make(0.0, 0.0, -g);
+    static derivatives d;
+    static kt_tree_state s;
+    if (!kt_tree_compile(&tree, NULL))
+        return;
+    memcpy(s.q, (double[]){x, y}, 2 * sizeof(double));
+    memcpy(s.v, (double[]){v, w}, 2 * sizeof(double));
+    memcpy(s.a, (double[]){a, b}, 2 * sizeof(double));
+    if (derive(&tree, &s, NULL, &d)) {
+        const double low = m * g * l * cos(x + y), high = (1.0 + m) * g * cos(x), c = m * l * cos(y),
+                     e = m * l * sin(y);
+        const double yy = -e * a + c * v * v + low, xy = yy - e * (a + b) - c * (v + w) * (v + w);
+        const double q[] = {low + high, low, xy, yy};
+        const double rate[] = {2.0 * e * v - 2.0 * e * (v + w), 2.0 * e * v, -2.0 * e * (v + w), 0.0};
+        kt_worst error = kt_worst_make("column by column");
+        for (int i = 0; i < 4; i++) {
+            kt_worst_near(&error, d.tau_q[i], q[i], 10.0 * EPS * 20.0, "dtau/dq %d", i);
+            kt_worst_near(&error, d.tau_v[i], rate[i], 10.0 * EPS * 2.0, "dtau/dv %d", i);
+        }
+        kt_check_worst(&error);
+    }
+    kt_tree_free(&tree);
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+
+static kt_status call(const kt_tree *t, const kt_tree_state *s, bool forward, void *work, size_t size, double *out,
+                      kt_error *e) {
+    return forward ? kt_dynamics_forward_derivatives(t->model, t->data, work, size, s->q, s->v, s->tau, s->external,
+                                                     out, out + MOST, out + 2 * MOST, e)
+                   : kt_dynamics_inverse_derivatives(t->model, t->data, work, size, s->q, s->v, s->a, s->external, out,
+                                                     out + MOST, e);
+}
+
+KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
+    kt_random random = kt_random_of_test();
+    static double out[3 * MOST], before[3 * MOST];
+    kt_tree tree;
+    kt_tree_state s;
+    const kt_tree_plan plan = kt_tree_plan_default();
+    kt_error e = {0};
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    const size_t size = kt_derivative_work_size(tree.model);
+    char *work = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
+    for (int i = 0; i < 3 * MOST; i++)
+        out[i] = before[i] = i;
+    for (int forward = 0; forward < 2; forward++) {
+        for (int k = 0; k < 5; k++) {
+            kt_tree_state_draw(&tree, &random, &s);
+            double *const spoilt[] = {&s.q[3], &s.v[2], forward ? &s.tau[1] : &s.a[1], &s.external[2].force.y, &s.v[0]};
+            *spoilt[k] = k == 4 ? 1e200 : (double)NAN;
+            kt_check_equal_int("not finite", call(&tree, &s, forward, work, size, out, &e), KT_ERROR_NOT_FINITE);
+        }
+        kt_tree_state_draw(&tree, &random, &s);
+        kt_check_equal_int("short", call(&tree, &s, forward, work, size - 1, out, &e), KT_ERROR_MEMORY);
+        kt_check_equal_int("askew", call(&tree, &s, forward, work + 8, size, out, &e), KT_ERROR_MEMORY);
+        kt_check_equal_int("none", call(&tree, &s, forward, NULL, size, out, &e), KT_ERROR_MEMORY);
+        kt_check_equal_bits("outputs", out, before, 3 * MOST);
+        kt_check_equal_int("well", call(&tree, &s, forward, work, size, out, &e), KT_OK);
+        memcpy(out, before, sizeof out);
+    }
+    free(work);
+    kt_tree_free(&tree);
+}

@@ -1,0 +1,16 @@
+/* What motion.c and simulate.c share. */
+#ifndef KT_TEST_FUZZ_MOTION_H
+#define KT_TEST_FUZZ_MOTION_H
+
+#include "fuzz.h"
+#include "kinetree/simulation.h"
+
+/* A few steps and records, by a run out of bytes. */
+void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model);
+
+bool kt_fuzz_all_finite(const double *x, int count);
+
+/* Aligned memory, filled with what is no number of use. */
+void *kt_fuzz_take(size_t size);
+
+#endif

@@ -1,0 +1,158 @@
+/* Kinds 1 and 3: linkages through positions where the freedom jumps or the drive is dead.
+ *
+ * N windows turn as one, theta'' = c sin(theta) (upright.h): the error is the largest distance of a crank's tip to
+ * where it should be. One window is a parallelogram; its change point is where all its bars lie on a line, and from
+ * there it could go on crossed: then the coupler no longer stays parallel to itself.
+ */
+#include "hard.h"
+
+#include <math.h>
+
+/* ---- windows ----------------------------------------------------------------------------------------------------- */
+
+/* The first n windows of forty. */
+static bool keep_windows(kt_hard *h, int n) {
+    h->description.body_count = 2 * n + 1;
+    h->description.loop_count = n;
+    return true;
+}
+
+static bool keep_one(kt_hard *h) { return keep_windows(h, 1); }
+static bool keep_two(kt_hard *h) { return keep_windows(h, 2); }
+static bool keep_ten(kt_hard *h) { return keep_windows(h, 10); }
+
+/* Two windows 0.1 s before they lie flat, at 4.887 rad/s: the hundredth step of 1e-3 s ends there. */
+static bool keep_two_before_flat(kt_hard *h) {
+    kt_upright m = {(long double)kt_upright_windows(2), 0.0L, 1.570796326794896619231321691639751442L, 4.887L};
+    kt_upright_move(&m, -0.1L);
+    for (int i = 0; i < 5; i++) {
+        const double way = h->bodies[i].parent == NULL ? -1.0 : 1.0;
+        h->bodies[i].joint.position[0] = way * (double)m.theta;
+        h->bodies[i].joint.velocity[0] = way * (double)m.rate;
+    }
+    return keep_windows(h, 2);
+}
+
+static void watch_tips(kt_hard_watch *w, const kt_hard_view *view) {
+    const kt_vec3 up = kt_vec3_make(0.0, 1.0, 0.0);
+    if (w->count == 0) {
+        const kt_vec3 tip = kt_mat3_apply(view->pose[0].rotation, up);
+        w->exact = (kt_upright){(long double)kt_upright_windows(view->description->loop_count), 0.0L,
+                                (long double)atan2(tip.x, tip.y), -(long double)view->twist[0].angular.z};
+    }
+    kt_upright_move(&w->exact, (long double)view->t);
+    const double x = (double)sinl(w->exact.theta), y = (double)cosl(w->exact.theta);
+    for (int i = 0, crank = 0; i < view->description->body_count; i++) {
+        if (view->parent[i] >= 0)
+            continue;
+        const kt_vec3 tip = kt_pose_apply(view->pose[i], up);
+        kt_hard_raise(w, 0, hypot(tip.x - crank - x, tip.y - y));
+        crank++;
+    }
+    kt_hard_watch_gap(w, view, 1);
+}
+
+/* The coupler's tilt, too. */
+static void watch_parallel(kt_hard_watch *w, const kt_hard_view *view) {
+    watch_tips(w, view);
+    kt_hard_raise(w, 2, fabs(view->pose[1].rotation.x.y));
+}
+
+static const kt_hard_motion two = {.scene = "n-four-bar-40",
+                                   .duration = 20.0,
+                                   .integrator = "rk4",
+                                   .step = 1e-3,
+                                   .interval = 0.01,
+                                   .rank = 4,
+                                   .change = keep_two,
+                                   .watch = watch_tips};
+static const kt_hard_motion ten = {.scene = "n-four-bar-40",
+                                   .duration = 20.0,
+                                   .integrator = "rk4",
+                                   .step = 1e-3,
+                                   .interval = 0.01,
+                                   .rank = 20,
+                                   .change = keep_ten,
+                                   .watch = watch_tips};
+/* Adaptive, as test/reference has it; the step is the peers'. */
+static const kt_hard_motion forty = {.scene = "n-four-bar-40",
+                                     .duration = 20.0,
+                                     .shorter = 1.0,
+                                     .integrator = "tsit5",
+                                     .tolerance = 1e-10,
+                                     .step = 1e-3,
+                                     .interval = 0.01,
+                                     .rank = 80,
+                                     .watch = watch_tips};
+static const kt_hard_motion flat = {.scene = "n-four-bar-40",
+                                    .duration = 1.0,
+                                    .integrator = "rk4",
+                                    .step = 1e-3,
+                                    .interval = 0.01,
+                                    .rank = 4,
+                                    .change = keep_two_before_flat,
+                                    .watch = watch_tips};
+static const kt_hard_motion one = {.scene = "n-four-bar-40",
+                                   .duration = 20.0,
+                                   .integrator = "rk4",
+                                   .step = 1e-3,
+                                   .interval = 0.01,
+                                   .rank = 2,
+                                   .change = keep_one,
+                                   .watch = watch_parallel};
+
+/* ---- the slider-crank -------------------------------------------------------------------------------------------- */
+
+/* The piston is where the crank's angle puts it, x = r cos + sqrt(l^2 - r^2 sin^2), on the side where it started. */
+static void watch_piston(kt_hard_watch *w, const kt_hard_view *view) {
+    const double r = 0.08, l = 0.25;
+    const kt_vec3 crank = view->pose[0].rotation.x;
+    const double x = r * crank.x + sqrt(l * l - r * r * crank.y * crank.y);
+    kt_hard_raise(w, 0, fabs(view->pose[2].position.x - x));
+    kt_hard_watch_energy(w, view, 1);
+    kt_hard_watch_gap(w, view, 2);
+}
+
+static const kt_hard_motion slider = {.scene = "slider-crank",
+                                      .duration = 10.0,
+                                      .shorter = 2.0,
+                                      .integrator = "rk4",
+                                      .step = 1e-4,
+                                      .interval = 1e-3,
+                                      .rank = 2,
+                                      .watch = watch_piston};
+
+/* Bounds that are not derived are three times what was measured over the full length. Gaps are rounding, of coordinates
+ * up to 40 m: 1e-12 is promised. */
+const kt_hard_case kt_hard_windows[] = {
+    {.number = 1,
+     .name = "two four-bar windows",
+     .motion = &two,
+     .why = "the freedom jumps from 1 to 3 twice a turn, and equations that hold the motion drop out",
+     .measures = {{"tips off the exact motion", "m", 1e-7}, {"gap", "m", 1e-12}}},
+    {.number = 1,
+     .name = "ten windows",
+     .motion = &ten,
+     .why = "from 1 to 11 freedoms at once",
+     .measures = {{"tips off the exact motion", "m", 1e-7}, {"gap", "m", 1e-12}}},
+    {.number = 1,
+     .name = "forty windows",
+     .motion = &forty,
+     .why = "from 1 to 41 freedoms at once, in one group of 81 coordinates and 200 equations",
+     .measures = {{"tips off the exact motion", "m", 1e-7}, {"gap", "m", 1e-12}}},
+    {.number = 1,
+     .name = "windows, a step lands on it",
+     .motion = &flat,
+     .why = "the step ends where the rank falls, to 1e-15: an evaluation there has too few equations",
+     .measures = {{"tips off the exact motion", "m", 5e-12}, {"gap", "m", 1e-12}}},
+    {.number = 3,
+     .name = "parallelogram, change point",
+     .motion = &one,
+     .why = "where all bars lie on a line it may go on crossed just as well",
+     .measures = {{"tips off the exact motion", "m", 1e-9}, {"gap", "m", 5e-14}, {"coupler's tilt", "rad", 2.5e-13}}},
+    {.number = 3,
+     .name = "slider-crank, dead points",
+     .motion = &slider,
+     .why = "at both dead points the piston cannot tell which way the crank goes on",
+     .measures = {{"piston off its branch", "m", 8e-15}, {"energy", "of the kinetic", 1.5e-11}, {"gap", "m", 5e-14}}},
+    {.name = NULL}};
