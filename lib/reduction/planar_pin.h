@@ -207,7 +207,8 @@ KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group
     const double omega = data->planar[top].omega;
     kt_pin p;
     kt_pin_sum sum = {.inertia = 0.0, .force = none};
-    const kt_pin_end first_end = kt_pin_follow(model, data, model->path + loop->path[0], flat, 0, 0, first, omega, v, &p);
+    const kt_pin_end first_end =
+        kt_pin_follow(model, data, model->path + loop->path[0], flat, 0, 0, first, omega, v, &p);
     const kt_pin_end second_end =
         kt_pin_follow(model, data, model->path + loop->path[1], flat, 1, first, KT_PIN_LINKS, omega, v, &p);
     kt_pin_relate(&first_end, &second_end, first, &p);
