@@ -405,6 +405,13 @@ KT_API void kt_model_free(kt_model *model);
 /* Bytes that the model takes. */
 KT_API size_t kt_model_size(const kt_model *model);
 
+/* A copy of a model in the caller's memory, at KT_ALIGNMENT: kt_model_size(model) bytes, static ones for example, which
+ * must stay where they are while the copy is used. Nothing of it lies elsewhere: the original may be released. Equal
+ * inputs give equal bits with both. A copy may be copied; kt_model_free does nothing with one.
+ * Errors: KT_ERROR_MEMORY (too small or misaligned; *copy and the memory are then untouched). O(size). */
+KT_API KT_CHECKED kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy,
+                                          kt_error *error);
+
 /* The absolute formulation of a model that was compiled for it, or NULL: a model in its own right, with every body free
  * and every joint a loop of the body's name behind the loops of the description. Bodies are in the description's order;
  * behind them there may be massless ones, NAME.position and NAME.cross, on which relations, effects and oblique

@@ -452,8 +452,9 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
 }
 
 void kt_model_free(kt_model *model) {
-    if (model)
-        kt_absolute_free(model->absolute);
+    if (!model || model->placed)
+        return;
+    kt_absolute_free(model->absolute);
     free(model);
 }
 

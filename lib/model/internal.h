@@ -278,6 +278,7 @@ struct kt_model {
     kt_sweep sweep;               /* which links there are: spatial, planar or both */
     double length;                /* of the longest loop, all around: what lengths are held against */
     bool driven;                  /* some loop changes with time */
+    bool placed;                  /* in the caller's memory (kt_model_copy) */
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
     uint32_t name;                /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */

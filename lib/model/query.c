@@ -3,13 +3,6 @@
 
 #include <string.h>
 
-size_t kt_model_size(const kt_model *model) {
-    const struct kt_absolute *absolute = model->absolute;
-    if (!absolute)
-        return model->bytes;
-    return model->bytes + sizeof *absolute + model->n.body * sizeof absolute->joint[0] + absolute->model->bytes;
-}
-
 const kt_model *kt_model_absolute(const kt_model *model) { return model->absolute ? model->absolute->model : NULL; }
 int kt_model_body_count(const kt_model *model) { return (int)model->n.body; }
 int kt_model_nq(const kt_model *model) { return (int)model->n.q; }

@@ -1,0 +1,240 @@
+/* Computed torque: a seven-axis arm follows a path by the library's own inverse dynamics.
+ *
+ * Two controllers have the same gains, the same sensors and the same torque limits, at 1 kHz:
+ *
+ *     computed torque   tau = M(q) (a_d + Kp e + Kd de) + h(q, v)      one call of kt_dynamics_inverse
+ *     PD                tau = D (Kp e + Kd de) + g(q)                  D: the diagonal of M in the middle of the path
+ *
+ * with e = q_d - q. Where the model is exact the first leaves e'' + Kd e' + Kp e = 0, seven joints that do not know of
+ * each other. PD is given what an industrial controller has, gravity compensation and joint inertias, but not the rest:
+ * on a quick path the forces between the joints and the inertia times a_d are its error.
+ *
+ * No model is exact: the arm that is simulated has masses and inertias some percent off those that the controllers
+ * know, up or down from body to body, a heavier tool, and friction in its joints.
+ *
+ *     computed_torque [--error PERCENT] [--csv FILE]
+ *
+ * With --error 0 the arm is exactly the one that is known: what is left of the error is the millisecond for which a
+ * torque is held.
+ *
+ * The arm is that of apps/scenes/arm7.yaml, standing instead of hanging. Reference: Siciliano, Sciavicco, Villani,
+ * Oriolo, Robotics (2009), 8.5.2, inverse dynamics control.
+ */
+#include <kinetree/kinetree.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { JOINTS = 7, BODIES = 8, TICKS = 6000, START = 1000 }; /* errors count from the first second on */
+
+static const double tick = 1e-3, frequency = 25.0;                    /* s; rad/s, of the decoupled errors, damping 1 */
+static const double limit[JOINTS] = {300, 300, 150, 150, 60, 40, 20}; /* N m */
+
+typedef struct part {
+    const char *name;
+    char axis;         /* of its joint */
+    double up;         /* origin above the parent's, m, along the parent's z */
+    double mass;       /* kg */
+    double com[3];     /* m */
+    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, kg m^2 */
+} part;
+
+static const part parts[BODIES] = {
+    {"shoulder_yaw", 'z', 0.15, 4.8, {0, -0.028, 0.122}, {0.0331, 0.0314, 0.0123, 0, 0, 0.0049}},
+    {"shoulder_pitch", 'y', 0.19, 4.6, {0, 0.041, 0.062}, {0.0305, 0.0287, 0.0115, 0, 0, -0.0042}},
+    {"upper_arm_roll", 'z', 0.21, 3.7, {0, 0.026, 0.131}, {0.0246, 0.0238, 0.0078, 0, 0, -0.0031}},
+    {"elbow", 'Y', 0.19, 3.2, {0, 0.034, 0.067}, {0.0176, 0.0164, 0.0061, 0, 0, 0.0027}},
+    {"forearm_roll", 'z', 0.21, 2.4, {0.0005, 0.021, 0.076}, {0.0127, 0.0116, 0.0046, 0.0001, 0, 0.0022}},
+    {"wrist", 'y', 0.19, 1.9, {0, 0.0006, 0.0009}, {0.0049, 0.0043, 0.0036, 0, 0, 0}},
+    {"flange", 'z', 0.08, 0.6, {0, 0, 0.02}, {0.0006, 0.0006, 0.0009, 0, 0, 0}},
+    {"tool", '-', 0.045, 1.5, {0.03, 0, 0.06}, {0.0035, 0.0041, 0.0019, 0, 0.0004, 0}},
+};
+
+static kt_body make_body(int i, double scale) {
+    const part *p = &parts[i];
+    kt_body body = kt_body_default();
+    body.name = p->name;
+    body.parent = i > 0 ? parts[i - 1].name : NULL;
+    body.joint.type = p->axis == '-' ? KT_JOINT_FIXED : KT_JOINT_REVOLUTE;
+    body.joint.axis = p->axis == 'y'   ? kt_vec3_make(0.0, 1.0, 0.0)
+                      : p->axis == 'Y' ? kt_vec3_make(0.0, -1.0, 0.0)
+                                       : kt_vec3_make(0.0, 0.0, 1.0);
+    body.joint.at = kt_vec3_make(0.0, 0.0, p->up);
+    body.mass = scale * p->mass;
+    body.com = kt_vec3_make(p->com[0], p->com[1], p->com[2]);
+    body.inertia = kt_sym3_make(scale * p->inertia[0], scale * p->inertia[1], scale * p->inertia[2],
+                                scale * p->inertia[3], scale * p->inertia[4], scale * p->inertia[5]);
+    return body;
+}
+
+/* The arm, its masses off by `error` (0.1: ten percent), and with friction where `friction` is true. */
+static kt_status make_arm(double error, bool friction, kt_model **model, kt_error *fault) {
+    static const double sign[BODIES] = {1, -1, 1, 1, -1, 1, -1, 1};
+    kt_body bodies[BODIES];
+    kt_effect effects[JOINTS];
+    kt_description arm = kt_description_default();
+    for (int i = 0; i < BODIES; i++)
+        bodies[i] = make_body(i, 1.0 + sign[i] * error);
+    for (int i = 0; i < JOINTS; i++) {
+        effects[i] = kt_effect_default();
+        effects[i].type = KT_EFFECT_JOINT_FRICTION;
+        effects[i].joint = parts[i].name;
+        effects[i].coulomb = 0.0005 * limit[i];
+        effects[i].viscous = 0.0002 * limit[i];
+        effects[i].smoothing = 0.01;
+    }
+    arm.name = "seven-axis arm";
+    arm.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    arm.bodies = bodies;
+    arm.body_count = BODIES;
+    arm.effects = effects;
+    arm.effect_count = friction ? JOINTS : 0;
+    return kt_model_compile(&arm, NULL, model, fault);
+}
+
+/* The path at t: each joint swings about its middle, from rest: the clock of the swing starts at speed zero. */
+static void path(double t, double *q, double *v, double *a) {
+    static const double middle[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
+    static const double width[JOINTS] = {0.6, 0.4, 0.5, 0.5, 0.8, 0.6, 1.0}, pace[JOINTS] = {2, 3, 2.5, 3.5, 3, 4, 5};
+    const double slow = exp(-t / 0.3), clock = t - 0.3 * (1.0 - slow); /* s, with rate 1 - slow */
+    const double rate = 1.0 - slow, rise = slow / 0.3;
+    for (int i = 0; i < JOINTS; i++) {
+        const double s = sin(pace[i] * clock), c = cos(pace[i] * clock), w = width[i] * pace[i];
+        q[i] = middle[i] + width[i] * s;
+        v[i] = w * c * rate;
+        a[i] = w * (c * rise - pace[i] * s * rate * rate);
+    }
+}
+
+typedef struct controller {
+    const kt_model *model; /* what is known of the arm */
+    kt_data *data;
+    double inertia[JOINTS]; /* the diagonal of M */
+    bool computed;          /* computed torque, or PD */
+} controller;
+
+static kt_status start(controller *c, kt_error *error) {
+    double q[JOINTS], v[JOINTS], a[JOINTS], mass[JOINTS * JOINTS];
+    path(0.0, q, v, a);
+    const kt_status status = kt_dynamics_mass(c->model, c->data, q, mass, error);
+    for (int i = 0; i < JOINTS && status == KT_OK; i++)
+        c->inertia[i] = mass[i * JOINTS + i];
+    return status;
+}
+
+/* One tick of control: joint positions and velocities in, torques out. */
+static kt_status control(controller *c, double t, const double *q, const double *v, double *tau, kt_error *error) {
+    double q_d[JOINTS], v_d[JOINTS], a_d[JOINTS], u[JOINTS];
+    path(t, q_d, v_d, a_d);
+    for (int i = 0; i < JOINTS; i++)
+        u[i] = frequency * frequency * (q_d[i] - q[i]) + 2.0 * frequency * (v_d[i] - v[i]);
+    kt_status status;
+    if (c->computed) {
+        for (int i = 0; i < JOINTS; i++)
+            u[i] += a_d[i];
+        status = kt_dynamics_inverse(c->model, c->data, q, v, u, NULL, tau, error); /* M u + h */
+    } else {
+        status = kt_dynamics_inverse(c->model, c->data, q, NULL, NULL, NULL, tau, error); /* g */
+        for (int i = 0; i < JOINTS; i++)
+            tau[i] += c->inertia[i] * u[i];
+    }
+    for (int i = 0; i < JOINTS; i++)
+        tau[i] = fmin(fmax(tau[i], -limit[i]), limit[i]);
+    return status;
+}
+
+typedef struct result {
+    double rms, most, torque; /* rad; largest torque against its limit */
+    double error[TICKS / 10]; /* the norm over the joints, every 10 ms */
+} result;
+
+static kt_status follow(controller *c, const kt_model *arm, result *r, kt_error *error) {
+    kt_simulation *simulation = NULL;
+    kt_run run = kt_run_default();
+    double q[JOINTS], v[JOINTS], a[JOINTS], tau[JOINTS], sum = 0.0;
+    run.integrator = "rk4";
+    run.step = tick;
+    run.duration = TICKS * tick;
+    kt_status status = kt_simulation_create(arm, &run, NULL, &simulation, error);
+    path(0.0, q, v, a);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(simulation, 0.0, q, v, error);
+    *r = (result){0};
+    for (int n = 0; n < TICKS && status == KT_OK; n++) {
+        const double *at = kt_simulation_positions(simulation);
+        double square = 0.0;
+        path(n * tick, q, v, a);
+        for (int i = 0; i < JOINTS; i++)
+            square += (q[i] - at[i]) * (q[i] - at[i]);
+        if (n % 10 == 0)
+            r->error[n / 10] = sqrt(square);
+        if (n >= START) {
+            sum += square;
+            r->most = fmax(r->most, sqrt(square));
+        }
+        status = control(c, n * tick, at, kt_simulation_velocities(simulation), tau, error);
+        for (int i = 0; i < JOINTS; i++)
+            r->torque = fmax(r->torque, fabs(tau[i]) / limit[i]);
+        if (status == KT_OK)
+            status = kt_simulation_set_torque(simulation, tau, error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(simulation, (n + 1) * tick, error);
+    }
+    r->rms = sqrt(sum / (TICKS - START));
+    kt_simulation_free(simulation);
+    return status;
+}
+
+static kt_status compare(double percent, result results[2], kt_error *error) {
+    kt_model *known = NULL, *arm = NULL;
+    controller c = {.data = NULL};
+    kt_status status = make_arm(0.0, false, &known, error);
+    if (status == KT_OK)
+        status = make_arm(0.01 * percent, percent > 0.0, &arm, error);
+    if (status == KT_OK)
+        status = kt_data_create(known, &c.data, error);
+    c.model = known;
+    if (status == KT_OK)
+        status = start(&c, error);
+    for (int k = 0; k < 2 && status == KT_OK; k++) {
+        c.computed = k == 1;
+        status = follow(&c, arm, &results[k], error);
+    }
+    kt_data_free(c.data);
+    kt_model_free(arm);
+    kt_model_free(known);
+    return status;
+}
+
+int main(int argc, char **argv) {
+    static result results[2];
+    double percent = 8.0;
+    FILE *csv = NULL;
+    kt_error error = {0};
+    for (int i = 1; i + 1 < argc; i += 2) {
+        if (strcmp(argv[i], "--error") == 0)
+            percent = strtod(argv[i + 1], NULL);
+        else if (strcmp(argv[i], "--csv") == 0)
+            csv = fopen(argv[i + 1], "w");
+    }
+    if (argc % 2 == 0 || !(percent >= 0.0 && percent < 50.0))
+        return fprintf(stderr, "usage: computed_torque [--error PERCENT] [--csv FILE]\n"), 1;
+    if (compare(percent, results, &error) != KT_OK)
+        return fprintf(stderr, "computed_torque: %s: %s\n", error.where, error.message), 1;
+    printf("seven-axis arm, 1 kHz, %g s, masses off by %g %%%s\n", TICKS * tick, percent,
+           percent > 0.0 ? ", friction in the joints" : "");
+    printf("PD:              rms %.3e rad, most %.3e rad, torques up to %.0f %% of their limits\n", results[0].rms,
+           results[0].most, 100.0 * results[0].torque);
+    printf("computed torque: rms %.3e rad, most %.3e rad, torques up to %.0f %% of their limits\n", results[1].rms,
+           results[1].most, 100.0 * results[1].torque);
+    printf("ratio of rms errors: %.1f\n", results[0].rms / results[1].rms);
+    if (csv) {
+        fprintf(csv, "time,error.PD,error.computed_torque\n");
+        for (int n = 0; n < TICKS / 10; n++)
+            fprintf(csv, "%.2f,%.9g,%.9g\n", 0.01 * n, results[0].error[n], results[1].error[n]);
+        fclose(csv);
+    }
+    return 0;
+}

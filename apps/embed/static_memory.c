@@ -1,0 +1,173 @@
+/* Model and workspace in one static buffer.
+ *
+ * Firmware reserves its memory when it is linked. Compiling a mechanism asks the allocator, once, at start-up, and
+ * kt_model_copy then moves the result into the program's own bytes, where the simulation and its checkpoints live, too.
+ * From there on there is no heap. Memory that is a byte short or misaligned is refused, with a sentence that says by
+ * how much.
+ *
+ *     static_memory [--csv FILE]
+ *
+ * The plant: a cart on a rail with a double pendulum, its cart pushed to and fro by a torque array that is set each
+ * millisecond.
+ */
+#include <kinetree/kinetree.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { POOL = 64 * 1024, STEPS = 4000, NV = 3 };
+
+static _Alignas(KT_ALIGNMENT) unsigned char pool[POOL];
+static size_t used;
+
+/* The next bytes of the pool, aligned; NULL where they are used up. */
+static void *take(size_t size) {
+    const size_t rounded = (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
+    if (rounded > POOL - used)
+        return NULL;
+    used += rounded;
+    return pool + used - rounded;
+}
+
+static kt_body rod(const char *name, const char *parent, double at, double angle) {
+    kt_body body = kt_body_default();
+    body.name = name;
+    body.parent = parent;
+    body.joint.type = KT_JOINT_REVOLUTE;
+    body.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    body.joint.at = kt_vec3_make(0.0, at, 0.0);
+    body.joint.position[0] = angle;
+    body.mass = 0.3;
+    body.com = kt_vec3_make(0.0, -0.25, 0.0);
+    body.inertia = kt_sym3_make(6.25e-3, 1e-5, 6.25e-3, 0.0, 0.0, 0.0);
+    return body;
+}
+
+static kt_status compile(kt_model **model, kt_error *error) {
+    kt_body bodies[3] = {kt_body_default(), rod("upper", "cart", 0.0, 0.5), rod("lower", "upper", -0.5, 0.0)};
+    kt_description description = kt_description_default();
+    bodies[0].name = "cart";
+    bodies[0].joint.type = KT_JOINT_PRISMATIC;
+    bodies[0].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    bodies[0].mass = 1.0;
+    description.name = "cart and double pendulum";
+    description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    description.bodies = bodies;
+    description.body_count = 3;
+    return kt_model_compile(&description, NULL, model, error);
+}
+
+static int tell(const kt_error *error) {
+    fprintf(stderr, "static_memory: %s%s%s\n", error->where, error->where[0] ? ": " : "", error->message);
+    return 1;
+}
+
+/* One millisecond of control: the force on the cart is what a controller would compute here. */
+static kt_status tick(kt_simulation *simulation, int step, kt_error *error) {
+    const double t = 1e-3 * step;
+    const double torque[NV] = {2.0 * sin(3.0 * t), 0.0, 0.0};
+    const kt_status status = kt_simulation_set_torque(simulation, torque, error);
+    return status == KT_OK ? kt_simulation_advance(simulation, t + 1e-3, error) : status;
+}
+
+/* STEPS ticks from the present state; a row of the CSV every 10 ms, if there is one. */
+static kt_status run(kt_simulation *simulation, int first, FILE *csv, kt_error *error) {
+    for (int step = first; step < STEPS; step++) {
+        const double *q = kt_simulation_positions(simulation);
+        if (csv && step % 10 == 0)
+            fprintf(csv, "%.3f,%.17g,%.17g,%.17g\n", 1e-3 * step, q[0], q[1], q[2]);
+        const kt_status status = tick(simulation, step, error);
+        if (status != KT_OK)
+            return status;
+    }
+    return KT_OK;
+}
+
+/* What memory that cannot do is answered. */
+static bool refuses(const kt_model *model, void *memory, size_t size) {
+    kt_model *copy = NULL;
+    kt_error error;
+    const bool short_refused = kt_model_copy(model, memory, size - 1, &copy, &error) == KT_ERROR_MEMORY;
+    printf("a byte short:   %s\n", error.message);
+    const bool shift_refused =
+        kt_model_copy(model, (unsigned char *)memory + 8, size, &copy, &error) == KT_ERROR_MEMORY;
+    printf("misaligned:     %s\n", error.message);
+    return short_refused && shift_refused && !copy;
+}
+
+/* The compiled model, moved into the pool; the heap's one is released. */
+static kt_status settle(kt_model **model, kt_error *error) {
+    kt_model *compiled = NULL;
+    kt_status status = compile(&compiled, error);
+    if (status != KT_OK)
+        return status;
+    const size_t size = kt_model_size(compiled);
+    void *memory = take(size);
+    if (!memory || !refuses(compiled, memory, size))
+        status = kt_error_set(error, KT_ERROR_MEMORY, "settle", "the pool is too small, or too much was accepted");
+    else
+        status = kt_model_copy(compiled, memory, size, model, error);
+    kt_model_free(compiled);
+    return status;
+}
+
+int main(int argc, char **argv) {
+    FILE *csv = argc == 3 && strcmp(argv[1], "--csv") == 0 ? fopen(argv[2], "w") : NULL;
+    kt_error error = {0};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL, *other = NULL;
+    kt_run plan = kt_run_default();
+    if (argc > 1 && !csv)
+        return fprintf(stderr, "usage: static_memory [--csv FILE]\n"), 1;
+    if (settle(&model, &error) != KT_OK)
+        return tell(&error);
+
+    plan.integrator = "rk4";
+    plan.step = 1e-3;
+    plan.duration = 1e-3 * STEPS;
+    const size_t size = kt_simulation_size(model, &plan, NULL);
+    if (kt_simulation_place(model, &plan, NULL, take(size), size, &simulation, &error) != KT_OK)
+        return tell(&error);
+    const size_t state_size = kt_simulation_state_size(simulation);
+    void *checkpoint = take(state_size);
+    if (!checkpoint)
+        return fprintf(stderr, "static_memory: the pool is too small\n"), 1;
+    printf("one static buffer: model %zu, simulation %zu, checkpoint %zu: %zu of %d bytes\n", kt_model_size(model),
+           size, state_size, used, POOL);
+
+    if (csv)
+        fprintf(csv, "time,position.cart,position.upper,position.lower\n");
+    for (int step = 0; step < STEPS / 2; step++) { /* half way, then a checkpoint, then on */
+        const double *q = kt_simulation_positions(simulation);
+        if (csv && step % 10 == 0)
+            fprintf(csv, "%.3f,%.17g,%.17g,%.17g\n", 1e-3 * step, q[0], q[1], q[2]);
+        if (tick(simulation, step, &error) != KT_OK)
+            return tell(&error);
+    }
+    kt_simulation_save(simulation, checkpoint);
+    double end[2 * NV], again[2 * NV], heap[2 * NV];
+    if (run(simulation, STEPS / 2, csv, &error) != KT_OK)
+        return tell(&error);
+    memcpy(end, kt_simulation_positions(simulation), sizeof end / 2);
+    memcpy(end + NV, kt_simulation_velocities(simulation), sizeof end / 2);
+
+    /* From the checkpoint the second half comes out the same to the last bit; so does all of it on the heap. */
+    if (kt_simulation_restore(simulation, checkpoint, &error) != KT_OK ||
+        run(simulation, STEPS / 2, NULL, &error) != KT_OK ||
+        kt_simulation_create(model, &plan, NULL, &other, &error) != KT_OK || run(other, 0, NULL, &error) != KT_OK)
+        return tell(&error);
+    memcpy(again, kt_simulation_positions(simulation), sizeof again / 2);
+    memcpy(again + NV, kt_simulation_velocities(simulation), sizeof again / 2);
+    memcpy(heap, kt_simulation_positions(other), sizeof heap / 2);
+    memcpy(heap + NV, kt_simulation_velocities(other), sizeof heap / 2);
+    kt_simulation_free(other);
+    printf("after %d steps: cart %.9f m, rods %.9f and %.9f rad\n", STEPS, end[0], end[1], end[2]);
+    printf("the second half again from the checkpoint: %s\n",
+           memcmp(end, again, sizeof end) == 0 ? "same bits" : "DIFFERENT");
+    printf("all of it with a workspace on the heap: %s\n",
+           memcmp(end, heap, sizeof end) == 0 ? "same bits" : "DIFFERENT");
+    if (csv)
+        fclose(csv);
+    return 0;
+}

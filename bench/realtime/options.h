@@ -1,0 +1,14 @@
+/* The command line of bench/realtime. */
+#ifndef KT_BENCH_REALTIME_OPTIONS_H
+#define KT_BENCH_REALTIME_OPTIONS_H
+
+typedef struct kt_realtime_options {
+    long steps, paced; /* of each scene, free running and paced; paced may be 0: none */
+    const char *csv;   /* NULL: none */
+} kt_realtime_options;
+
+/* Reads the command line over the values that are in *wish. Returns -1 to go on, or the exit status (--help, or a
+ * mistake, which has been told). */
+int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish);
+
+#endif

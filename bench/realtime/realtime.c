@@ -1,0 +1,378 @@
+/* What a step costs inside a control loop: not on average, but at worst.
+ *
+ * Mechanisms of four kinds are stepped by rk4 in steps of 1 ms, torques set before every one of them, first free
+ * running, then paced at 1 kHz by clock_nanosleep on absolute times, where caches are cold and the system interferes.
+ * Each step (kt_simulation_set_torque and kt_simulation_advance) is timed by itself, by the monotonic clock. After the
+ * first step allocations and page faults are counted, in a thread whose stack has been painted, to see how deep it is
+ * used.
+ *
+ * The torques are a spring and a damper in every joint and a wave on top, in proportion to its inertia, which keep the
+ * mechanism moving near its start however long it runs. A line is trusted if every step succeeded, the time is that of
+ * the steps, and the mechanism is where springs keep it.
+ */
+#include "options.h"
+#include "report.h"
+
+#include "kinetree/scene.h"
+
+#include "interpose.h"
+
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <time.h>
+
+enum { STACK = 1 << 20, PAINT = 0xA5, MARGIN = 512 };
+
+static const double step = 1e-3;            /* s */
+static const double pace = 8.0, wave = 5.0; /* of springs, 1/s; of torques, 1/s^2, both times the inertia */
+static const double furthest = 100.0;       /* rad or m from the start, where springs would be broken */
+
+static const char leg[] = "kinetree: 1\n"
+                          "gravity: [0, -9.81, 0]\n"
+                          "bodies:\n"
+                          "  - name: thigh\n"
+                          "    joint: {type: revolute, axis: z, position: 0.5}\n"
+                          "    mass: 3\n"
+                          "    shape: {type: rod, to: [0, -0.4, 0]}\n"
+                          "  - name: crank\n"
+                          "    parent: thigh\n"
+                          "    joint: {type: revolute, axis: z}\n"
+                          "    mass: 0.3\n"
+                          "    shape: {type: rod, to: [-0.07, 0, 0]}\n"
+                          "  - name: rod\n"
+                          "    parent: crank\n"
+                          "    joint: {type: revolute, axis: z, at: [-0.07, 0, 0], position: 0.05}\n"
+                          "    mass: 0.3\n"
+                          "    shape: {type: rod, to: [0, -0.4, 0]}\n"
+                          "  - name: shank\n"
+                          "    parent: thigh\n"
+                          "    joint: {type: revolute, axis: z, at: [0, -0.4, 0], position: -0.9}\n"
+                          "    mass: 1.5\n"
+                          "    shape: {type: rod, to: [0, -0.4, 0]}\n"
+                          "loops:\n"
+                          "  - {name: pin, type: revolute, between: [{body: rod, at: [0, -0.4, 0]},"
+                          " {body: shank, at: [-0.031, -0.039, 0]}]}\n";
+
+/* name; file in apps/scenes, or the scene itself */
+static const struct scene {
+    const char *name, *file, *text;
+} scenes[] = {
+    {"cart-pole", "cart-pole.yaml", NULL},
+    {"arm7", "arm7.yaml", NULL},
+    {"humanoid", "humanoid.yaml", NULL},
+    {"leg with four-bar", NULL, leg},
+};
+enum { SCENES = sizeof scenes / sizeof *scenes };
+
+/* A mechanism and the loop that drives it. */
+typedef struct plant {
+    kt_model *model;
+    void *memory; /* of the simulation */
+    size_t size;
+    kt_simulation *simulation;
+    int nq, nv;
+    double *q0, *v0, *weight, *inertia, *away,
+        *torque; /* nq; nv each: start; rest; what bears it; of joints; from the start; set */
+
+    bool is_paced;
+    long steps;
+    double *seconds; /* steps: of each */
+    void *stack;     /* STACK bytes */
+
+    long allocations, faults, late; /* late: steps that ended after the next was due */
+    size_t depth;                   /* bytes of stack below the loop */
+    double furthest;
+    kt_status status;
+    kt_error error;
+} plant;
+
+/* ---- the loop ---------------------------------------------------------------------------------------------------- */
+
+static double now(void) {
+    struct timespec at;
+    clock_gettime(CLOCK_MONOTONIC, &at);
+    return (double)at.tv_sec + 1e-9 * (double)at.tv_nsec;
+}
+
+static long page_faults(void) {
+    struct rusage usage;
+    getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_minflt + usage.ru_majflt;
+}
+
+/* Torques from what a controller would measure. */
+static void think(plant *p, long k) {
+    const double *q = kt_simulation_positions(p->simulation), *v = kt_simulation_velocities(p->simulation);
+    kt_position_subtract(p->model, p->q0, q, p->away);
+    for (int i = 0; i < p->nv; i++) {
+        const double phase = 0.01 * (double)k + i;
+        p->torque[i] =
+            p->weight[i] + p->inertia[i] * (pace * pace * p->away[i] - 0.6 * pace * v[i] + wave * sin(phase));
+        p->furthest = fmax(p->furthest, fabs(p->away[i]));
+    }
+}
+
+static void take_step(plant *p, long k) {
+    if (p->status == KT_OK)
+        p->status = kt_simulation_set_torque(p->simulation, p->torque, &p->error);
+    if (p->status == KT_OK)
+        p->status = kt_simulation_advance(p->simulation, (double)(k + 1) * step, &p->error);
+}
+
+/* Fills what lies below this frame, but for the little that it needs itself. */
+__attribute__((noinline, no_sanitize("address"))) static void paint(void *stack) {
+    volatile unsigned char *end = (unsigned char *)__builtin_frame_address(0) - MARGIN;
+    for (volatile unsigned char *at = stack; at < end; at++)
+        *at = PAINT;
+}
+
+/* How far below `top` the paint is gone; MARGIN or so at least. */
+__attribute__((noinline, no_sanitize("address"))) static size_t depth_below(const void *top, const void *stack) {
+    const volatile unsigned char *at = stack;
+    while ((const void *)at < top && *at == PAINT)
+        at++;
+    return (size_t)((const unsigned char *)top - (const unsigned char *)at);
+}
+
+static void run_steps(plant *p) {
+    double due = now() + step;
+    for (long k = 1; k < p->steps; k++) {
+        think(p, k);
+        if (p->is_paced) {
+            const struct timespec at = {(time_t)due, (long)(1e9 * (due - floor(due)))};
+            while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, NULL) == EINTR)
+                ;
+        }
+        const double start = now();
+        take_step(p, k);
+        const double end = now();
+        p->seconds[k] = end - start;
+        due += step;
+        p->late += p->is_paced && end > due;
+    }
+}
+
+static void *control(void *user) {
+    plant *p = user;
+    think(p, 0);
+    const double start = now();
+    take_step(p, 0); /* resolves symbols, touches pages: what the first step of a program costs besides */
+    p->seconds[0] = now() - start;
+    paint(p->stack);
+    const long faults = page_faults();
+    kt_interpose_start();
+    run_steps(p);
+    p->allocations = kt_interpose_stop();
+    p->faults = page_faults() - faults;
+    p->depth = depth_below(__builtin_frame_address(0), p->stack);
+    return NULL;
+}
+
+static bool run_thread(plant *p) {
+    pthread_attr_t attributes;
+    pthread_t thread;
+    if (pthread_attr_init(&attributes) != 0)
+        return false;
+    const bool started = pthread_attr_setstack(&attributes, p->stack, STACK) == 0 &&
+                         pthread_create(&thread, &attributes, control, p) == 0;
+    (void)pthread_attr_destroy(&attributes);
+    return started && pthread_join(thread, NULL) == 0;
+}
+
+/* ---- set-up ------------------------------------------------------------------------------------------------------ */
+
+static void report_fault(void *user, const kt_error *fault) {
+    (void)user;
+    (void)fprintf(stderr, "%s: %s\n", fault->where, fault->message);
+}
+
+static kt_status make_model(const struct scene *which, kt_model **model, kt_error *error) {
+    char path[1024];
+    kt_scene scene;
+    (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, which->file ? which->file : "");
+    kt_status status =
+        which->file ? kt_scene_read(path, &scene, report_fault, NULL, error)
+                    : kt_scene_parse(which->name, which->text, strlen(which->text), &scene, report_fault, NULL, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_model_compile(&scene.description, NULL, model, error);
+    kt_scene_free(&scene);
+    return status;
+}
+
+/* The torques that keep the start at rest; and what a joint has to move there while all others may give way: one over
+ * the acceleration by a unit torque. With dampers `rate` times that in n joints, none decays faster than n rate. */
+static kt_status find_inertia(plant *p, kt_error *error) {
+    const size_t nv = (size_t)p->nv;
+    kt_data *data = NULL;
+    kt_status status = kt_data_create(p->model, &data, error);
+    memset(p->torque, 0, nv * sizeof(double));
+    memset(p->v0, 0, nv * sizeof(double));
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(p->model, data, p->q0, NULL, NULL, NULL, p->weight, error);
+    for (size_t i = 0; i < nv && status == KT_OK; i++) {
+        double at[2];
+        for (int unit = 0; unit < 2 && status == KT_OK; unit++) {
+            p->torque[i] = unit;
+            status = kt_acceleration_evaluate(p->model, data, 0.0, p->q0, p->v0, p->torque, NULL, p->away, error);
+            at[unit] = p->away[i];
+        }
+        p->torque[i] = 0.0;
+        if (status == KT_OK)
+            p->inertia[i] = 1.0 / (at[1] - at[0]);
+    }
+    kt_data_free(data);
+    return status;
+}
+
+static void clear(plant *p) {
+    kt_model_free(p->model);
+    free(p->memory);
+    free(p->q0);
+    free(p->v0);
+    free(p->weight);
+    free(p->inertia);
+    free(p->away);
+    free(p->torque);
+    free(p->seconds);
+    free(p->stack);
+    *p = (plant){0};
+}
+
+/* All memory is taken, and touched, here. */
+static kt_status prepare(plant *p, const struct scene *which, long steps, bool is_paced, kt_error *error) {
+    kt_run fixed = kt_run_default();
+    fixed.integrator = "rk4";
+    fixed.step = step;
+    *p = (plant){.steps = steps, .is_paced = is_paced};
+    kt_status status = make_model(which, &p->model, error);
+    if (status != KT_OK)
+        return status;
+    p->nq = kt_model_nq(p->model);
+    p->nv = kt_model_nv(p->model);
+    p->size = kt_simulation_size(p->model, &fixed, NULL);
+    const size_t nq = (size_t)p->nq, nv = (size_t)p->nv;
+    p->memory = aligned_alloc(KT_ALIGNMENT, p->size);
+    p->stack = aligned_alloc(4096, STACK);
+    p->q0 = malloc(nq * sizeof(double));
+    p->v0 = malloc(nv * sizeof(double));
+    p->weight = malloc(nv * sizeof(double));
+    p->inertia = malloc(nv * sizeof(double));
+    p->away = malloc(nv * sizeof(double));
+    p->torque = malloc(nv * sizeof(double));
+    p->seconds = malloc((size_t)steps * sizeof(double));
+    if (!p->memory || !p->stack || !p->q0 || !p->v0 || !p->weight || !p->inertia || !p->away || !p->torque ||
+        !p->seconds)
+        return kt_error_set(error, KT_ERROR_MEMORY, which->name, "no memory for %ld steps", steps);
+    memset(p->stack, 0, STACK);
+    memset(p->seconds, 0xFF, (size_t)steps * sizeof(double)); /* NaN: not measured */
+    status = kt_simulation_place(p->model, &fixed, NULL, p->memory, p->size, &p->simulation, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(p->q0, kt_simulation_positions(p->simulation), nq * sizeof(double)); /* with its loops closed */
+    return find_inertia(p, error);
+}
+
+/* ---- figures ----------------------------------------------------------------------------------------------------- */
+
+static int compare(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The least sample that at least this part of them do not exceed; samples are sorted. */
+static double quantile(const double *sorted, long count, double part) {
+    const long at = (long)ceil(part * (double)count) - 1;
+    return sorted[at > 0 ? at : 0];
+}
+
+static const char columns[] = "scene,bodies,freedoms,loops,mode,steps,first_s,median_s,p99_9_s,max_s,late,allocations,"
+                              "page_faults,stack_bytes,model_bytes,simulation_bytes,furthest," KT_CSV_ORIGIN;
+
+/* Prints and writes a line; false where it is not to be trusted. */
+static bool tell(plant *p, const struct scene *which, kt_csv *csv) {
+    const long count = p->steps - 1; /* the first one is told by itself */
+    double *rest = p->seconds + 1;
+    qsort(rest, (size_t)count, sizeof *rest, compare);
+    const double median = quantile(rest, count, 0.5), high = quantile(rest, count, 0.999), most = rest[count - 1];
+    const kt_freedom freedom = kt_model_freedom(p->model);
+    const bool is_trusted = p->status == KT_OK && p->furthest < furthest &&
+                            kt_simulation_counts_get(p->simulation).steps == (uint64_t)p->steps;
+    printf("%-18s%7d%5d  %-6s%9ld |%8.2f%8.2f%9.2f%6ld |%6ld%7ld%8zu%8zu%9zu%s\n", which->name,
+           kt_model_body_count(p->model) - 1, freedom.minimal, p->is_paced ? "paced" : "free", p->steps, 1e6 * median,
+           1e6 * high, 1e6 * most, p->late, p->allocations, p->faults, p->depth, kt_model_size(p->model), p->size,
+           is_trusted ? "" : "  NOT TRUSTED");
+    (void)fflush(stdout);
+    kt_csv_text(csv, which->name);
+    kt_csv_number(csv, kt_model_body_count(p->model) - 1);
+    kt_csv_number(csv, freedom.minimal);
+    kt_csv_number(csv, kt_loop_count(p->model));
+    kt_csv_text(csv, p->is_paced ? "paced" : "free");
+    const double numbers[] = {(double)p->steps,
+                              p->seconds[0],
+                              median,
+                              high,
+                              most,
+                              (double)p->late,
+                              (double)p->allocations,
+                              (double)p->faults,
+                              (double)p->depth,
+                              (double)kt_model_size(p->model),
+                              (double)p->size,
+                              p->furthest};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        kt_csv_number(csv, numbers[i]);
+    kt_csv_origin(csv, kt_model_level(p->model));
+    kt_csv_line(csv);
+    return is_trusted;
+}
+
+/* ---- the run ----------------------------------------------------------------------------------------------------- */
+
+static int run(const kt_realtime_options *wish, kt_csv *csv) {
+    kt_error error;
+    bool trusted = true;
+    for (int mode = 0; mode < 2; mode++)
+        for (int i = 0; i < SCENES; i++) {
+            plant p;
+            const long steps = mode == 0 ? wish->steps : wish->paced;
+            if (steps == 0)
+                continue;
+            const kt_status status = prepare(&p, &scenes[i], steps, mode == 1, &error);
+            if (status != KT_OK || !run_thread(&p)) {
+                clear(&p);
+                return status != KT_OK ? kt_bench_tell(&error) : KT_BENCH_FAILED;
+            }
+            if (mode == 0 && i == 0)
+                printf("%-18s%7s%5s  %-6s%9s |%8s%8s%9s%6s |%6s%7s%8s%8s%9s\n", "", "bodies", "dof", "mode", "steps",
+                       "median", "99.9 %", "max", "late", "alloc", "faults", "stack", "model", "simul.");
+            trusted &= tell(&p, &scenes[i], csv);
+            if (p.status != KT_OK)
+                (void)kt_bench_tell(&p.error);
+            clear(&p);
+        }
+    return trusted ? KT_BENCH_DONE : KT_BENCH_FAILED;
+}
+
+int main(int argc, char **argv) {
+    kt_realtime_options wish = {.steps = 1000000, .paced = 10000};
+    const int status = kt_realtime_read(argc, argv, &wish);
+    kt_csv csv;
+    if (status >= 0)
+        return status;
+    if (!kt_csv_open(&csv, wish.csv, columns))
+        return KT_BENCH_FAILED;
+    kt_bench_heading("Times of single steps, us: rk4, 1 ms, torques set before each", KT_LEVEL_AUTO, wish.csv);
+    const bool is_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+    printf("Allocations, page faults and stack (bytes below the loop) are those after the first step; memory is %s;\n"
+           "late: steps that ended after the next was due.\n\n",
+           is_locked ? "locked" : "not locked (not allowed)");
+    const int result = run(&wish, &csv);
+    return kt_csv_close(&csv) ? result : KT_BENCH_FAILED;
+}

@@ -1,0 +1,48 @@
+/* A compiled model in the caller's memory.
+ *
+ * A model is one block: the struct, then the arrays of KT_MODEL_FIELDS, each at an offset that follows from the counts
+ * alone. So a copy is the block's bytes, and the same walk that placed the arrays of the original sets the pointers to
+ * those of the copy. Arrays hold indices and offsets, no pointers, but for the table of names, which is made again, and
+ * what a caller's own effects were given, which stays his. An absolute formulation follows behind: its joints, then its
+ * own model.
+ */
+#include "base/arena.h"
+#include "model/absolute.h"
+
+#include <stdint.h>
+#include <string.h>
+
+static size_t joints_size(const kt_model *model) {
+    return kt_arena_round(sizeof(struct kt_absolute) + model->n.body * sizeof(kt_absolute_joint));
+}
+
+size_t kt_model_size(const kt_model *model) {
+    return model->absolute ? model->bytes + joints_size(model) + kt_model_size(model->absolute->model) : model->bytes;
+}
+
+static kt_model *copy_at(const kt_model *model, char *memory) {
+    kt_model *m = (kt_model *)memory;
+    memcpy(memory, model, model->bytes);
+    kt_model_layout(&model->n, memory, m);
+    kt_model_name_all(m);
+    m->placed = true;
+    if (model->absolute) {
+        char *joints = memory + model->bytes;
+        memcpy(joints, model->absolute, sizeof(struct kt_absolute) + model->n.body * sizeof(kt_absolute_joint));
+        m->absolute = (struct kt_absolute *)joints;
+        m->absolute->model = copy_at(model->absolute->model, joints + joints_size(model));
+    }
+    return m;
+}
+
+kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
+    const size_t needed = kt_model_size(model);
+    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_model_copy", "the memory must be aligned to %d bytes",
+                            KT_ALIGNMENT);
+    if (size < needed)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_model_copy",
+                            "%zu bytes are given and %zu are needed (kt_model_size)", size, needed);
+    *copy = copy_at(model, (char *)memory);
+    return KT_OK;
+}

@@ -1,0 +1,38 @@
+"""static_memory PROGRAM: what it says of its memory is so."""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+with tempfile.TemporaryDirectory() as folder:
+    path = pathlib.Path(folder) / "memory.csv"
+    run = subprocess.run([sys.argv[1], "--csv", path], capture_output=True, text=True, timeout=60)
+    lines = path.read_text().splitlines() if path.exists() else []
+note(run.stdout.strip().replace("\n", "\n       "))
+claim("program_ends_well", [] if run.returncode == 0 else [f"status {run.returncode}: {run.stderr}"])
+
+
+def says(name, pattern):
+    found = re.search(pattern, run.stdout, flags=re.M)
+    claim(name, [] if found else [f"no line has: {pattern}"])
+    return found
+
+
+found = says("memory_a_byte_short_is_refused", r"^a byte short: +(\d+) bytes are given and (\d+) are needed")
+if found:
+    claim("refusal_says_how_much_is_missing", [] if int(found[2]) - int(found[1]) == 1 else [found[0]])
+says("misaligned_memory_is_refused", r"^misaligned: +the memory must be aligned to 64 bytes")
+found = says("all_lives_in_one_static_buffer",
+             r"^one static buffer: model (\d+), simulation (\d+), checkpoint (\d+): (\d+) of (\d+) bytes")
+if found:
+    model, simulation, checkpoint, used, size = map(int, found.groups())
+    padding = used - model - simulation - checkpoint
+    claim("buffer_holds_no_more_than_these", [] if 0 <= padding < 3 * 64 and used <= size else [found[0]])
+says("checkpoint_continues_bit_for_bit", r"from the checkpoint: same bits$")
+says("static_memory_gives_the_bits_of_the_heap", r"on the heap: same bits$")
+claim("csv_has_a_row_every_hundredth_second", [] if len(lines) == 401 else [f"{len(lines)} lines"])
+finish()

@@ -1,0 +1,178 @@
+/* Copies of models in the caller's memory: as good as the original, complete, and within their bytes. */
+#include "check.h"
+
+#include "kinetree/reduction.h"
+#include "kinetree/scene.h"
+#include "model/absolute.h"
+
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { GUARD = 4 * KT_ALIGNMENT, MOST = 512 };
+
+static bool fine(const char *what, kt_status status, const kt_error *error) {
+    if (status != KT_OK)
+        kt_note("%s: %s", error->where, error->message);
+    return kt_check_equal_int(what, status, KT_OK);
+}
+
+static int is_scene(const struct dirent *entry) {
+    const size_t length = strlen(entry->d_name);
+    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+/* A model's own blocks of memory, overwritten for a while. */
+typedef struct wipe {
+    void *block[3];
+    size_t size[3];
+    unsigned char *kept[3];
+} wipe;
+
+static wipe wipe_out(kt_model *model) {
+    kt_model *absolute = model->absolute->model;
+    wipe w = {.block = {absolute, model->absolute, model},
+              .size = {absolute->bytes, sizeof(struct kt_absolute) + model->n.body * sizeof(kt_absolute_joint),
+                       model->bytes}};
+    for (int i = 0; i < 3; i++) {
+        w.kept[i] = malloc(w.size[i]);
+        memcpy(w.kept[i], w.block[i], w.size[i]);
+        memset(w.block[i], 0xAB, w.size[i]);
+    }
+    return w;
+}
+
+static void wipe_undo(wipe *w) {
+    for (int i = 2; i >= 0; i--) {
+        memcpy(w->block[i], w->kept[i], w->size[i]);
+        free(w->kept[i]);
+    }
+}
+
+typedef struct motion {
+    double a[MOST];
+    kt_wrench joints[MOST];
+} motion;
+
+static void move(const kt_model *model, motion *m) {
+    double q[MOST], v[MOST];
+    kt_data *data = NULL;
+    kt_error e;
+    if (!kt_check_true("small enough", kt_model_nq(model) <= MOST && kt_model_body_count(model) <= MOST))
+        return;
+    memset(m, 0, sizeof *m);
+    kt_model_initial(model, q, v);
+    kt_status status = kt_data_create(model, &data, &e);
+    if (status == KT_OK)
+        status = kt_state_assemble(model, data, 0.0, q, v, &e);
+    if (status == KT_OK)
+        status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, m->a, &e);
+    if (status == KT_OK)
+        status = kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, m->joints, NULL, &e);
+    kt_data_free(data);
+    (void)fine("motion", status, &e);
+}
+
+static int misnamed(const kt_model *model, const kt_description *description) {
+    int wrong = 0;
+    for (int b = 1; b < kt_model_body_count(model); b++) {
+        const kt_body *body = &description->bodies[kt_body_source(model, b)];
+        wrong += strcmp(kt_body_name(model, b), body->name) != 0 || kt_body_find(model, body->name) != b;
+        for (int k = 0; k < body->marker_count; k++)
+            wrong += kt_marker_find(model, b, body->markers[k].name) != k;
+    }
+    return wrong;
+}
+
+/* A copy and a copy of the copy, where the original and then the first copy are no more. */
+static bool stands_alone(kt_model *model, const kt_description *description) {
+    static motion tree, absolute, moved;
+    const size_t size = kt_model_size(model);
+    unsigned char *first = aligned_alloc(KT_ALIGNMENT, size), *second = aligned_alloc(KT_ALIGNMENT, size + 2 * GUARD);
+    kt_model *copy = NULL, *again = NULL;
+    kt_error e;
+    int touched = 0;
+    move(model, &tree);
+    move(kt_model_absolute(model), &absolute);
+    memset(second, 0xAB, size + 2 * GUARD);
+    const bool copied = fine("copy", kt_model_copy(model, first, size, &copy, &e), &e);
+    wipe w = wipe_out(model);
+    if (copied && fine("copy of a copy", kt_model_copy(copy, second + GUARD, size, &again, &e), &e)) {
+        memset(first, 0xAB, size);
+        kt_check_equal_int("misnamed", misnamed(again, description), 0);
+        move(again, &moved);
+        kt_check_equal_bits("motion", moved.a, tree.a, sizeof tree / sizeof(double));
+        move(kt_model_absolute(again), &moved);
+        kt_check_equal_bits("absolute", moved.a, absolute.a, sizeof absolute / sizeof(double));
+        kt_check_equal_int("bytes", (long long)kt_model_size(again), (long long)size);
+    }
+    for (size_t k = 0; k < GUARD; k++)
+        touched += (second[k] != 0xAB) + (second[GUARD + size + k] != 0xAB);
+    kt_check_equal_int("bytes touched beside it", touched, 0);
+    wipe_undo(&w);
+    kt_model_free(again); /* nothing */
+    free(first);
+    free(second);
+    return again != NULL;
+}
+
+KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
+    struct dirent **entries = NULL;
+    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    int compared = 0;
+    for (int i = 0; i < count; i++) {
+        char path[1024];
+        kt_scene scene;
+        kt_error e;
+        kt_model *model = NULL;
+        kt_model_options options = kt_model_options_default();
+        options.formulation = KT_FORMULATION_ABSOLUTE;
+        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
+        if (fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &e), &e)) {
+            if (scene.description.body_count < MOST / 8 &&
+                fine("compiles", kt_model_compile(&scene.description, &options, &model, &e), &e)) {
+                compared += stands_alone(model, &scene.description);
+                kt_model_free(model);
+            }
+            kt_scene_free(&scene);
+        }
+        free(entries[i]);
+    }
+    free(entries);
+    kt_check_above("scenes compared", compared, 40);
+}
+
+KT_TEST(memory_that_is_too_small_or_misaligned_is_refused) {
+    kt_body body = kt_body_default();
+    kt_description description = kt_description_default();
+    kt_model *model = NULL, *copy = NULL;
+    kt_error e;
+    body.name = "rod";
+    body.mass = 1.0;
+    body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    body.joint.type = KT_JOINT_REVOLUTE;
+    description.bodies = &body;
+    description.body_count = 1;
+    if (!fine("compiles", kt_model_compile(&description, NULL, &model, &e), &e))
+        return;
+    const size_t size = kt_model_size(model);
+    unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
+    memset(memory, 0xAB, size + KT_ALIGNMENT);
+    kt_check_equal_int("a byte short", kt_model_copy(model, memory, size - 1, &copy, &e), KT_ERROR_MEMORY);
+    kt_check_text("where", e.where, "kt_model_copy");
+    kt_check_contains("message", e.message, "are needed (kt_model_size)");
+    for (int shift = 1; shift < KT_ALIGNMENT; shift *= 2)
+        kt_check_equal_int("misaligned", kt_model_copy(model, memory + shift, size, &copy, &e), KT_ERROR_MEMORY);
+    kt_check_contains("message", e.message, "aligned to 64 bytes");
+    kt_check_equal_int("no memory", kt_model_copy(model, NULL, size, &copy, &e), KT_ERROR_MEMORY);
+    int touched = 0;
+    for (size_t i = 0; i < size + KT_ALIGNMENT; i++)
+        touched += memory[i] != 0xAB;
+    kt_check_equal_int("bytes touched", touched, 0);
+    kt_check_true("no copy", copy == NULL);
+    kt_check_equal_int("as much as it takes", kt_model_copy(model, memory, size, &copy, &e), KT_OK);
+    kt_model_free(copy); /* the memory is not its own */
+    free(memory);
+    kt_model_free(model);
+}
