@@ -231,7 +231,7 @@ int main(int argc, char **argv) {
            results[1].most, 100.0 * results[1].torque);
     printf("ratio of rms errors: %.1f\n", results[0].rms / results[1].rms);
     if (csv) {
-        fprintf(csv, "time,error.PD,error.computed_torque\n");
+        fprintf(csv, "time,error.PD,error.computed\n");
         for (int n = 0; n < TICKS / 10; n++)
             fprintf(csv, "%.2f,%.9g,%.9g\n", 0.01 * n, results[0].error[n], results[1].error[n]);
         fclose(csv);

@@ -204,8 +204,8 @@ static kt_status observe(kt_simulation *plant, filter *f, uint64_t seed, FILE *c
         if (n >= SETTLED)
             count(s, f, truth, (const double(*)[J])y, n);
         if (csv && n >= WINDOW && n % 5 == 0)
-            fprintf(csv, "%.3f,%.9g,%.9g,%.9g,%.9g,%.9g\n", (n + 1) * tick,
-                    (y[n][1] - y[n - WINDOW][1]) / (WINDOW * tick), f->x[3], truth[3], f->x[3] - truth[3],
+            fprintf(csv, "%.3f,%.9g,%.9g,%.9g,%.9g,%.9g\n", (n + 1) * tick, truth[3], f->x[3],
+                    (y[n][1] - y[n - WINDOW][1]) / (WINDOW * tick) - truth[3], f->x[3] - truth[3],
                     3.0 * sqrt(f->p[3][3]));
     }
     return KT_OK;
@@ -245,7 +245,7 @@ int main(int argc, char **argv) {
     if (argc % 2 == 0)
         return fprintf(stderr, "usage: observer [--seed N] [--csv FILE]\n"), 1;
     if (csv)
-        fprintf(csv, "time,velocity.differences,velocity.filter,velocity.truth,error.filter,error.three_sigma\n");
+        fprintf(csv, "time,velocity.truth,velocity.filter,error.differences,error.filter,error.three_sigma\n");
     kt_status status = make_pendulum(&model, &error);
     if (status == KT_OK)
         status = make_clock(model, 0.25 * tick, &plant, &error); /* finer than the filter's */

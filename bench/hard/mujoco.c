@@ -107,6 +107,8 @@ static char *write_scene(const kt_hard *h, double step, size_t *size) {
     return NULL;
 }
 
+enum { DEEP_MOST = 90 };
+
 static mjModel *load(const kt_hard *h, double step, char *words) {
     char reason[300] = "";
     size_t size = 0;
@@ -124,7 +126,10 @@ static mjModel *load(const kt_hard *h, double step, char *words) {
     free(files);
     free(text);
     if (!model)
-        (void)snprintf(words, KT_HARD_WORDS, strstr(reason, "mass and inertia") ? "refused: needs mass" : "refused");
+        (void)snprintf(words, KT_HARD_WORDS, "%s",
+                       strstr(reason, "mass and inertia")      ? "refused: needs mass"
+                       : h->description.body_count > DEEP_MOST ? "refused: too deep" /* for its parser */
+                                                               : "refused");
     return model;
 }
 

@@ -46,7 +46,7 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *dat
  * body frame's origin that moves. Analytic, by recursion, exact to rounding errors; no differences are taken.
  *
  * work: memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, the caller's, needed for the call alone:
- * some 24 nv^2 + 2500 nv bytes. KT_ERROR_MEMORY where it is too small or not aligned; the other errors are those of the
+ * some 24 nv^2 + 3000 nv bytes. KT_ERROR_MEMORY where it is too small or not aligned; the other errors are those of the
  * functions that are derived, and outputs are untouched then, too. data holds no kinematics afterwards.
  *
  * Sources: Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); Singh, Russell,

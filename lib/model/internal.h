@@ -124,7 +124,8 @@ typedef struct kt_loop_record {
     int32_t body[2]; /* that bear the ends */
     int32_t link[2]; /* that bear the ends; of relations: the first joint's, and 0 */
     kt_pose
-        frame[2]; /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
+        frame[2];   /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
+    kt_vec3 origin; /* what places on the paths are counted from, in the ancestor's frame */
     int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
     int32_t path[2];          /* in model->path: the links from below the ancestor down to each end's */
     int32_t length[2];        /* of the paths */

@@ -29,6 +29,7 @@ typedef struct kt_planar_row {
 /* Of relations nothing is used. */
 typedef struct kt_planar_loop {
     double arm[2][2]; /* from the ends' links' origins to their points, at q = 0 */
+    double origin[2]; /* what places on the paths are counted from, as kt_loop_record has it */
     int32_t place[2]; /* of the ends' links */
     int32_t ancestor; /* place of the link that carries both */
     double c, s;      /* of end 2's direction against end 1's, at q = 0 */

@@ -119,6 +119,9 @@ void kt_planar_ends(const kt_model *m, const struct kt_loop_record *loop, kt_pla
     kt_v4 basis[3];
     kt_v4_from_mat3(m->plane[m->planar_rest[some].plane].basis, basis);
     flat->ancestor = loop->ancestor ? loop->ancestor - shift : 0;
+    const kt_v4 origin = kt_v4_apply_transposed(basis, kt_v4_from(loop->origin));
+    flat->origin[0] = origin[0];
+    flat->origin[1] = origin[1];
     for (int k = 0; k < 2; k++) {
         const kt_v4 at = kt_v4_from(loop->frame[k].position);
         flat->place[k] = loop->link[k] ? loop->link[k] - shift : 0;

@@ -171,8 +171,17 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
     return given != KT_OK ? given : status;
 }
 
+kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
+                            kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .external = external};
+    return kt_input_check(model, &input, error);
+}
+
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+    const kt_status given = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
+    if (given != KT_OK)
+        return given;
     const kt_status status = model->n.effect ? kt_effects_apply(model, data, t, q, v, &tau, &external, error) : KT_OK;
     if (status != KT_OK)
         return status;

@@ -19,4 +19,9 @@ KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, do
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, bool *crossed, kt_error *error);
 
+/* Whether the wrenches that a caller gives are finite: recursions in a plane read of them what lies in it
+ * alone, and would not notice. */
+kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
+                            kt_error *error);
+
 #endif

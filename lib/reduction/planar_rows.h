@@ -35,7 +35,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
                                     const kt_planar_loop *flat, int k, bool moving, const double *v,
                                     kt_planar_end *end) {
     const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_place_of(model, 0);
-    double x = 0.0, y = 0.0, vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
+    double x = -flat->origin[0], y = -flat->origin[1], vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
     double w = moving ? data->planar[flat->ancestor].omega : 0.0;
     for (int i = 0; i < count; i++) {
         const kt_planar_link *link = &model->planar[path[i] + first];

@@ -11,6 +11,7 @@
 #include "dynamics/kernel.h"
 #include "reduction/evaluate.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static double dot(const double *x, const double *y, size_t n) {
@@ -41,14 +42,26 @@ static kt_status power_of_loops(const kt_model *model, kt_data *data, const doub
     return status;
 }
 
+/* Powers can overflow where accelerations do not. */
+static kt_status refuse(const kt_model *model, double t, const kt_input *input, kt_error *error) {
+    const kt_status status = kt_input_check(model, input, error);
+    if (status != KT_OK)
+        return status;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "a power overflows; look for a velocity, force or torque that is huge");
+}
+
 kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
     const double *all = tau;
     const kt_wrench *all_wrenches = external;
     double *acceleration = data->side + 2 * kt_lanes8(model->n.v), loops = 0.0;
     kt_power sum = {0.0, 0.0};
-    kt_status status =
-        model->n.effect ? kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error) : KT_OK;
+    kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
+    if (status == KT_OK && model->n.effect)
+        status = kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error);
     if (status != KT_OK)
         return status;
     status = model->n.group ? kt_closed_forward(model, data, t, q, v, all ? all : model->zero, all_wrenches,
@@ -63,6 +76,10 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         sum.supplied += dot(tau, v, model->n.v);
     if (external)
         sum.supplied += power_of_wrenches(model, data, q, v, external);
+    if (!isfinite(sum.dissipated + sum.supplied)) {
+        const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
+        return refuse(model, t, &input, error);
+    }
     memcpy(a, acceleration, model->n.v * sizeof *a);
     *power = sum;
     return KT_OK;

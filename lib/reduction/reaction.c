@@ -18,7 +18,9 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
     double *a = data->side + 2 * kt_lanes8(model->n.v);
     kt_wrench *on_bodies = data->loaded;
     bool crossed = false;
-    kt_status status = model->n.effect ? kt_effects_apply(model, data, t, q, v, &tau, &external, error) : KT_OK;
+    kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
+    if (status == KT_OK && model->n.effect)
+        status = kt_effects_apply(model, data, t, q, v, &tau, &external, error);
     if (status != KT_OK)
         return status;
     if (external)

@@ -19,7 +19,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
                              const double *v, kt_loop_end *end) {
     const kt_v4 none = kt_v4_splat(0.0);
     const int32_t *path = model->path + loop->path[k];
-    kt_v4 point = none, velocity = none, alpha = none, linear = none;
+    kt_v4 point = none - kt_v4_from(loop->origin), velocity = none, alpha = none, linear = none;
     kt_v4 omega = moving ? data->motion[loop->ancestor].omega : none;
     for (int i = 0; i < loop->length[k]; i++) {
         const kt_link *link = &model->link[path[i]];

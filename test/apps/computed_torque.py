@@ -43,7 +43,7 @@ claim("torques_stay_below_their_limits", [] if torque < 50 else [f"{torque} %"])
 
 late = [row for row in rows if float(row["time"]) >= 1.0]
 rms = [math.sqrt(sum(float(row[name]) ** 2 for row in late) / len(late))
-       for name in ("error.PD", "error.computed_torque")]
+       for name in ("error.PD", "error.computed")]
 claim("csv_has_the_errors_that_are_printed",
       [] if len(rows) == 600 and abs(rms[0] / pd - 1) < 0.01 and abs(rms[1] / computed - 1) < 0.01 else [f"{rms}"])
 

@@ -1,0 +1,83 @@
+/* A stranger's controller for the plant of hil.c: balances the pole, knowing the two messages and nothing else.
+ *
+ *     state, 48 bytes:   "KTS1", u32 tick, f64 time (s), f64 x (m), f64 angle (rad, from upright), f64 x', f64 angle'
+ *     command, 16 bytes: "KTC1", u32 tick of the state that it answers, f64 force on the cart (N)
+ *
+ * all little-endian. It says hello with a command for tick 0, answers each state that comes, and ends when none has
+ * come for three seconds, or the plant is gone. The force is state feedback, u = -K (x, angle, x', angle'), with gains
+ * that put the poles of the linear model of a cart of 0.8 kg with a rod of 0.2 kg and 0.6 m at -2.5, -3, -6 and -7 1/s
+ * (Ackermann's formula).
+ *
+ *     hil_client PORT [TICKS]
+ *
+ * With TICKS it falls silent after that many, as a controller does whose cable is pulled.
+ */
+#include <arpa/inet.h>
+#include <poll.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+static const double gain[4] = {-10.917, 55.317, -11.385, 10.844};
+
+static double number_at(const unsigned char *from) {
+    uint64_t bits = 0;
+    double number;
+    for (int i = 0; i < 8; i++)
+        bits |= (uint64_t)from[i] << (8 * i);
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+/* The tick's four bytes are sent back as they came. */
+static void command(int out, const unsigned char *ticks, double force) {
+    unsigned char message[16] = "KTC1";
+    uint64_t bits;
+    memcpy(&bits, &force, sizeof bits);
+    memcpy(message + 4, ticks, 4);
+    for (int i = 0; i < 8; i++)
+        message[8 + i] = (unsigned char)(bits >> (8 * i));
+    if (send(out, message, sizeof message, 0) < 0)
+        perror("hil_client"); /* the plant may have ended */
+}
+
+int main(int argc, char **argv) {
+    static const unsigned char zero[4] = {0, 0, 0, 0};
+    struct sockaddr_in plant = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    const long ticks = argc > 2 ? strtol(argv[2], NULL, 10) : -1;
+    unsigned char state[49];
+    long answered = 0;
+    int idle = 0;
+    if (argc < 2)
+        return fprintf(stderr, "usage: hil_client PORT [TICKS]\n"), 1;
+    plant.sin_port = htons((uint16_t)strtoul(argv[1], NULL, 10));
+    const int wire = socket(AF_INET, SOCK_DGRAM, 0);
+    if (wire < 0 || connect(wire, (struct sockaddr *)&plant, sizeof plant) != 0)
+        return perror("hil_client"), 1;
+    command(wire, zero, 0.0);
+    while (idle < 30 && answered != ticks) {
+        struct pollfd ready = {.fd = wire, .events = POLLIN};
+        if (poll(&ready, 1, 100) <= 0) {
+            idle++;
+            command(wire, zero, 0.0); /* the hello may have been lost; and where nobody is there, it comes back */
+            continue;
+        }
+        const ssize_t size = recv(wire, state, sizeof state, 0);
+        if (size < 0)
+            break; /* nobody is there any more */
+        if (size != 48 || memcmp(state, "KTS1", 4) != 0)
+            continue;
+        double force = 0.0;
+        for (int i = 0; i < 4; i++)
+            force -= gain[i] * number_at(state + 16 + 8 * i);
+        command(wire, state + 4, force);
+        answered++;
+        idle = 0;
+    }
+    printf("%ld states answered\n", answered);
+    close(wire);
+    return answered > 0 ? 0 : 1;
+}

@@ -1,0 +1,304 @@
+/* Derivatives of the accelerations of whole mechanisms.
+ *
+ * With everything on one side the equations are
+ *     r(q, v, a) = tau_tree(q, v, a) - tau - f(q, v) = 0,   f = effects' forces + A' lambda,     A a = b''
+ * (tau_tree: inverse dynamics with external wrenches). At the a and lambda of the motion, for x any q_j or v_j,
+ *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx at fixed lambda,       A da = E = d(b'' - A a)/dx at fixed
+ * a. A' P = [Q1 Q2] [R1; 0], as for the accelerations themselves [MSD 7.33, 7.34]: da = Q1 y + Q2 z,   R1' y = E
+ * (independent equations),   (Q2' M Q2) z = -Q2' (D + M Q1 y). M and d(tau_tree)/dx are analytic. f and b'' - A a,
+ * which are cheap and smooth, are differenced: central differences of order eight in steps of KT_STEP, which leave h^8
+ * / 630 times the ninth derivative and rounding errors of some eps / h of the terms.
+ */
+#include "dynamics/kernel.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/joint.h"
+#include "reduction/dense.h"
+#include "reduction/evaluate.h"
+#include "reduction/lapack.h"
+
+#include "base/arena.h"
+
+#include <string.h>
+
+#define KT_STEP 0.002 /* rad or m, and of their rates */
+
+/* Every array: name, count; p equations in the order of the loops, of n coordinates. */
+#define FIELDS(X)                                                                                                      \
+    X(tree, kt_derivative_work_size(model) / sizeof(double))                                                           \
+    X(q, model->n.q)                                                                                                   \
+    X(v, n)                                                                                                            \
+    X(a, n)                                                                                                            \
+    X(lambda, p)                                                                                                       \
+    X(force, n)                                                                                                        \
+    X(weight, n)                                                                                                       \
+    X(slack, p)                                                                                                        \
+    X(jacobian, n *p)                                                                                                  \
+    X(factor, n *p)                                                                                                    \
+    X(reflector, n + p)                                                                                                \
+    X(lapack, 64 * (n + p + 1))                                                                                        \
+    X(pivot, p)                                                                                                        \
+    X(mass, n *n)                                                                                                      \
+    X(basis, n *n)                                                                                                     \
+    X(half, n *n)                                                                                                      \
+    X(reduced, n *n)                                                                                                   \
+    X(change, n)                                                                                                       \
+    X(open, p)                                                                                                         \
+    X(d_q, n *n)                                                                                                       \
+    X(d_v, n *n)                                                                                                       \
+    X(d_tau, n *n)                                                                                                     \
+    X(e_q, n *p)                                                                                                       \
+    X(e_v, n *p)
+
+typedef struct work {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    size_t n, p;
+    int rank;
+#define DECLARE(name, count) double *name;
+    FIELDS(DECLARE)
+#undef DECLARE
+} work;
+
+static size_t work_layout(const kt_model *model, char *base, work *w) {
+    const size_t n = model->n.v, p = model->n.row;
+    size_t used = 0;
+#define PLACE(name, count) w->name = (double *)kt_arena_take(base, &used, (count) * sizeof(double));
+    FIELDS(PLACE)
+#undef PLACE
+    w->n = n;
+    w->p = p;
+    return used;
+}
+
+size_t kt_acceleration_work_size(const kt_model *model) {
+    work w;
+    return work_layout(model, NULL, &w);
+}
+
+/* ---- what is differenced ----------------------------------------------------------------------------------------- */
+
+/* Adds the effects' joint forces, J' times their wrenches among them, to f (n). */
+static kt_status add_effects(work *w, const double *q, const double *v, double *f, kt_error *error) {
+    const double *tau = NULL;
+    const kt_wrench *external = NULL;
+    if (!w->model->n.effect)
+        return KT_OK;
+    kt_status status = kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
+    for (size_t i = 0; i < w->n && tau; i++)
+        f[i] += tau[i];
+    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* gravity - J' w, less gravity */
+        status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? external : NULL, w->weight, error);
+        for (size_t i = 0; i < w->n && status == KT_OK; i++)
+            f[i] -= with ? w->weight[i] : -w->weight[i];
+    }
+    return status;
+}
+
+/* force = effects + A' lambda, slack = b'' - A a */
+static kt_status sample(work *w, const double *q, const double *v, kt_error *error) {
+    const size_t n = w->n, p = w->p;
+    memset(w->force, 0, n * sizeof *w->force);
+    kt_status status = add_effects(w, q, v, w->force, error);
+    if (status != KT_OK || !p)
+        return status;
+    status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, w->slack, error);
+    for (size_t i = 0; i < n && status == KT_OK; i++)
+        for (size_t r = 0; r < p; r++) {
+            w->force[i] += w->jacobian[i * p + r] * w->lambda[r];
+            w->slack[r] -= w->jacobian[i * p + r] * w->a[i];
+        }
+    return status;
+}
+
+/* Takes df off column j of D, and writes column j of E. */
+static kt_status difference(work *w, const double *q, const double *v, size_t j, bool rate, double *d, double *e,
+                            kt_error *error) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    const size_t n = w->n, p = w->p;
+    memset(w->change, 0, n * sizeof *w->change);
+    memset(e + j * p, 0, p * sizeof *e);
+    for (int k = -4; k <= 4; k++) {
+        if (k == 0)
+            continue;
+        const double c = (k < 0 ? -weight[-k - 1] : weight[k - 1]) / KT_STEP;
+        memset(w->v, 0, n * sizeof *w->v);
+        w->v[j] = rate ? 0.0 : k * KT_STEP;
+        kt_position_add(w->model, q, w->v, w->q);
+        memcpy(w->v, v, n * sizeof *w->v);
+        w->v[j] += rate ? k * KT_STEP : 0.0;
+        const kt_status status = sample(w, w->q, w->v, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t i = 0; i < n; i++)
+            w->change[i] += c * w->force[i];
+        for (size_t r = 0; r < p; r++)
+            e[j * p + r] += c * w->slack[r];
+    }
+    for (size_t i = 0; i < n; i++)
+        d[j * n + i] -= w->change[i];
+    return KT_OK;
+}
+
+/* ---- the linear equations ---------------------------------------------------------------------------------------- */
+
+/* basis = Q, of A' P = Q R; pivots. Without loops Q = 1. */
+static kt_status factor(work *w, kt_error *error) {
+    const int n = (int)w->n, p = (int)w->p;
+    int32_t *pivot = (int32_t *)w->pivot;
+    memset(w->basis, 0, w->n * w->n * sizeof *w->basis);
+    for (size_t i = 0; i < w->n; i++)
+        w->basis[i * w->n + i] = 1.0;
+    w->rank = kt_model_freedom(w->model).rank;
+    if (!w->rank)
+        return KT_OK;
+    for (size_t i = 0; i < w->n; i++)
+        for (size_t r = 0; r < w->p; r++)
+            w->factor[r * w->n + i] = w->jacobian[i * w->p + r];
+    if (kt_lapack_geqp3(n, p, w->factor, pivot, w->reflector, w->lapack, 64 * (n + p + 1)) != 0 ||
+        kt_lapack_ormqr('N', n, n, n < p ? n : p, w->factor, w->reflector, w->basis, w->lapack, 64 * (n + p + 1)) != 0)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
+    for (int k = 0; k < p; k++)
+        pivot[k]--; /* LAPACK counts from 1 */
+    return KT_OK;
+}
+
+/* lambda of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
+static void find_multipliers(work *w, const double *f) {
+    const int32_t *pivot = (const int32_t *)w->pivot;
+    memset(w->lambda, 0, w->p * sizeof *w->lambda);
+    for (int k = w->rank - 1; k >= 0; k--) {
+        double sum = 0.0;
+        for (size_t i = 0; i < w->n; i++)
+            sum += w->basis[(size_t)k * w->n + i] * f[i];
+        for (int l = k + 1; l < w->rank; l++)
+            sum -= w->factor[(size_t)l * w->n + (size_t)k] * w->lambda[pivot[l]];
+        w->lambda[pivot[k]] = sum / w->factor[(size_t)k * w->n + (size_t)k];
+    }
+}
+
+/* out = A' B for n x n matrices */
+static void multiply_transposed(size_t n, const double *a, const double *b, double *out) {
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            out[j * n + i] = kt_dense_dot(a + i * n, b + j * n, (int)n);
+}
+
+/* half = Q' M Q, reduced = Cholesky of Q2' M Q2. */
+static bool reduce(work *w) {
+    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    for (size_t j = 0; j < n; j++)
+        kt_dense_apply(w->mass, (int)n, (int)n, w->basis + j * n, w->reduced + j * n);
+    multiply_transposed(n, w->basis, w->reduced, w->half);
+    for (size_t j = 0; j < f; j++)
+        for (size_t i = 0; i < f; i++)
+            w->reduced[j * f + i] = w->half[(r + j) * n + r + i];
+    return kt_dense_cholesky(w->reduced, (int)f, NULL);
+}
+
+/* Column d becomes da; e: its p equations, or NULL (zero). */
+static void solve_column(work *w, double *d, const double *e) {
+    const int32_t *pivot = (const int32_t *)w->pivot;
+    const size_t n = w->n, rank = (size_t)w->rank;
+    double *y = w->change, *z = y + rank;
+    for (size_t k = 0; k < rank; k++) { /* R1' y = E */
+        y[k] = e ? e[pivot[k]] : 0.0;
+        for (size_t l = 0; l < k; l++)
+            y[k] -= w->factor[k * n + l] * y[l];
+        y[k] /= w->factor[k * n + k];
+    }
+    for (size_t k = rank; k < n; k++) {
+        z[k - rank] = -kt_dense_dot(w->basis + k * n, d, (int)n);
+        for (size_t l = 0; l < rank; l++)
+            z[k - rank] -= w->half[l * n + k] * y[l];
+    }
+    kt_dense_solve(w->reduced, (int)(n - rank), z);
+    kt_dense_apply(w->basis, (int)n, (int)n, y, d);
+}
+
+/* ---- the call ---------------------------------------------------------------------------------------------------- */
+
+static kt_status refuse_singular(const work *w, kt_error *error) {
+    for (size_t g = 0; g < w->model->n.group; g++)
+        if (w->data->near[g])
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "the loops are at a singular position, or next to one, where accelerations have no "
+                                "derivative that could be told; take one beside it");
+    return KT_OK;
+}
+
+/* What the motion itself says: a, lambda, M, factors, and the tree's part of D. */
+static kt_status prepare(work *w, const double *q, const double *v, const double *tau, const kt_wrench *external,
+                         kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t n = w->n, size = kt_derivative_work_size(model);
+    kt_status status = kt_acceleration_evaluate(model, w->data, w->t, q, v, tau, external, w->a, error);
+    if (status == KT_OK)
+        status = refuse_singular(w, error);
+    if (status == KT_OK)
+        status = kt_dynamics_mass(model, w->data, q, w->mass, error);
+    if (status == KT_OK)
+        status =
+            kt_dynamics_inverse_derivatives(model, w->data, w->tree, size, q, v, w->a, external, w->d_q, w->d_v, error);
+    memset(w->lambda, 0, w->p * sizeof *w->lambda);
+    if (status == KT_OK)
+        status = sample(w, q, v, error); /* the effects' forces, and A */
+    if (status == KT_OK)
+        status = factor(w, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(model, w->data, q, v, w->a, external, w->change, error);
+    for (size_t i = 0; i < n && status == KT_OK; i++)
+        w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
+    if (status == KT_OK)
+        find_multipliers(w, w->change);
+    return status;
+}
+
+static kt_status solve(work *w, const double *q, const double *v, kt_error *error) {
+    const size_t n = w->n;
+    for (size_t j = 0; j < n && (w->p || w->model->n.effect); j++) {
+        kt_status status = difference(w, q, v, j, false, w->d_q, w->e_q, error);
+        if (status == KT_OK)
+            status = difference(w, q, v, j, true, w->d_v, w->e_v, error);
+        if (status != KT_OK)
+            return status;
+    }
+    if (!reduce(w))
+        return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                            "the mechanism has no inertia along one of the freedoms that its loops leave");
+    memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
+    for (size_t j = 0; j < n; j++) {
+        w->d_tau[j * n + j] = -1.0;
+        solve_column(w, w->d_q + j * n, w->rank ? w->e_q + j * w->p : NULL);
+        solve_column(w, w->d_v + j * n, w->rank ? w->e_v + j * w->p : NULL);
+        solve_column(w, w->d_tau + j * n, NULL);
+    }
+    if (!kt_all_finite(w->d_q, n * n) || !kt_all_finite(w->d_v, n * n) || !kt_all_finite(w->d_tau, n * n))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                            "they overflow: look for a position, velocity, force or torque that is huge");
+    return KT_OK;
+}
+
+kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                                      const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                      double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+    const size_t needed = kt_acceleration_work_size(model), numbers = model->n.v * model->n.v;
+    work w;
+    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0 || memory_size < needed)
+        return kt_error_set(error, KT_ERROR_MEMORY, "work",
+                            "%zu bytes aligned to %d are needed (kt_acceleration_work_size)", needed, KT_ALIGNMENT);
+    work_layout(model, (char *)memory, &w);
+    w.model = model;
+    w.data = data;
+    w.t = t;
+    kt_status status = prepare(&w, q, v, tau, external, error);
+    if (status == KT_OK)
+        status = solve(&w, q, v, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(da_dq, w.d_q, numbers * sizeof *da_dq);
+    memcpy(da_dv, w.d_v, numbers * sizeof *da_dv);
+    if (da_dtau)
+        memcpy(da_dtau, w.d_tau, numbers * sizeof *da_dtau);
+    return KT_OK;
+}

@@ -1,0 +1,244 @@
+/* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations. */
+#include "tangle.h"
+
+#include "model/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+#define STEP 0.003
+enum { MECHANISMS = 40, MOST = KT_TREE_NV * KT_TREE_NV };
+
+typedef struct derivatives {
+    double q[MOST], v[MOST], tau[MOST];
+} derivatives;
+
+static kt_status derive(const tangle *g, derivatives *d, kt_error *e) {
+    const size_t size = kt_acceleration_work_size(g->tree.model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    memset(work, 0xFF, size);
+    const kt_status status = kt_acceleration_derivatives(g->tree.model, g->tree.data, work, size, g->t, g->q, g->v,
+                                                         g->tau, g->external, d->q, d->v, d->tau, e);
+    free(work);
+    return status;
+}
+
+/* What is moved: positions, velocities, forces. */
+typedef enum input { POSITION, RATE, FORCE } input;
+
+static bool accelerate(const tangle *g, input what, int j, double h, double *a) {
+    double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV], step[KT_TREE_NV] = {0};
+    kt_error e = {0};
+    memcpy(q, g->q, sizeof q);
+    memcpy(v, g->v, sizeof v);
+    memcpy(tau, g->tau, sizeof tau);
+    step[j] = h;
+    if (what == POSITION)
+        kt_position_add(g->tree.model, g->q, step, q);
+    else
+        (what == RATE ? v : tau)[j] += h;
+    return kt_tree_fine("acceleration",
+                        kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, q, v, tau, g->external, a, &e), &e);
+}
+
+/* Central differences of order eight. */
+static bool difference(const tangle *g, input what, int j, double *out) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    double up[KT_TREE_NV], down[KT_TREE_NV];
+    memset(out, 0, sizeof up);
+    for (int k = 0; k < 4; k++) {
+        if (!accelerate(g, what, j, (k + 1) * STEP, up) || !accelerate(g, what, j, -(k + 1) * STEP, down))
+            return false;
+        for (int i = 0; i < g->tree.nv; i++)
+            out[i] += weight[k] / STEP * (up[i] - down[i]);
+    }
+    return true;
+}
+
+/* Against the largest of the matrix. 1e-8 for positions, since next to singular positions differences are not more
+ * exact; velocities and forces enter as polynomials, and all but rounding errors is exact (measured: 4e-11). */
+static void compare(const tangle *g, input what, const double *matrix, kt_worst *worst, int n) {
+    const int nv = g->tree.nv;
+    double a[KT_TREE_NV] = {0};
+    if (!accelerate(g, what, 0, 0.0, a))
+        return;
+    const double relative = what == POSITION ? 1e-8 : 1e-10;
+    const double bound = relative * kt_tree_largest(matrix, nv * nv) + 10.0 * EPS / STEP * kt_tree_largest(a, nv);
+    for (int j = 0; j < nv; j++) {
+        double expected[KT_TREE_NV];
+        if (!difference(g, what, j, expected))
+            return;
+        for (int i = 0; i < nv; i++)
+            kt_worst_near(worst, matrix[j * nv + i], expected[i], bound, "mechanism %d row %d column %d", n, i, j);
+    }
+}
+
+/* Every equation is independent of the others, so that the accelerations off the manifold are defined. */
+static bool is_plain(const kt_model *model) {
+    const kt_freedom f = kt_model_freedom(model);
+    int rows = 0;
+    for (size_t g = 0; g < model->n.group; g++)
+        rows += model->group[g].count[KT_ROWS_ALL];
+    return rows == f.rank;
+}
+
+/* The same mechanism with springs and drag upon it, at the same state. */
+static bool burden(tangle *g, kt_effect effects[3]) {
+    for (int i = 0; i < 3; i++)
+        effects[i] = kt_effect_default();
+    effects[0].type = KT_EFFECT_SPRING;
+    effects[0].between[0] = (kt_end){.body = "b1", .at = {0.3, -0.2, 4.0}};
+    effects[0].between[1] = (kt_end){.body = "b6", .marker = "tip"};
+    effects[0].stiffness = 3.0;
+    effects[0].damping = 0.4;
+    effects[0].length = 0.5;
+    effects[1].type = KT_EFFECT_DRAG;
+    effects[1].between[0] = (kt_end){.body = "b4", .marker = "tip"};
+    effects[1].linear = 0.7;
+    effects[2].type = KT_EFFECT_BUSHING;
+    effects[2].between[0] = (kt_end){.body = "b2", .at = {0.1, 0.2, -0.3}};
+    effects[2].between[1] = (kt_end){.body = "b3"};
+    for (int i = 0; i < 3; i++)
+        effects[2].stiffnesses[i] = effects[2].dampings[i] = 1.0 + i;
+    kt_tree_free(&g->tree);
+    g->tree.description.effects = effects;
+    g->tree.description.effect_count = 3;
+    return kt_tree_compile(&g->tree, NULL);
+}
+
+KT_TEST(derivatives_of_closed_mechanisms_are_those_of_differences) {
+    kt_random random = kt_random_of_test();
+    static tangle g;
+    static derivatives d;
+    kt_worst error[3] = {kt_worst_make("da/dq"), kt_worst_make("da/dv"), kt_worst_make("da/dtau")};
+    int taken = 0, types[KT_LOOP_TYPE_COUNT] = {0};
+    for (int n = 0; n < MECHANISMS; n++) {
+        tangle_plan plan = tangle_plan_default();
+        kt_error e = {0};
+        plan.loops = 2;
+        plan.tree.bodies = 10;
+        kt_effect effects[3];
+        if (tangle_grow(&g, &plan, &random) && is_plain(g.tree.model) && (n % 2 || burden(&g, effects))) {
+            const kt_status status = derive(&g, &d, &e);
+            if (status == KT_OK) {
+                taken++;
+                for (int i = 0; i < g.loops; i++)
+                    types[g.loop[i].type]++;
+                compare(&g, POSITION, d.q, &error[0], n);
+                compare(&g, RATE, d.v, &error[1], n);
+                compare(&g, FORCE, d.tau, &error[2], n);
+            } else {
+                kt_check_equal_int("singular", status, KT_ERROR_SINGULAR);
+            }
+        }
+        tangle_free(&g);
+    }
+    for (int k = 0; k < 3; k++)
+        kt_check_worst(&error[k]);
+    kt_check_above("mechanisms", taken, MECHANISMS / 4);
+    int kinds = 0;
+    for (int i = 0; i < KT_LOOP_TYPE_COUNT; i++)
+        kinds += types[i] > 0;
+    kt_check_above("types of loops among them", kinds, 10);
+}
+
+/* ---- along the loops --------------------------------------------------------------------------------------------- */
+
+/* a at (q (+) s v, v + s a), projected: a smooth family of states that the loops allow, whose first derivative at 0 is
+ * (v, a). */
+static bool accelerate_along(const tangle *g, const double *a, double s, double *out) {
+    double q[KT_TREE_NQ], v[KT_TREE_NV], step[KT_TREE_NV];
+    kt_error e = {0};
+    for (int i = 0; i < g->tree.nv; i++) {
+        step[i] = s * g->v[i];
+        v[i] = g->v[i] + s * a[i];
+    }
+    kt_position_add(g->tree.model, g->q, step, q);
+    return kt_tree_fine("projects", kt_state_project(g->tree.model, g->tree.data, g->t, q, v, NULL, &e), &e) &&
+           kt_tree_fine("acceleration",
+                        kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, q, v, g->tau, g->external, out, &e),
+                        &e);
+}
+
+/* A step that moves no coordinate far, since accelerations of mechanisms with little inertia are huge. */
+static void compare_along(const tangle *g, const derivatives *d, kt_worst *worst, int n) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    const int nv = g->tree.nv;
+    double a[KT_TREE_NV], expected[KT_TREE_NV] = {0}, up[KT_TREE_NV], down[KT_TREE_NV], most = 0.0;
+    if (!accelerate(g, FORCE, 0, 0.0, a))
+        return;
+    const double step = STEP / fmax(1.0, kt_tree_largest(a, nv));
+    for (int k = 0; k < 4; k++) {
+        if (!accelerate_along(g, a, (k + 1) * step, up) || !accelerate_along(g, a, -(k + 1) * step, down))
+            return;
+        for (int i = 0; i < nv; i++)
+            expected[i] += weight[k] / step * (up[i] - down[i]);
+    }
+    for (int i = 0; i < nv; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < nv; j++) {
+            sum += d->q[j * nv + i] * g->v[j] + d->v[j * nv + i] * a[j];
+            most = fmax(most, fabs(d->q[j * nv + i] * g->v[j]) + fabs(d->v[j * nv + i] * a[j]));
+        }
+        up[i] = sum;
+    }
+    for (int i = 0; i < nv; i++)
+        kt_worst_near(worst, up[i], expected[i], 1e-8 * most + 100.0 * EPS / step * kt_tree_largest(a, nv),
+                      "mechanism %d row %d", n, i);
+}
+
+KT_TEST(derivatives_along_a_motion_hold_where_equations_are_redundant) {
+    kt_random random = kt_random_of_test();
+    static tangle g;
+    static derivatives d;
+    kt_worst error = kt_worst_make("da/dq v + da/dv a");
+    int redundant = 0;
+    for (int n = 0; n < MECHANISMS; n++) {
+        tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
+        kt_error e = {0};
+        plan.loops = 2;
+        plan.tree.bodies = 10;
+        plan.still = true;
+        if (tangle_grow(&g, &plan, &random) && derive(&g, &d, &e) == KT_OK) {
+            redundant += !is_plain(g.tree.model);
+            compare_along(&g, &d, &error, n);
+        }
+        tangle_free(&g);
+    }
+    kt_check_worst(&error);
+    kt_check_above("redundant ones", redundant, 8);
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+
+KT_TEST(what_cannot_be_derived_is_refused_and_nothing_is_written) {
+    kt_random random = kt_random_of_test();
+    static tangle g;
+    static double out[3 * MOST], before[3 * MOST];
+    const tangle_plan plan = tangle_plan_default();
+    kt_error e = {0};
+    if (!tangle_grow(&g, &plan, &random))
+        return;
+    const size_t size = kt_acceleration_work_size(g.tree.model);
+    char *work = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
+    const kt_model *m = g.tree.model;
+    for (int i = 0; i < 3 * MOST; i++)
+        out[i] = before[i] = i;
+#define CALL(memory, bytes)                                                                                            \
+    kt_acceleration_derivatives(m, g.tree.data, memory, bytes, g.t, g.q, g.v, g.tau, g.external, out, out + MOST,      \
+                                out + 2 * MOST, &e)
+    kt_check_equal_int("short", CALL(work, size - 1), KT_ERROR_MEMORY);
+    kt_check_equal_int("askew", CALL(work + 8, size), KT_ERROR_MEMORY);
+    const double kept = g.v[1];
+    g.v[1] = (double)NAN;
+    kt_check_equal_int("not finite", CALL(work, size), KT_ERROR_NOT_FINITE);
+    g.v[1] = kept;
+    kt_check_equal_bits("outputs", out, before, 3 * MOST);
+    kt_check_equal_int("well", CALL(work, size), KT_OK);
+#undef CALL
+    free(work);
+    tangle_free(&g);
+}
