@@ -34,6 +34,11 @@ KT_INLINE double kt_v2_dot(kt_v2 a, kt_v2 b) {
     const kt_v2 p = a * b, sum = p + kt_v2_swap(p);
     return sum[0];
 }
+/* a . b + c . d */
+KT_INLINE double kt_v2_dot2(kt_v2 a, kt_v2 b, kt_v2 c, kt_v2 d) {
+    const kt_v2 p = a * b + c * d, sum = p + kt_v2_swap(p);
+    return sum[0];
+}
 /* (-x, y) */
 KT_INLINE kt_v2 kt_v2_mirror(kt_v2 a) {
     typedef int64_t bits __attribute__((vector_size(16)));

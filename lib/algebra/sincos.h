@@ -82,7 +82,13 @@ KT_INLINE bool kt_are_neighbours(const int32_t *place) {
     return off == 0;
 }
 
-/* sine[k], cosine[k] of q[angle[k]] for k < count. sine and cosine have room for whole groups of eight. */
+/* Not lane by lane through memory, which would have to be waited for. */
+KT_INLINE kt_v8 kt_v8_gather(const double *q, const int32_t *i) {
+    return (kt_v8){q[i[0]], q[i[1]], q[i[2]], q[i[3]], q[i[4]], q[i[5]], q[i[6]], q[i[7]]};
+}
+
+/* sine[k], cosine[k] of q[angle[k]] for k < count. sine and cosine have room for whole groups of eight, and angle goes
+ * on for a group of eight with any places of q. */
 KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     for (size_t i = 0; i < count; i += KT_SINCOS_LANES) {
         const size_t lanes = count - i < KT_SINCOS_LANES ? count - i : KT_SINCOS_LANES;
@@ -93,8 +99,7 @@ KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t co
         if (lanes == KT_SINCOS_LANES && kt_are_neighbours(angle + i))
             memcpy(&x, q + angle[i], sizeof x);
         else
-            for (size_t k = 0; k < lanes; k++)
-                x.lane[k] = q[angle[i + k]];
+            x.v = kt_v8_gather(q, angle + i);
         /* Bits of sizes compare like the sizes, with what is not finite beyond all: a difference of them is negative
          * where a size is too large. (Comparisons of eight lanes at once are taken apart by the compiler.) */
         const kt_i8 left = (kt_i8)KT_V8(KT_SINCOS_LIMIT) - ((kt_i8)x.v & KT_I8(INT64_MAX));

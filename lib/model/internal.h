@@ -162,6 +162,7 @@ typedef struct kt_group {
     int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
+    bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
 } kt_group;
@@ -232,6 +233,9 @@ typedef struct kt_counts {
     size_t spatial, spatial_angle, planar, plane, planar_loop;
 } kt_counts;
 
+/* Angles are taken in groups of eight (algebra/sincos.h), from anywhere among them. */
+#define KT_ANGLES(count) ((count) + 7)
+
 /* Every array of a model: type, name, count, meaning. One list declares, measures and places. */
 #define KT_MODEL_FIELDS(X)                                                                                             \
     X(kt_link, link, n->link, "elementary joints and what they carry")                                                 \
@@ -243,7 +247,7 @@ typedef struct kt_counts {
     X(double, q0, n->q, "initial positions")                                                                           \
     X(double, v0, n->v, "initial velocities")                                                                          \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
-    X(int32_t, angle, n->angle, "positions that are angles of turning links")                                          \
+    X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles of turning links, and zeros")                    \
     X(kt_loop_record, loop, n->loop, "loops, in the description's order")                                              \
     X(kt_planar_loop, planar_loop, n->planar_loop, "loops as they lie in their planes, where links are planar")        \
     X(kt_term_record, term, n->term, "terms of relations between joints")                                              \
@@ -259,7 +263,7 @@ typedef struct kt_counts {
     X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
     X(kt_bearer, bearer, n->bearer, "links whose motion effects ask for; 0: the ground")                               \
-    X(int32_t, bearer_angle, n->bearer_angle, "positions that are angles of these")                                    \
+    X(int32_t, bearer_angle, KT_ANGLES(n->bearer_angle), "positions that are angles of these, and zeros")              \
     X(int32_t, bearer_turn, n->bearer_angle, "places of these angles among all")                                       \
     X(double, number, n->number, "of functions of time")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
@@ -394,7 +398,7 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
     X(kt_rows, factored, n->group, "which equations of each group")                                                    \
-    X(double, last, n->group, "size of the last independent direction of each group, as last factored")                \
+    X(double, last, n->group, "size of its last independent direction, where a group is near a singular position")     \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
     X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \

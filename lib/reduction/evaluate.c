@@ -31,7 +31,7 @@ static bool is_near_singular(const kt_model *model, const kt_data *data) {
 
 static bool is_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
-        if (data->rank[g] < model->group[g].rank[KT_ROWS_ALL])
+        if (data->near[g] && data->rank[g] < model->group[g].rank[KT_ROWS_ALL])
             return true;
     return false;
 }
@@ -50,8 +50,8 @@ typedef struct crossing {
 /* Whether no group is so near that rounding rules the acceleration. */
 static bool is_clear(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
-        if (data->rank[g] < model->group[g].rank[KT_ROWS_ALL] ||
-            data->last[g] < CLEAR * model->group[g].usual[KT_ROWS_ALL])
+        if (data->near[g] && (data->rank[g] < model->group[g].rank[KT_ROWS_ALL] ||
+                              data->last[g] < CLEAR * model->group[g].usual[KT_ROWS_ALL]))
             return false;
     return true;
 }

@@ -7,6 +7,7 @@
 #include "reduction/closed.h"
 #include "reduction/kernel.h"
 #include "reduction/planar_group.h"
+#include "reduction/planar_pin.h"
 
 static const double none[2] = {0.0, 0.0};
 
@@ -38,15 +39,39 @@ static void pose(const kt_model *model, kt_data *data, const double *q) {
                        &motion[k]);
 }
 
-/* Velocities, no wrenches, no inertias from children. */
+/* No wrenches, no inertias from children. */
+KT_INLINE void clear(const kt_planar_link *link, kt_planar_motion *m, kt_planar_inertia *carried) {
+    m->moment = m->force[0] = m->force[1] = 0.0;
+    if (link->branches)
+        *carried = (kt_planar_inertia){.j = 0.0};
+}
+
+/* The poses given: velocities, and what clear clears. */
 static void move(const kt_model *model, kt_data *data, const double *v) {
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
         kt_planar_motion *m = &data->planar[k];
         kt_planar_velocity(link, &data->planar[link->parent], v, m);
-        m->moment = m->force[0] = m->force[1] = 0.0;
-        if (link->branches)
-            data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
+        clear(link, m, &data->planar_inertia[k]);
+    }
+}
+
+/* Both at once. */
+static void pose_and_move(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    kt_planar_motion *motion = data->planar;
+    kt_v2 e = {1.0, 0.0};
+    double omega = 0.0;
+    kt_planar_gather(model, data, q);
+    kt_planar_ground_set(none, &motion[0]);
+    for (size_t k = 1; k < model->n.planar; k++) {
+        const kt_planar_link *link = &model->planar[k];
+        if (!link->follows) {
+            e = kt_v2_load(motion[link->parent].turn);
+            omega = motion[link->parent].omega;
+        }
+        e = kt_planar_pose_after(link, e, q, data->planar_cosine, data->planar_sine, &motion[k]);
+        omega = kt_planar_velocity_after(link, omega, v, &motion[k]);
+        clear(link, &motion[k], &data->planar_inertia[k]);
     }
 }
 
@@ -68,9 +93,31 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t
     return true;
 }
 
-/* Returns the place of a link at which the inertia is singular, or 0. */
+/* The same of a group of one pin, whose equations have not been filled; false: it takes the general way. */
+static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                      const double *v, const double *tau, double *a) {
+    const kt_group *group = &model->group[g];
+    const int32_t index = model->group_loop[group->loop];
+    const kt_loop_record *loop = &model->loop[index];
+    const kt_planar_loop *flat = &model->planar_loop[index];
+    data->near[g] = false;
+    data->rank[g] = group->rank[KT_ROWS_ALL];
+    switch (loop->length[0]) {
+    case 0:
+        return kt_pin_close(model, data, group, loop, flat, top, 0, gravity, v, tau, a);
+    case 1:
+        return kt_pin_close(model, data, group, loop, flat, top, 1, gravity, v, tau, a);
+    case 2:
+        return kt_pin_close(model, data, group, loop, flat, top, 2, gravity, v, tau, a);
+    default:
+        return kt_pin_close(model, data, group, loop, flat, top, 3, gravity, v, tau, a);
+    }
+}
+
+/* Returns the place of a link at which the inertia is singular, or 0. v: groups of one pin are closed at one go, for
+ * these velocities; NULL: they have been factored like all others. */
 static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
-                        const double *tau, double *a) {
+                        const double *v, const double *tau, double *a) {
     kt_planar_inertia x, carried = {.j = 0.0};
     for (int32_t k = plane->last - 1; k >= plane->first; k--) {
         const kt_planar_link *link = &model->planar[k];
@@ -83,7 +130,11 @@ static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *pl
             kt_planar_add(&x, &data->planar_inertia[k]);
         if (link->group >= 0) {
             data->planar_inertia[k] = x;
-            if (link->tops && !close_group(model, data, link->group, link->parent, gravity, tau, a))
+            if (!link->tops)
+                continue;
+            if (!(v && model->group[link->group].pin
+                      ? close_pin(model, data, link->group, link->parent, gravity, v, tau, a)
+                      : close_group(model, data, link->group, link->parent, gravity, tau, a)))
                 return k;
             continue;
         }
@@ -103,7 +154,19 @@ static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *pl
     return 0;
 }
 
-static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, double *a) {
+static void respond(const kt_model *model, const kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
+    const kt_group *group = &model->group[g];
+    kt_group_work w;
+    if (pins && group->pin) {
+        kt_pin_respond(model, data, group, top, a);
+        return;
+    }
+    kt_group_find(model, data, (size_t)g, KT_ROWS_ALL, &w);
+    kt_planar_group_respond(model, data, group, &w, top, a);
+}
+
+static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, bool pins,
+                    double *a) {
     kt_planar_ground_set(gravity, &data->planar[0]);
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
@@ -111,25 +174,23 @@ static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane,
             kt_planar_respond(link, &data->planar_response[k], &data->planar[link->parent], &data->planar[k], a);
             continue;
         }
-        if (link->tops && link->parent) {
-            kt_group_work w;
-            kt_group_find(model, data, (size_t)link->group, KT_ROWS_ALL, &w);
-            kt_planar_group_respond(model, data, &model->group[link->group], &w, link->parent, a);
-        }
+        if (link->tops && link->parent)
+            respond(model, data, link->group, link->parent, pins, a);
         if (link->passes)
             kt_planar_acceleration(link, &data->planar[link->parent], a, &data->planar[k]);
     }
 }
 
-/* `weightless`: without gravity. */
-static size_t accelerate(const kt_model *model, kt_data *data, const double *tau, bool weightless, double *a) {
+/* `weightless`: without gravity; v: as above. */
+static size_t accelerate(const kt_model *model, kt_data *data, const double *v, const double *tau, bool weightless,
+                         double *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         const double *gravity = weightless ? none : plane->gravity;
-        const int32_t failed = way_back(model, data, plane, gravity, tau, a);
+        const int32_t failed = way_back(model, data, plane, gravity, v, tau, a);
         if (failed)
             return (size_t)failed + model->n.spatial - 1;
-        way_out(model, data, plane, gravity, a);
+        way_out(model, data, plane, gravity, v != NULL, a);
     }
     return 0;
 }
@@ -139,8 +200,7 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *tau
 
 static void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
                        const kt_wrench *external) {
-    pose(model, data, q);
-    move(model, data, v);
+    pose_and_move(model, data, q, v);
     if (external)
         kt_planar_external(model, data->planar, external);
     if (!has_spatial(model))
@@ -152,11 +212,14 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
         kt_external_subtract(model, data->motion, external);
 }
 
-static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double *tau, const kt_wrench *external, bool regular, double *a) {
+/* `pins`: groups of one pin at one go. */
+static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                          const double *tau, const kt_wrench *external, bool regular, bool pins, double *a) {
     size_t failed = 0;
     set_motion(model, data, q, v, external);
     for (size_t g = 0; g < model->n.group; g++) {
+        if (pins && model->group[g].pin)
+            continue;
         fill_moving(model, data, g, q, v, t);
         if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
@@ -167,7 +230,15 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
         data->motion[0].linear = -model->gravity;
         failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, a);
     }
-    return failed ? failed : accelerate(model, data, tau, false, a);
+    return failed ? failed : accelerate(model, data, pins ? v : NULL, tau, false, a);
+}
+
+/* What cannot be had at one go, for whatever reason, is for the general way to say. */
+static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double *tau, const kt_wrench *external, bool regular, double *a) {
+    if (!regular && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
+        return 0;
+    return try_forward(model, data, t, q, v, tau, external, regular, false, a);
 }
 
 static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
@@ -199,7 +270,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
         if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, step))
             return false;
     }
-    return accelerate(model, data, model->zero, true, step) == 0;
+    return accelerate(model, data, NULL, model->zero, true, step) == 0;
 }
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {

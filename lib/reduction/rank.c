@@ -8,6 +8,7 @@
  */
 #include "reduction/far.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -148,6 +149,24 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
     memset(alive, 0, model->n.row * sizeof *alive);
 }
 
+/* Whether a group is three links of a plane, closed by one pin alone: its rows are two directions at right angles.
+ * Other ways of reduction are taken where they are asked for. */
+static bool is_pin(const kt_model *model, const kt_group *group) {
+    if (model->reduction != KT_REDUCTION_QR || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
+        group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
+        group->rank[KT_ROWS_ALL] != 2)
+        return false;
+    const int32_t loop = model->group_loop[group->loop];
+    const kt_planar_loop *flat = &model->planar_loop[loop];
+    const kt_planar_row *x = &flat->row[0], *y = &flat->row[1];
+    if (model->loop[loop].term_count || flat->count != 2 || x->kind != KT_FLAT_ALONG || y->kind != KT_FLAT_ALONG)
+        return false;
+    const double off =
+        fmax(fabs(x->e[0] * y->e[0] + x->e[1] * y->e[1]), fmax(fabs(x->e[0] * x->e[0] + x->e[1] * x->e[1] - 1.0),
+                                                               fabs(y->e[0] * y->e[0] + y->e[1] * y->e[1] - 1.0)));
+    return off < 64.0 * DBL_EPSILON;
+}
+
 static void finish(kt_model *model, const kt_data *data, const samples *found) {
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
@@ -161,6 +180,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
                 if (model->slot[group->row + row] >= 0 && found->chosen[first + (size_t)row])
                     model->weight[first + (size_t)model->slot[group->row + row]] = PREFERRED;
         }
+        group->pin = is_pin(model, group);
     }
 }
 

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { GROUP = 1024 };
+enum { GROUP = KT_SINCOS_MOST };
 
 static kt_test_sincos *const sincos_best = kt_test_sincos_baseline;
 

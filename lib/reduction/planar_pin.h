@@ -1,0 +1,251 @@
+/* The smallest group in a plane, at one go: three coordinates x, and a pin that holds two points together (four-bars,
+ * crank-sliders). One freedom is left.
+ *
+ * With c_i the rate of p2 - p1 for a unit rate of x_i, as the loop's rows see it (J the lever to p2, or the direction
+ * of a slide; the rows are taken along e1, e2, which changes no solution), and a x b = a_x b_y - a_y b_x, A = [c_1 c_2
+ * c_3] has the null vector   n = (c_2 x c_3, c_3 x c_1, c_1 x c_2), a solution        x0 = ((b x c_1, b x c_2, b x c_3)
+ * x n) / n.n      of A x0 = b'', the least. Virtual power then takes the place of M: with U_i = (w, u) the links'
+ * velocities for the rates n, A_i = (alpha, a) their accelerations for x0 and from the velocities alone, and IA_i,
+ * (n_b, f_b) what they carry, z = (n . tau - sum U_i . (IA_i A_i + (n_b, f_b))) / sum U_i . IA_i U_i,      x = x0 + n
+ * z, and with p = sum IA_i U_i about the parent's origin the parent feels Ic - p p' / D, W + p z, and x is y - n (p .
+ * A) / D (group.h, of which this is the case of one freedom).
+ *
+ * Whatever is out of the ordinary (near a singular position, no inertia, not finite) is left to the general way.
+ */
+#ifndef KT_REDUCTION_PLANAR_PIN_H
+#define KT_REDUCTION_PLANAR_PIN_H
+
+#include "dynamics/planar_articulated.h"
+#include "reduction/planar_rows.h"
+
+enum { KT_PIN_LINKS = 3 };
+
+/* gcc leaves loops as long as these alone. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define KT_PIN_UNROLL _Pragma("GCC unroll 3")
+#else
+#define KT_PIN_UNROLL
+#endif
+
+/* Less than this of the inertia that the links carry along the freedom: the general way tells whether it is any. */
+#define KT_PIN_INERTIA 1e-10
+
+/* Links in the order of the paths: those of the first end come first. */
+typedef struct kt_pin {
+    const kt_planar_link *link[KT_PIN_LINKS];
+    kt_v2 offset[KT_PIN_LINKS]; /* from the link before it */
+    kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
+    kt_v2 bend[KT_PIN_LINKS];   /* acceleration from the velocities alone */
+    kt_v2 along[KT_PIN_LINKS];  /* of slides */
+    kt_v2 c[KT_PIN_LINKS];
+    kt_v2 drift; /* -b'' */
+    double n[KT_PIN_LINKS], x[KT_PIN_LINKS];
+} kt_pin;
+
+KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; }
+
+KT_INLINE bool kt_pin_turns(const kt_pin *p, int i) { return p->link[i]->motion == KT_MOTION_TURN; }
+
+/* One end of the loop, from the parent's origin. */
+typedef struct kt_pin_end {
+    kt_v2 point, rate, linear; /* linear: from the velocities alone */
+    double omega;
+} kt_pin_end;
+
+/* The links [from, to) of the path to end k. */
+KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const int32_t *path,
+                                   const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
+                                   kt_pin *p) {
+    kt_v2 at = {0.0, 0.0}, rate = at, bend = at;
+    const int32_t first = kt_place_of(model, 0);
+    KT_PIN_UNROLL
+    for (int i = from; i < to; i++) {
+        const int32_t place = path[i - from] + first;
+        const kt_planar_link *link = p->link[i] = &model->planar[place];
+        const kt_planar_motion *m = &data->planar[place];
+        p->offset[i] = kt_v2_load(m->offset);
+        at += p->offset[i];
+        bend += kt_v2_load(m->linear);
+        rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
+        w = m->omega;
+        p->along[i] = (kt_v2){0.0, 0.0};
+        if (link->motion == KT_MOTION_SLIDE) {
+            p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
+            rate += kt_v2_splat(v[link->v]) * p->along[i];
+        }
+        p->at[i] = at;
+        p->bend[i] = bend;
+    }
+    const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->place[k]].turn), flat->arm[k][0], flat->arm[k][1]);
+    return (kt_pin_end){.point = at + arm,
+                        .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
+                        .linear = bend - kt_v2_splat(w * w) * arm,
+                        .omega = w};
+}
+
+/* c_i and the drift. `first`: links on the first end's path. */
+KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
+    const kt_v2 d = two->point - one->point, w1 = kt_v2_splat(one->omega);
+    const kt_v2 seen = (two->rate - one->rate) - w1 * kt_v2_across(d);
+    p->drift = (two->linear - one->linear) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(seen));
+    KT_PIN_UNROLL
+    for (int i = 0; i < KT_PIN_LINKS; i++) {
+        const double sign = i < first ? -1.0 : 1.0;
+        p->c[i] = kt_pin_turns(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(two->point - p->at[i])
+                                     : kt_v2_splat(sign) * p->along[i];
+    }
+}
+
+/* n and x0; false near a singular position. `usual`: of the group. */
+KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
+    const kt_v2 *c = p->c, b = -p->drift;
+    const kt_v2 squares = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    const double all = squares[0] + squares[1], small = KT_NEAR_SINGULAR * usual;
+    double *n = p->n, *x = p->x;
+    n[0] = kt_pin_cross(c[1], c[2]);
+    n[1] = kt_pin_cross(c[2], c[0]);
+    n[2] = kt_pin_cross(c[0], c[1]);
+    const double nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    /* the last direction's size as QR has it is |n| over the longest row of A, which is shorter than all of A */
+    if (!(nn > small * small * all && nn > KT_RANK_TOLERANCE * (all * all)))
+        return false;
+    const double one = 1.0 / nn, bx = b[0] * one, by = b[1] * one;
+    const double g0 = bx * c[0][1] - by * c[0][0], g1 = bx * c[1][1] - by * c[1][0], g2 = bx * c[2][1] - by * c[2][0];
+    x[0] = g1 * n[2] - g2 * n[1];
+    x[1] = g2 * n[0] - g0 * n[2];
+    x[2] = g0 * n[1] - g1 * n[0];
+    return true;
+}
+
+/* One link in the motion n, and as it accelerates. */
+typedef struct kt_pin_body {
+    double w, alpha;
+    kt_v2 u, a;
+} kt_pin_body;
+
+KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
+    const kt_v2 across = kt_v2_across(p->offset[i]);
+    body->u += kt_v2_splat(body->w) * across;
+    body->a += kt_v2_splat(body->alpha) * across;
+    if (kt_pin_turns(p, i)) {
+        body->w += p->link[i]->sign * p->n[i];
+        body->alpha += p->link[i]->sign * p->x[i];
+    } else {
+        body->u += kt_v2_splat(p->n[i]) * p->along[i];
+        body->a += kt_v2_splat(p->x[i]) * p->along[i];
+    }
+}
+
+/* M u of what a link carries. */
+KT_INLINE kt_v2 kt_pin_apply(const kt_planar_inertia *x, kt_v2 u) {
+    return (kt_v2){x->xx, x->yy} * u + kt_v2_splat(x->xy) * kt_v2_swap(u);
+}
+
+/* Sums over the links: D, the power of what resists n, and on a moving parent the momentum p (about its origin), Ic and
+ * W. */
+typedef struct kt_pin_sum {
+    double inertia, power, carried, moment; /* `carried`: what D is held against */
+    kt_v2 force;
+    kt_planar_inertia total;
+} kt_pin_sum;
+
+KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_v2 ground, bool rides,
+                          const kt_planar_inertia *x, kt_pin_sum *sum) {
+    const kt_v2 h = kt_v2_load(x->h), a = body->a + (p->bend[i] + ground);
+    const double moment = x->j * body->w + kt_v2_dot(h, body->u);
+    const kt_v2 force = h * kt_v2_splat(body->w) + kt_pin_apply(x, body->u);
+    sum->inertia += body->w * moment + kt_v2_dot(body->u, force);
+    sum->carried += p->n[i] * p->n[i] * p->link[i]->size;
+    if (!rides) {
+        sum->power +=
+            (moment * body->alpha + body->w * x->moment) + kt_v2_dot2(force, a, body->u, kt_v2_load(x->force));
+        return;
+    }
+    kt_planar_inertia moved = *x;
+    const kt_v2 resists = kt_v2_load(x->force) + (h * kt_v2_splat(body->alpha) + kt_pin_apply(x, a));
+    moved.moment += x->j * body->alpha + kt_v2_dot(h, a);
+    kt_v2_store(moved.force, resists);
+    sum->power += body->w * moved.moment + kt_v2_dot(body->u, resists);
+    sum->moment += moment + kt_pin_cross(p->at[i], force);
+    sum->force += force;
+    kt_planar_shift(&moved, (const double[2]){p->at[i][0], p->at[i][1]});
+    kt_planar_add(&sum->total, &moved);
+}
+
+/* Onto the parent, with 1 / D and z. */
+KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, kt_planar_inertia *parent) {
+    kt_planar_inertia x = sum->total;
+    const double moment = sum->moment, fx = sum->force[0], fy = sum->force[1], gx = fx * one, gy = fy * one;
+    x.j -= moment * (moment * one);
+    x.h[0] -= moment * gx;
+    x.h[1] -= moment * gy;
+    x.xx -= fx * gx;
+    x.xy -= fx * gy;
+    x.yy -= fy * gy;
+    x.moment += moment * z;
+    x.force[0] += fx * z;
+    x.force[1] += fy * z;
+    kt_planar_add(parent, &x);
+}
+
+/* The links [from, to) of one path, the parent being at rest. */
+KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const kt_pin *p, int from, int to,
+                               kt_v2 ground, bool rides, const double *tau, kt_pin_sum *sum) {
+    kt_pin_body body = {.w = 0.0, .u = {0.0, 0.0}, .a = {0.0, 0.0}};
+    KT_PIN_UNROLL
+    for (int i = from; i < to; i++) {
+        kt_pin_move(p, i, &body);
+        kt_pin_add(p, i, &body, ground, rides, &data->planar_inertia[p->link[i] - model->planar], sum);
+        sum->power -= p->n[i] * tau[p->link[i]->v];
+    }
+}
+
+KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group *group, const kt_loop_record *loop,
+                            const kt_planar_loop *flat, int32_t top, int first, const double *gravity, const double *v,
+                            const double *tau, double *a) {
+    const kt_v2 none = {0.0, 0.0}, ground = top ? none : -kt_v2_load(gravity);
+    const double omega = data->planar[top].omega;
+    kt_pin p;
+    kt_pin_sum sum = {.inertia = 0.0, .force = none};
+    const kt_pin_end first_end =
+        kt_pin_follow(model, data, model->path + loop->path[0], flat, 0, 0, first, omega, v, &p);
+    const kt_pin_end second_end =
+        kt_pin_follow(model, data, model->path + loop->path[1], flat, 1, first, KT_PIN_LINKS, omega, v, &p);
+    kt_pin_relate(&first_end, &second_end, first, &p);
+    if (!kt_pin_reduce(group->usual[KT_ROWS_ALL], &p))
+        return false;
+    kt_pin_sum_path(data, model, &p, 0, first, ground, top != 0, tau, &sum);
+    kt_pin_sum_path(data, model, &p, first, KT_PIN_LINKS, ground, top != 0, tau, &sum);
+    if (!(sum.inertia > KT_PIN_INERTIA * sum.carried))
+        return false;
+    const double one = 1.0 / sum.inertia, z = -sum.power * one;
+    if (top == 0) {
+        for (int i = 0; i < KT_PIN_LINKS; i++)
+            a[p.link[i]->v] = p.x[i] + p.n[i] * z;
+        return true;
+    }
+    kt_group_work w;
+    kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
+    for (int i = 0; i < KT_PIN_LINKS; i++) {
+        w.base[p.link[i]->local] = p.x[i] + p.n[i] * z;
+        w.basis[p.link[i]->local] = p.n[i];
+    }
+    w.carry[0] = sum.moment * one;
+    kt_v2_store(w.carry + 1, sum.force * kt_v2_splat(one));
+    kt_pin_onto_parent(&sum, one, z, &data->planar_inertia[top]);
+    return true;
+}
+
+/* As kt_planar_group_respond. */
+KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const kt_group *group, int32_t top,
+                              double *a) {
+    const kt_planar_motion *up = &data->planar[top];
+    const int32_t *v = model->group_v + group->v;
+    kt_group_work w;
+    kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
+    const double pull = w.carry[0] * up->alpha + (w.carry[1] * up->linear[0] + w.carry[2] * up->linear[1]);
+    for (int i = 0; i < KT_PIN_LINKS; i++)
+        a[v[i]] = w.base[i] - w.basis[i] * pull;
+}
+
+#endif
