@@ -168,17 +168,19 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
 /* A loop that stands on the world may stand far from its origin. Where its paths begin with turns, their first links
  * have fixed places there, and all is counted from one of these; a slide or a free joint brings the distance in its
  * coordinate, and then nothing is gained. Needs the paths. */
-static kt_vec3 origin_of(const kt_model *m, const kt_loop_record *r) {
-    kt_vec3 origin = kt_vec3_make(0.0, 0.0, 0.0);
+static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin) {
+    bool found = false;
     for (int k = 0; k < 2 && r->ancestor == 0; k++) {
         if (r->length[k] == 0)
             continue;
         const kt_link *first = &m->link[m->path[r->path[k]]];
         if (first->motion != KT_MOTION_TURN && first->motion != KT_MOTION_BALL)
-            return kt_vec3_make(0.0, 0.0, 0.0);
-        origin = kt_v4_vec3(first->at);
+            return false;
+        if (!found)
+            *origin = kt_v4_vec3(first->at);
+        found = true;
     }
-    return origin;
+    return found;
 }
 
 static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
@@ -191,8 +193,9 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
             for (int32_t at = r->length[k]; at > 0; j = m->link[j].parent)
                 path[--at] = j;
         }
-        if (!kt_attach_is_relation(r->type))
-            r->origin = origin_of(m, r);
+        kt_vec3 origin;
+        if (!kt_attach_is_relation(r->type) && find_origin(m, r, &origin))
+            r->origin = origin;
         for (int k = 0; k < r->term_count; k++)
             m->term[r->term + k] =
                 (kt_term_record){.link = joint_link(m, joint_of_term(loop, k)),
@@ -213,19 +216,29 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
     }
 }
 
-/* The longest way around a loop, at the initial positions; 1 where loops have no length. */
+/* The longest way around a loop, at the initial positions, and to it from the place where the first loop that has one
+ * is counted from; 1 where loops have no length. */
 static double length_of(const kt_attach *a, const kt_model *m) {
+    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
+    kt_vec3 common = none;
     double longest = 0.0;
+    bool has_common = false;
     for (size_t i = 0; i < m->n.loop; i++) {
         const kt_loop_record *r = &m->loop[i];
+        kt_vec3 own = none;
+        const bool counted = !kt_attach_is_relation(r->type) && find_origin(m, r, &own);
+        if (counted && !has_common)
+            common = own;
+        has_common |= counted;
+        const kt_vec3 origin = counted ? common : none;
         double length = r->type == KT_LOOP_DISTANCE ? fabs(r->curve.a) : 0.0;
         for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
             const bool stands = r->link[k] == 0; /* on the world, as the first link of a path may */
-            length += kt_vec3_norm(stands ? kt_vec3_sub(r->frame[k].position, r->origin) : r->frame[k].position);
+            length += kt_vec3_norm(stands ? kt_vec3_sub(r->frame[k].position, origin) : r->frame[k].position);
             for (int32_t j = r->link[k]; j != r->ancestor; j = m->link[j].parent) {
                 const int32_t up = m->link[j].parent;
                 length += up ? distance_between(a->pose[j], a->pose[up])
-                             : kt_vec3_norm(kt_vec3_sub(a->pose[j].position, r->origin));
+                             : kt_vec3_norm(kt_vec3_sub(a->pose[j].position, origin));
             }
         }
         longest = fmax(longest, length);
