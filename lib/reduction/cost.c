@@ -46,7 +46,7 @@ typedef struct group_cost {
     double turn, slide, freedom, above, loop, row, path, entry;
 } group_cost;
 static const group_cost spatial_group = {843.9, 862.4, 419.7, 15.6, 433.8, -19.6, 88.5, 18.2};
-static const group_cost planar_group = {60.9, 142.5, 0.0, 12.0, 37.4, 0.0, 49.7, 0.0};
+static const group_cost planar_group = {60.9, 142.5, 0.0, 12.0, 12.0, 0.0, 49.7, 0.0};
 
 /* A group that one pin closes (planar_pin.h): exact. Three turns; each that is a slide; all links on one path; on a
  * parent that moves. */

@@ -56,7 +56,8 @@ typedef struct kt_pin_end {
 KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const int32_t *path,
                                    const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
                                    kt_pin *p) {
-    kt_v2 at = {0.0, 0.0}, rate = at, bend = at;
+    const kt_v2 none = {0.0, 0.0};
+    kt_v2 at = -kt_v2_load(flat->origin), rate = none, bend = none;
     const int32_t first = kt_place_of(model, 0);
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
@@ -68,7 +69,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         bend += kt_v2_load(m->linear);
         rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
         w = m->omega;
-        p->along[i] = (kt_v2){0.0, 0.0};
+        p->along[i] = none;
         if (link->motion == KT_MOTION_SLIDE) {
             p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
             rate += kt_v2_splat(v[link->v]) * p->along[i];
