@@ -91,7 +91,7 @@ static double energy_at(const kt_effect_record *r, const kt_effect_end end[2], c
 }
 
 /* Differences of sixth order, error h^6 / 140 of the seventh derivative. */
-static const double weight[4] = {0.0, 0.75, -0.15, 1.0 / 60.0}, step = 0.004;
+static const double weight[4] = {0.0, 0.75, -0.15, 1.0 / 60.0}, step = 0.003;
 
 /* How far a motion goes in a unit of time. */
 static double reach(const kt_vec3 linear[2], const kt_vec3 angular[2]) {
