@@ -40,7 +40,7 @@ static int read_options(int argc, char **argv, options *o) {
     for (int found; (found = getopt_long(argc, argv, "", known, NULL)) != -1;)
         switch (found) {
         case ONLY:
-            o->only = atoi(optarg);
+            o->only = (int)strtol(optarg, NULL, 10);
             if (o->only < 1 || o->only > KT_HARD_KINDS) {
                 (void)fprintf(stderr, "%s: '%s' is no kind of 1 to %d\n", argv[0], optarg, KT_HARD_KINDS);
                 return KT_BENCH_FAILED;

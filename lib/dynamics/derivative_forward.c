@@ -140,7 +140,7 @@ KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
     kt_derivative_work *w = p->w;
     const kt_node *node = &w->node[n];
     for (int32_t k = node->count - 1; k >= 0; k--) {
-        const size_t f = (size_t)(node->first + k);
+        const size_t f = (size_t)node->first + (size_t)k;
         const kt_freedom_row *row = &w->row[f];
         if (is.q)
             give_way(row, x->q, result(p, w->dq, f));
@@ -305,7 +305,7 @@ KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, 
             enter3(p, mine, x->s, b->s);
     }
     for (int32_t k = 0; k < node->count; k++) {
-        const size_t f = (size_t)(node->first + k);
+        const size_t f = (size_t)node->first + (size_t)k;
         const kt_freedom_row *row = &w->row[f];
         if (is.q)
             respond(row, after, x->q, before ? NULL : x->psi, before || !is.loaded ? NULL : x->s, result(p, w->dq, f),

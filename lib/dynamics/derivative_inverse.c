@@ -33,5 +33,5 @@ void KT_KERNEL(kt_derivative_inverse)(const kt_model *model, kt_derivative_work 
     for (size_t i = 0; i < nv; i++)
         for (int32_t n = w->row[i].node; n; n = w->node[n].parent)
             for (int32_t k = 0; k < w->node[n].count; k++)
-                set_pair(nv, i, (size_t)(w->node[n].first + k), n == w->row[i].node, w);
+                set_pair(nv, i, (size_t)w->node[n].first + (size_t)k, n == w->row[i].node, w);
 }

@@ -262,7 +262,7 @@ static inline void way_back(const kt_model *model, const kt_data *data, bool abs
             row->v = link->v + k + (above ? 3 : 0);
         }
         for (int32_t k = 0; k < node->count; k++) {
-            const size_t f = (size_t)(node->first + k);
+            const size_t f = (size_t)node->first + (size_t)k;
             w->batch[f / KT_LANES].node[f % KT_LANES] = (int64_t)n;
             set_column(&w->motion[f], x, x->inertia.moment, x->inertia.force, &w->batch[f / KT_LANES], f % KT_LANES);
         }
