@@ -261,7 +261,7 @@ KT_INLINE size_t way_back(const place *p, kind is) {
             }
             clear(is, &x);
         } else if (n <= p->low) {
-            clear_rows(p, is, (size_t)(w->node[parent].first + w->node[parent].count), (size_t)node->first);
+            clear_rows(p, is, (size_t)w->node[parent].first + (size_t)w->node[parent].count, (size_t)node->first);
         }
         n = next;
     }

@@ -34,7 +34,7 @@ static int slope(double t, const double *y, double *dydt, void *user) {
 }
 
 bool closure_start(closure_run *r, linkage *l, kt_set *set, const char *method, double step, double tolerance) {
-    const size_t n = (size_t)(l->nq + l->nv);
+    const size_t n = (size_t)l->nq + (size_t)l->nv;
     const kt_method *m = kt_method_find(method);
     const size_t size = kt_integrator_size(m, n);
     kt_integrator_options options = kt_integrator_options_default();

@@ -207,6 +207,7 @@ KT_TEST(penalty_is_what_an_iteration_divides_by) {
     linkage l;
     if (!make_four_bar(&l))
         return;
+    /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double penalty = 10.0; penalty < 2000.0; penalty *= 10.0) {
         kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
         options.penalty = penalty;

@@ -44,6 +44,7 @@ static void check_decay(kt_set_type type, double alpha, double beta, double boun
         closure_run run = {0};
         (void)closure_at(&l, 0.0, l.q, l.v, phi[0], slip[0]);
         if (closure_start(&run, &l, set, "dop853", 0.0, 1e-13))
+            /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
             for (double t = 0.1; t < 1.05 && closure_to(&run, t); t += 0.1) {
                 (void)closure_at(&l, t, l.q, l.v, phi[1], slip[1]);
                 for (int r = 0; r < l.rows; r++)
@@ -98,6 +99,7 @@ KT_TEST(slip_of_a_wheel_decays_at_twice_alpha) {
             most = fmax(most, fabs(slip[0][r]));
         kt_check_above("slip at first", most, 0.1);
         if (closure_start(&run, &l, set, "dop853", 0.0, 1e-13))
+            /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
             for (double t = 0.2; t < 1.1 && closure_to(&run, t); t += 0.2) {
                 (void)closure_at(&l, t, l.q, l.v, phi, slip[1]);
                 for (int r = 0; r < l.rows; r++)
@@ -199,6 +201,7 @@ KT_TEST(velocity_error_of_force_projection_goes_with_the_size_of_the_equation) {
         double least = length, most = length;
         kt_check_above("velocity error", fabs(slip[0][0]), 0.05);
         if (closure_start(&run, &l, set, "dop853", 0.0, 1e-13))
+            /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
             for (double t = 0.1; t < 2.05 && closure_to(&run, t); t += 0.1) {
                 (void)closure_at(&l, t, l.q, l.v, phi, slip[1]);
                 const double now = row_length(&l, t);

@@ -272,6 +272,7 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
 static int lost_ways(const kt_case *c, motion *m, const kt_set_options *o, double *worst) {
     int lost = 0;
     *worst = 0.0;
+    /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double tolerance = 1e-5; tolerance > 5e-10; tolerance *= 0.1) {
         go(c, m, "dopri5", 0.0, tolerance, NULL);
         const double right = m->error;

@@ -33,10 +33,10 @@ KT_TEST(modes_of_a_train_are_those_of_its_closed_form_at_every_state) {
         kt_worst lambda = kt_worst_make("lambda"), moves = kt_worst_make("moves"), times = kt_worst_make("time");
         for (int i = 0; i < kt_spectrum_count(spectrum); i++) {
             const kt_spectrum_mode at = kt_spectrum_at(spectrum, i);
-            const int j = 5 - i % 5; /* the fastest first */
+            const int j = 5 - i % 5, third = i / 5; /* the fastest first */
             const kt_complex exact = train_eigenvalue(&t, j);
             double shape[TRAIN_MAX], most = 0.0;
-            kt_worst_near(&times, at.time, 2.0 * (i / 5) / 3.0, 1e-15, "mode %d", i);
+            kt_worst_near(&times, at.time, 2.0 * third / 3.0, 1e-15, "mode %d", i);
             kt_worst_below(&lambda, hypot(at.mode.real - exact.re, at.mode.imaginary - exact.im), 1e-11, "mode %d", i);
             train_shape(&t, j, shape);
             for (int k = 0; k < 5; k++)
@@ -160,6 +160,7 @@ KT_TEST(stabilised_steps_within_the_limit_decay) {
             if (!m->stabilised)
                 continue;
             kt_check_near("limit", limit.step / reach, 1.0, 0.01);
+            /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
             for (double h = 0.9 * limit.step; h > 1e-4; h *= 0.7)
                 kt_worst_below(&growth, train_growth(&t, m, h, 4.0, 5), 1.0, "h = %g", h);
             kt_check_worst(&growth);

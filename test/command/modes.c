@@ -80,7 +80,7 @@ KT_TEST(modes_draws_shapes) {
     kt_write_file("cart.yaml", cart);
     kt_ran ran = kt_shell("$K modes cart.yaml --plot s.svg >/dev/null && grep -c '<rect\\|<path' s.svg");
     kt_check_equal_int("exit code", ran.code, 0);
-    kt_check_above("parts of the picture", atoi(ran.out), 10.0);
+    kt_check_above("parts of the picture", (int)strtol(ran.out, NULL, 10), 10.0);
     ran = kt_shell("$K modes cart.yaml --plot s.png --dark >/dev/null && head -c 4 s.png | tail -c 3");
     kt_check_text("picture", ran.out, "PNG");
     kt_expect(1, "a picture's name ends in .svg or .png", "$K modes cart.yaml --plot s.jpg");

@@ -6,15 +6,15 @@
 #include "hard.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* The gap that an error's words tell, "... 'LOOP' by X ..."; NaN where they do not. */
 static double told_gap(const kt_error *error) {
-    double gap = (double)NAN;
     const char *at = strstr(error->message, "' by ");
-    if (!at || sscanf(at, "' by %lf", &gap) != 1)
-        gap = (double)NAN;
-    return gap;
+    char *end = NULL;
+    const double gap = at ? strtod(at + strlen("' by "), &end) : 0.0;
+    return at && end != at + strlen("' by ") ? gap : (double)NAN;
 }
 
 /* ---- 11: assembly ------------------------------------------------------------------------------------------------ */
@@ -55,8 +55,9 @@ static void run_assembly(kt_hard *h) {
         !kt_hard_fine(h, kt_data_create(h->model, &data, &error), &error))
         return;
     h->observed[0] = h->observed[1] = 0.0;
-    for (int i = 0; i < 25; i++)
-        assemble_from(h, data, 0.5 * (i / 5 - 2), 0.5 * (i % 5 - 2), branch);
+    for (int i = -2; i <= 2; i++)
+        for (int j = -2; j <= 2; j++)
+            assemble_from(h, data, 0.5 * i, 0.5 * j, branch);
     kt_hard_say(h, "of 25 starts %d close on the one branch, %d on the other", branch[1], branch[0]);
     kt_data_free(data);
 }

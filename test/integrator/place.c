@@ -16,8 +16,8 @@
 KT_TEST(sizes_are_those_documented) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
-        const size_t n = 1000000,
-                     vectors = (size_t)(m->stages + 4 + m->dense_stages - (m->fsal ? 1 : 0) + (m->stabilised ? 11 : 0));
+        const size_t n = 1000000, vectors = (size_t)m->stages + 4 + (size_t)m->dense_stages - (m->fsal ? 1 : 0) +
+                                            (m->stabilised ? 11 : 0);
         const size_t bytes = kt_integrator_size(m, n);
         kt_note("%s: %zu bytes for one equation", m->name, kt_integrator_size(m, 1));
         kt_check_above("bytes for a million equations", (double)bytes, 8.0 * (double)(n * vectors));

@@ -27,6 +27,7 @@ static int decays(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): it goes into the callbacks */
 static kt_integrator *decays_begin(const char *method, double *rate, const kt_integrator_options *options) {
     kt_error error;
     const kt_integrator_callbacks callbacks = {decays, NULL, rate};

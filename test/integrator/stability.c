@@ -201,6 +201,7 @@ KT_TEST(growth_of_an_undamped_mode_is_that_of_heuns_closed_form) {
     const kt_stability s = stability_of(kt_method_find("heun"), 2);
     const kt_complex lambda = {0.0, 20.0};
     kt_worst worst = kt_worst_make("growth");
+    /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double h = 1e-4; h < 0.05; h *= 1.7) {
         const double exact = pow(1.0 + pow(20.0 * h, 4) / 4.0, 0.5 * 10.0 / h);
         kt_worst_near(&worst, kt_stability_growth(&s, lambda, h, 10.0), exact, 1e-9 * exact, "h = %g", h);
@@ -321,6 +322,7 @@ KT_TEST(extrapolated_polynomials_are_of_order_4_and_damped_up_to_their_reach) {
 
 KT_TEST(stages_are_as_few_as_the_reach_allows) {
     int wrong = 0;
+    /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double z = 0.0; z < 40000.0; z = 1.07 * z + 0.1) {
         const int s = kt_chebyshev_stages(z, 2.0 / 13.0);
         const kt_chebyshev enough = kt_chebyshev_make(s, 2.0 / 13.0),

@@ -189,7 +189,7 @@ KT_TEST(a_spatial_plan_makes_all_trees_spatial_and_takes_no_memory_for_planes) {
     if (planar && spatial) {
         kt_check_text("planar", kt_model_plan(planar), "planar");
         kt_check_text("spatial", kt_model_plan(spatial), "spatial");
-        kt_check_equal_int("planes", (long long)(spatial->n.plane + spatial->n.planar), 0);
+        kt_check_equal_int("planes", (long long)spatial->n.plane + (long long)spatial->n.planar, 0);
         kt_check_equal_int("spatial links", (long long)spatial->n.spatial, (long long)spatial->n.link);
         kt_check_above("bytes saved", (double)kt_data_size(planar) - (double)kt_data_size(spatial), 1.0);
     }

@@ -210,7 +210,7 @@ KT_TEST(custom_effects_push_as_the_library_s_own_do) {
 KT_TEST(custom_effects_see_the_world_s_coordinates) {
     static stage s;
     stage_describe(&s);
-    own spring = {.stiffness = 1.0};
+    static own spring = {.stiffness = 1.0};
     kt_effect *effect = add(&s, KT_EFFECT_CUSTOM);
     effect->push = well;
     effect->user = &spring;
@@ -306,7 +306,7 @@ static int refuse_jumps(void *user, double t, double q, double v, double *force,
 KT_TEST(recoverable_callback_makes_the_step_smaller_and_goes_on) {
     static stage s;
     kt_error error;
-    own o = {.stiffness = 0.0};
+    static own o = {.stiffness = 0.0};
     kt_run run = kt_run_default();
     kt_simulation *simulation = NULL;
     run.relative = run.absolute = 1e-3;

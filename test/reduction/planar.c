@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define EPS DBL_EPSILON
@@ -276,7 +277,7 @@ static const char *plan_of(linkage *l) {
     static char text[16] = "";
     text[0] = '\0';
     if (linkage_compile(l))
-        strcpy(text, kt_model_plan(l->model));
+        (void)snprintf(text, sizeof text, "%s", kt_model_plan(l->model));
     linkage_free(l);
     return text;
 }

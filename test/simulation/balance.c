@@ -220,6 +220,7 @@ KT_TEST(balance_closes_to_the_tolerance) {
     kt_model *model = kt_scene_compile(&o.lone.description);
     static const char *const methods[] = {"dopri5", "tsit5", "dop853"};
     for (int i = 0; i < 3 && model; i++)
+        /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
         for (double tolerance = 1e-5; tolerance > 1e-11; tolerance *= 1e-2) {
             ledger l;
             kt_run run = balanced(methods[i], 0.0, 4.0);

@@ -218,6 +218,7 @@ static void compare_power(add_drive *add, double bound) {
     const bool turns = kt_loop_type_of(m, drive) == KT_LOOP_MOTION;
     kt_wrench *loops = calloc((size_t)kt_loop_count(m), sizeof *loops);
     kt_worst slope = kt_worst_make("d(T + V)/dt"), supply = kt_worst_make("supplied");
+    /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double t = 0.1; t < 1.3; t += 0.17) {
         static const double weight[POINTS] = {0.0, 0.75, -0.15, 1.0 / 60.0}, h = 2e-3;
         kt_power power;

@@ -29,6 +29,7 @@ static int accelerate(const kt_instant *at, double *rate, double *a, kt_error *e
     return 0;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
 static int pull(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
     tied *s = user;
     (void)error;
@@ -133,6 +134,7 @@ KT_TEST(failures_of_the_callers_equations_are_told_in_its_words) {
 }
 
 /* An adaptive method goes around what fails for large steps. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
 static int refuse_large_steps(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate;
     (void)error;
@@ -140,6 +142,7 @@ static int refuse_large_steps(const kt_instant *at, double *rate, double *a, kt_
     return at->t - *(double *)user > 0.05 ? 1 : 0;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
 static int note_time(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
     (void)q, (void)v, (void)error;
     *changed = false;
