@@ -67,7 +67,8 @@ static void random_ends(kt_random *random, const kt_effect_record *r, kt_effect_
         end[1].axes = kt_mat3_multiply(
             end[0].axes, kt_matrix_from_euler_vector(kt_vec3_make(angle * n[0], angle * n[1], angle * n[2])));
         const kt_vec3 d = kt_vec3_sub(end[0].point, end[1].point);
-        again = kt_vec3_norm(d) < 0.8 || fabs(r->radius - kt_vec3_dot(d, end[1].axes.z)) < 0.5;
+        const double far = kt_vec3_norm(d), dent = fabs(r->radius - kt_vec3_dot(d, end[1].axes.z));
+        again = far < 0.8 || dent < 0.5 || dent < 0.3 * far; /* a turn of the plane does not reach its edge */
     }
 }
 
