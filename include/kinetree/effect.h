@@ -1,5 +1,7 @@
 /* Effects of a caller's own, through the interface that the library's effects have.
  *
+ *     static double stiffness = 40.0;
+ *
  *     static int pull(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
  *                     kt_effect_balance *balance) {
  *         const double k = *(const double *)user;
@@ -21,6 +23,8 @@
  *     effect.end_count = 2;
  *     effect.push = pull;
  *     effect.user = &stiffness;
+ *     description.effects = &effect;
+ *     description.effect_count = 1;
  *
  * or, in a scalar joint, effect.joint and effect.drive. Scene files have no such effects.
  *
