@@ -52,7 +52,7 @@ _headers = []
 
 def headers():
     if not _headers:
-        _headers.extend(sorted(path.stem for path in (HERE / "kinetree").glob("*.h")))
+        _headers.extend(sorted(path.stem for path in (HERE / "kinetree").glob("*.h") if path.stem != "kinetree"))
     return "|".join(_headers)
 
 
