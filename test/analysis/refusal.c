@@ -198,7 +198,7 @@ KT_TEST(study_ends_where_its_reference_does) {
     kt_check_near("asked", r->asked, 1000.0, 0.0);
     kt_check_above("studied", r->duration, 10.0);
     kt_check_below("studied", r->duration, 500.0);
-    kt_check_below("uncertainty", r->uncertainty.position, 1e-7);
+    kt_check_below("uncertainty", r->uncertainty.position, 1e-10);
     kt_accuracy_free(b.study);
 }
 
