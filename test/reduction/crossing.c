@@ -214,6 +214,47 @@ KT_TEST(driven_parallelogram_passes_its_change_points) {
     linkage_free(&l);
 }
 
+/* The crank's angle, rate and acceleration. */
+static void drive_at(const double c[4], double t, double *angle, double *rate, double *acceleration) {
+    *angle = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+    *rate = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
+    *acceleration = 2.0 * c[2] + 6.0 * c[3] * t;
+}
+
+/* The same with a drive that accelerates: the rocker does as the crank, flat or nearly so. The states beside are those
+ * of the motion only where the drive goes along with them. */
+KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
+    static linkage l;
+    const double turn[] = {0.4, 1.7, 0.6, -0.3};
+    four_bar f = {.crank = 1.0, .coupler = 2.0, .rocker = 1.0, .ground = 2.0, .size = 1.0, .type = KT_LOOP_REVOLUTE};
+    f.angle[0] = f.angle[2] = 0.4;
+    f.angle[1] = -0.4;
+    linkage_four_bar(&l, &f);
+    kt_loop *loop = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0), NULL,
+                                  kt_vec3_make(0.0, 0.0, 0.0));
+    loop->joint = "crank";
+    loop->function = kt_function_polynomial(turn, 4);
+    kt_worst worst = kt_worst_make("acceleration");
+    for (int k = -8; linkage_compile(&l) && k <= 8; k++) {
+        const double x = k ? copysign(0.1 * pow(10.0, -0.8 * (8 - abs(k))), k) : 0.0, sign[3] = {1.0, -1.0, 1.0};
+        double t = 1.4, angle, rate, acceleration, a[3];
+        for (int i = 0; i < 20; i++) { /* Newton's method for the time at which it is x from lying flat */
+            drive_at(turn, t, &angle, &rate, &acceleration);
+            t -= (angle - pi - x) / rate;
+        }
+        for (int i = 0; i < 3; i++) {
+            l.q[i] = sign[i] * angle;
+            l.v[i] = sign[i] * rate;
+        }
+        if (linkage_accelerate(&l, t, a))
+            for (int i = 0; i < 3; i++)
+                kt_worst_near(&worst, sign[i] * a[i], acceleration, 1e-9, "x = %g, joint %d", x, i);
+        linkage_free(&l);
+    }
+    linkage_free(&l);
+    kt_check_worst(&worst);
+}
+
 /* What is beside the loops, however fast, changes nothing in how they cross. */
 KT_TEST(fast_rotor_beside_does_not_disturb_a_crossing) {
     static linkage l;
