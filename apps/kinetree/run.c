@@ -108,22 +108,22 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
             kt_say("run: %s is the scene itself; give the results another file", results[i]);
             return KT_EXIT_USAGE;
         }
-    return arguments->plot != NULL ? kt_plot_check(arguments->plot) : -1;
+    const int code = arguments->plot != NULL ? kt_plot_check(arguments->plot) : -1;
+    return code < 0 ? kt_check_writable(arguments->summary) : code;
 }
 
 /* ---- the parts in turn ------------------------------------------------------------------------------------------- */
 
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_plot_run *plot) {
-    int code = KT_EXIT_DONE;
+    int picture = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (plot != NULL)
-        code = kt_plot_run_write(plot, outcome, arguments->plot, arguments->dark);
-    if (arguments->summary != NULL) {
-        int summary = kt_summary_write(outcome, arguments->summary);
-        code = code == KT_EXIT_DONE ? summary : code;
-    }
-    if (!arguments->quiet)
-        kt_report_outcome(outcome, out, arguments->summary, arguments->plot);
-    return code;
+        picture = kt_plot_run_write(plot, outcome, arguments->plot, arguments->dark);
+    if (arguments->summary != NULL)
+        summary = kt_summary_write(outcome, arguments->summary);
+    if (!arguments->quiet) /* of what has been written */
+        kt_report_outcome(outcome, out, summary == KT_EXIT_DONE ? arguments->summary : NULL,
+                          picture == KT_EXIT_DONE ? arguments->plot : NULL);
+    return picture != KT_EXIT_DONE ? picture : summary;
 }
 
 /* The file of records: a new one, or the one that a checkpoint belongs to. */

@@ -50,7 +50,8 @@ typedef struct kt_function {
  *   polynomial: coefficients[0] + coefficients[1] t + ...;
  *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
  *     or the natural cubic spline, which is twice continuously differentiable and has no curvature at its ends. Outside
- *     its rows a table keeps its first or last value, with no slope. */
+ *     its rows a table keeps its first or last value, with no slope; at the first and the last row it has the slope of
+ *     the inside. */
 KT_API kt_function kt_function_constant(double value);
 KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
 KT_API kt_function kt_function_ramp(double from, double to, double start, double end);
