@@ -83,7 +83,10 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     options.formulation = scene->run.formulation;
     options.plan = scene->run.plan;
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
-    if (status != KT_OK)
+    kt_told told = {0};
+    if (status == KT_ERROR_MODEL && kt_scene_locate(scene, &error))
+        tell(&told, &error);
+    else if (status != KT_OK)
         kt_say_error(&error);
     return kt_exit_code(status);
 }
