@@ -161,8 +161,7 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
         return status;
     memcpy(new_q, q, model->n.q * sizeof *q);
     memcpy(new_v, v, model->n.v * sizeof *v);
-    if (!kt_unit_quaternions(model, new_q))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial quaternion is zero or too large");
+    (void)kt_unit_quaternions(model, new_q); /* none is zero */
     memcpy(given, new_q, model->n.q * sizeof *q);
     if (model->n.group) {
         status = assemble_positions(model, data, t, given, new_q, error);
