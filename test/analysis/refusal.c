@@ -184,6 +184,31 @@ KT_TEST(reference_out_of_time_says_how_far_it_came) {
     kt_check_contains("message", b.error.message, ", all of it some ");
 }
 
+KT_TEST(given_reference_out_of_time_says_so_too) {
+    const double q[3] = {1.0, 0.9, 0.8}, v[3] = {0.0, -1.0, -1.0};
+    const kt_reference reference = {0.5, 3, q, v};
+    bench b;
+    make(&b);
+    b.options.run_evaluations = 2;
+    b.options.reference = &reference;
+    kt_check_equal_int("evaluations", create(&b), KT_ERROR_STEP);
+    kt_check_contains("message", b.error.message, "of 1 s it came to ");
+}
+
+static int stop(double done, const char *what, void *user) {
+    (void)user;
+    kt_check_near("nothing is done yet", done, 0.0, 0.0);
+    kt_check_text("what comes first", what, "the reference");
+    return 1;
+}
+
+KT_TEST(study_is_stopped_before_its_reference) {
+    bench b;
+    make(&b);
+    b.options.progress = stop;
+    refuse(&b, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before the reference");
+}
+
 /* What the reference can be had for is studied. */
 KT_TEST(study_ends_where_its_reference_does) {
     bench b;
