@@ -339,3 +339,123 @@ KT_TEST(plan_of_the_absolute_formulation_is_that_of_free_bodies) {
     is_there(&p, "loops in space", 20, "equations"); /* four revolute joints of five */
     linkage_free(&l);
 }
+
+/* ---- what makes links and loops dearer
+ * ------------------------------------------------------------------------------- */
+
+/* Flops of this step in a tree of three bars on one another (0), or two on one (1); sliding (2); their axes oblique
+ * (3). */
+static double tree_flops(int kind, bool planar) {
+    static linkage l;
+    static const char *const names[3] = {"bar0", "bar1", "bar2"};
+    linkage_begin(&l);
+    for (int i = 0; i < 3; i++) {
+        const char *parent = i == 0 ? NULL : kind == 1 ? names[0] : names[i - 1];
+        kt_body *bar =
+            linkage_bar(&l, names[i], parent, kt_vec3_make(0.0, -0.5 * i, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+        if (kind == 2) {
+            bar->joint.type = KT_JOINT_PRISMATIC;
+            bar->joint.axis = kt_vec3_make(i % 2, (i + 1) % 2, 0.0);
+        }
+        if (kind == 3)
+            bar->joint.axis = kt_vec3_make(0.6 * (i == 1), 0.48, 0.64);
+    }
+    double flops = -1.0;
+    if (!planar)
+        l.options.plan = KT_PLAN_SPATIAL;
+    if (linkage_compile(&l)) {
+        const plan p = plan_of(l.model, NULL);
+        flops = find(&p, planar ? "articulated bodies in planes" : "articulated bodies in space")->flops;
+    }
+    linkage_free(&l);
+    return flops;
+}
+
+KT_TEST(trees_that_branch_or_lie_askew_cost_more) {
+    for (int planar = 0; planar < 2; planar++) {
+        const double chain = tree_flops(0, planar);
+        kt_check_above("a chain", chain, 30.0);
+        kt_check_above("two that meet are added", tree_flops(1, planar) - chain, 1.0);
+        kt_check_above("slides", tree_flops(2, planar), 30.0);
+    }
+    kt_check_above("oblique axes are turned", tree_flops(3, false) - tree_flops(0, false), 1.0);
+}
+
+/* A slider-crank, on the ground or on a sled, in a plane or in space; by the pin at one go (QR) or factored (SVD). */
+static double loop_flops(kt_reduction reduction, bool carried, bool slides, bool planar) {
+    static linkage l;
+    const kt_vec3 x = kt_vec3_make(1.0, 0.0, 0.0), origin = kt_vec3_make(0.0, 0.0, 0.0);
+    const char *ground = carried ? "sled" : NULL;
+    linkage_begin(&l);
+    if (carried) {
+        kt_body *sled = linkage_bar(&l, "sled", NULL, origin, x, 0.0, 0.0);
+        sled->joint.type = KT_JOINT_PRISMATIC;
+        sled->joint.axis = x;
+    }
+    linkage_bar(&l, "crank", ground, origin, x, 1.0, 0.0);
+    linkage_bar(&l, "coupler", "crank", x, kt_vec3_make(2.0, 0.0, 0.0), -1.4, 0.0);
+    kt_body *last = linkage_bar(&l, "last", ground, kt_vec3_make(2.2, 0.0, 0.0), x, slides ? 0.0 : 1.6, 0.0);
+    if (slides) {
+        last->joint.type = KT_JOINT_PRISMATIC;
+        last->joint.axis = x;
+    }
+    linkage_close(&l, "close", KT_LOOP_REVOLUTE, "coupler", kt_vec3_make(2.0, 0.0, 0.0), "last",
+                  slides ? origin : kt_vec3_make(1.8, 0.0, 0.0));
+    l.options.reduction = reduction;
+    if (!planar)
+        l.options.plan = KT_PLAN_SPATIAL;
+    double flops = -1.0;
+    if (linkage_compile(&l)) {
+        const plan p = plan_of(l.model, NULL);
+        flops = find(&p, planar ? "loops in planes" : "loops in space")->flops;
+    }
+    linkage_free(&l);
+    return flops;
+}
+
+KT_TEST(loops_that_ride_cost_more_and_pins_at_one_go_less) {
+    for (int slides = 0; slides < 2; slides++) {
+        const double pin = loop_flops(KT_REDUCTION_QR, false, slides, true);
+        const double factored = loop_flops(KT_REDUCTION_SVD, false, slides, true);
+        kt_check_above("a pin", pin, 50.0);
+        kt_check_above("factored", factored, pin);
+        kt_check_above("in space", loop_flops(KT_REDUCTION_SVD, false, slides, false), factored);
+        kt_check_above("a pin that rides", loop_flops(KT_REDUCTION_QR, true, slides, true), pin);
+        kt_check_above("factored, and it rides", loop_flops(KT_REDUCTION_SVD, true, slides, true), factored);
+        kt_check_above("in space, and it rides", loop_flops(KT_REDUCTION_SVD, true, slides, false),
+                       loop_flops(KT_REDUCTION_SVD, false, slides, false));
+    }
+}
+
+/* One tree in a plane and one in space: each has its own, and wrenches of both are counted. */
+KT_TEST(mixed_scene_has_both) {
+    static linkage l;
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+    linkage_bar(&l, "slide", "bar", kt_vec3_make(0.0, -1.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0)->joint.type =
+        KT_JOINT_PRISMATIC;
+    l.body[1].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    kt_body *ball = linkage_bar(&l, "ball", NULL, kt_vec3_make(3.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 1.0, 0.0);
+    ball->joint.type = KT_JOINT_FREE;
+    ball->joint.position[0] = 0.0;
+    ball->joint.position[3] = 1.0;
+    ball->joint.rotation = kt_rotation_vector(kt_vec3_make(0.3, 0.2, 0.1));
+    ball->inertia.yy = 0.01;
+    for (int i = 0; i < 2; i++) {
+        effects[i].type = KT_EFFECT_DRAG;
+        effects[i].between[0].body = i ? "ball" : "slide";
+        effects[i].linear = 1.0;
+    }
+    l.description.effects = effects;
+    l.description.effect_count = 2;
+    if (!linkage_compile(&l))
+        return;
+    kt_check_text("plan", kt_model_plan(l.model), "mixed");
+    const plan p = plan_of(l.model, NULL);
+    is_there(&p, "articulated bodies in planes", 2, "links");
+    is_there(&p, "articulated bodies in space", 1, "links");
+    is_there(&p, "wrenches from bodies onto links", 3, "bodies");
+    is_there(&p, "motion of links that bear effects", 3, "links");
+    linkage_free(&l);
+}
