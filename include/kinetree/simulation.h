@@ -272,12 +272,36 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 
+/* What sensors show at the current time: what run and options ask records for (the accelerations of points where
+ * `kinematics` and KT_RECORD_ACCELERATION are asked for, and wrenches with KT_RECORD_REACTION), under the torques and
+ * wrenches that the next step will have. `index` is -1; what the record points to is the simulation's, as are the data
+ * that kt_point_velocity and its like are to be asked with, and valid until the next call that takes it and is not
+ * const.
+ *
+ * Nothing is computed that the last step has left or the next one needs: the evaluation of accelerations is the one
+ * that the next step begins with, and counted once; poses are those of that evaluation or of the projection. So a loop
+ * that steps, reads sensors and steps on evaluates as often as one that only steps; one that sets other torques after
+ * reading the sensors evaluates once a step more, if the method does not end its steps with an evaluation (fsal) or
+ * loops are closed: then ask after setting torques, where that will do. Not shared is an evaluation for reactions where
+ * a balance is kept, with a right-hand side of the caller's, or where the record has KT_RECORD_CONSTRAINT in it as
+ * well; nor reactions of planar loops, which are computed in space. No bit of the motion changes, unless a method
+ * chooses its steps and other torques are set twice between two of them.
+ *
+ * Accelerations are kinematic ones, zero at rest: an accelerometer at a point shows kt_point_acceleration less
+ * kt_model_gravity, turned into the axes of its body.
+ *
+ * Errors: as for a step; *record is then untouched. Allocates nothing. Not for recorders, whose record it overwrites.
+ */
+KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
+
 /* What has been done since the start. */
 typedef struct kt_simulation_counts {
-    uint64_t steps;          /* accepted */
-    uint64_t rejected;       /* tried in vain */
-    uint64_t evaluations;    /* of the right-hand side; those for records' accelerations are not counted */
-    uint64_t factorizations; /* of loop matrices: one a group at each evaluation and each projection */
+    uint64_t steps;           /* accepted */
+    uint64_t rejected;        /* tried in vain */
+    uint64_t evaluations;     /* of the right-hand side; those for records' accelerations are not counted */
+    uint64_t factorizations;  /* of loop matrices: one a group at each evaluation and each projection */
+    kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts what ended at its
+                                 cap, estimates of the decay (rkc2, rkc4; kt_integrator_counts) among them */
 } kt_simulation_counts;
 
 KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation);
