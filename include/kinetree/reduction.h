@@ -99,7 +99,7 @@ KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *dat
  * of accelerations iterates nowhere but near a singular position: there it takes at most 5 times 6 states beside, each
  * closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has caps of its own.) */
 enum {
-    KT_POSITION_STEPS_MAX = 30, /* of a projection; four do after a usual step */
+    KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two do after a usual step */
     KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two goes; one does */
     KT_ASSEMBLY_STEPS_MAX = 200 /* of an assembly, along the manifold to the nearest state */
 };

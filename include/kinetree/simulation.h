@@ -8,7 +8,7 @@
  *     kt_simulation_free(simulation);
  *
  * In control code: kt_simulation_place in memory of one's own, then, with no allocation from there on,
- * kt_simulation_set_torque and kt_simulation_advance in turn.
+ * kt_simulation_set_torque, kt_simulation_advance and kt_simulation_sense in turn.
  *
  * A simulation belongs to one thread at a time; any number of them may share a model.
  */
@@ -272,26 +272,26 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 
-/* What sensors show at the current time: what run and options ask records for (the accelerations of points where
- * `kinematics` and KT_RECORD_ACCELERATION are asked for, and wrenches with KT_RECORD_REACTION), under the torques and
- * wrenches that the next step will have. `index` is -1; what the record points to is the simulation's, as are the data
- * that kt_point_velocity and its like are to be asked with, and valid until the next call that takes it and is not
- * const.
+/* What sensors show: a record of the current time, under the torques and wrenches that the next step will have. It
+ * holds what run and options ask of records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and loops
+ * with KT_RECORD_REACTION, and with `kinematics` the places, velocities and (with either) accelerations of points,
+ * which kt_point_position and its like read from record->data. Its index is -1. All that it points to is the
+ * simulation's and valid until the next call that takes it and is not const. Errors: as for a step; *record is then
+ * untouched.
  *
- * Nothing is computed that the last step has left or the next one needs: the evaluation of accelerations is the one
- * that the next step begins with, and counted once; poses are those of that evaluation or of the projection. So a loop
- * that steps, reads sensors and steps on evaluates as often as one that only steps; one that sets other torques after
- * reading the sensors evaluates once a step more, if the method does not end its steps with an evaluation (fsal) or
- * loops are closed: then ask after setting torques, where that will do. Not shared is an evaluation for reactions where
- * a balance is kept, with a right-hand side of the caller's, or where the record has KT_RECORD_CONSTRAINT in it as
- * well; nor reactions of planar loops, which are computed in space. No bit of the motion changes, unless a method
- * chooses its steps and other torques are set twice between two of them.
+ *     kt_simulation_set_torque, kt_simulation_sense, kt_simulation_advance    in turn
  *
- * Accelerations are kinematic ones, zero at rest: an accelerometer at a point shows kt_point_acceleration less
- * kt_model_gravity, turned into the axes of its body.
+ * computes no evaluation more than without sensors: the accelerations are those that the step ended with (fsal), or
+ * else those that the next one begins with and then need not find again; the rest follows from what that evaluation or
+ * the projection left in memory. Torques that are set only after sensing make the next step begin with an evaluation of
+ * its own: one more a step, unless the method ends its steps with one (fsal) and the projection moved nothing. One more
+ * is also made for reactions in planar loops, and for all reactions where a balance or KT_RECORD_CONSTRAINT is recorded
+ * or the right-hand side is the caller's. No bit of the motion changes by sensing. (An adaptive method forgets its last
+ * error when torques change; that sensing under torques that never come into force makes it do, too.)
  *
- * Errors: as for a step; *record is then untouched. Allocates nothing. Not for recorders, whose record it overwrites.
- */
+ * Accelerations are those of the motion, zero at rest. An accelerometer shows kt_point_acceleration less
+ * kt_model_gravity, in its body's axes. In the absolute formulation sensors show the model's own bodies and joints,
+ * whose kinematics are then swept once more. Not for recorders, whose record it would overwrite. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
 /* What has been done since the start. */
