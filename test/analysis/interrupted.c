@@ -52,7 +52,11 @@ static bool open_stand(stand *d) {
     d->marker = (kt_marker){"middle", kt_vec3_make(1.0, 0.0, 0.0)};
     d->l.body[1].markers = &d->marker;
     d->l.body[1].marker_count = 1;
-    return linkage_build(&d->l, 0.0) && small_open(&d->s, d->l.model, NULL, 0.0, d->l.q, d->l.v, NULL);
+    if (!linkage_build(&d->l, 0.0))
+        return false;
+    const kt_marker_index middle = {kt_body_find(d->l.model, "coupler"), 0};
+    const kt_linearization_options options = {.outputs = &middle, .output_count = 1};
+    return small_open(&d->s, d->l.model, &options, 0.0, d->l.q, d->l.v, NULL);
 }
 
 static void close_stand(stand *d) {

@@ -212,8 +212,8 @@ static void make_rod(bench *b) {
 KT_TEST(sets_are_measured_beside_the_reduction) {
     bench b;
     make_rod(&b);
-    kt_variant variants[3];
-    for (int i = 0; i < 3; i++)
+    kt_variant variants[4];
+    for (int i = 0; i < 4; i++)
         variants[i] = kt_variant_default(&b.run);
     variants[1].label = "gauss";
     variants[1].has_set = true;
@@ -222,14 +222,17 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     variants[2].has_set = variants[2].records = true;
     variants[2].set = KT_SET_BAUMGARTE;
     variants[2].gain = 0.5;
+    variants[3].label = "gauss, of free bodies";
+    variants[3].has_set = true;
+    variants[3].model.formulation = KT_FORMULATION_ABSOLUTE;
     b.options.variants = variants;
-    b.options.variant_count = 3;
+    b.options.variant_count = 4;
     b.options.method_count = 2;
     if (!kt_check_equal_int("study", create(&b), KT_OK))
         return;
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
-    kt_check_equal_int("points", r->point_count, 6);
-    double open[3] = {0.0, 0.0, 0.0};
+    kt_check_equal_int("points", r->point_count, 8);
+    double open[4] = {0.0, 0.0, 0.0, 0.0};
     for (int i = 0; i < r->curve_count; i++)
         for (int k = 0; k < r->curves[i].count; k++) {
             const kt_accuracy_point *point = &r->points[r->curves[i].first + k];
