@@ -18,26 +18,32 @@
 extern "C" {
 #endif
 
-/* Freedoms of a model: of the tree; equations of all loops; independent ones among them, at generic positions; and what
- * is left, tree - rank. */
+/* Freedoms of a model. */
 typedef struct kt_freedom {
-    int tree, equations, rank, minimal;
+    int tree;      /* of the tree: nv */
+    int equations; /* of all loops */
+    int rank;      /* independent ones among them, at generic positions */
+    int minimal;   /* what is left: tree - rank */
 } kt_freedom;
 
+/* Freedoms of a model, found when it was compiled. O(1). */
 KT_API kt_freedom kt_model_freedom(const kt_model *model);
 
-/* Loops, in the description's order. */
+/* Loops, in the description's order: how many, their names and types. */
 KT_API int kt_loop_count(const kt_model *model);
 KT_API const char *kt_loop_name(const kt_model *model, int loop);
 KT_API kt_loop_type kt_loop_type_of(const kt_model *model, int loop);
 
-/* Groups of loops that share moving links; each is reduced by itself. loops: indices of its loops. */
+/* A group of loops that share moving links; each is reduced by itself. */
 typedef struct kt_loop_group {
-    int loop_count;
-    const int *loops; /* in the model's memory */
-    int coordinates, equations, rank;
+    int loop_count;   /* of its loops */
+    const int *loops; /* their indices, in the model's memory */
+    int coordinates;  /* of the tree, that it ties */
+    int equations;    /* of its loops */
+    int rank;         /* independent ones among them, at generic positions */
 } kt_loop_group;
 
+/* How many groups there are; one of them. */
 KT_API int kt_loop_group_count(const kt_model *model);
 KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 
@@ -56,15 +62,17 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
  * caller's, work_size >= kt_acceleration_work_size bytes at KT_ALIGNMENT, for the call alone.
  *
  * Of the reduced equations, at the accelerations and multipliers of the motion. The tree's part is analytic
- * (kt_dynamics_inverse_derivatives); the forces of effects and the rows of loops, and these alone, are differenced
- * (central, order eight, steps of 0.002 rad or m and of their rates up to 0.008): to some 1e-9 where they are smooth on
- * that scale, not where an effect jumps or has a kink within it. A single column leads off the loops; where some of
- * their equations depend on others, only sums of columns along motions that the loops allow have a meaning, since off
- * them dependent equations contradict each other, and independent ones are chosen.
+ * (kt_dynamics_inverse_derivatives), and loops' equations are differentiated as they are evaluated, exactly, whatever
+ * their type. The forces of effects, and these alone, are differenced (central, order eight, steps of 0.002 rad or m
+ * and of their rates up to 0.008): to some 1e-9 where they are smooth on that scale, not where an effect jumps or has a
+ * kink within it. A single column leads off the loops; where some of their equations depend on others, only sums of
+ * columns along motions that the loops allow have a meaning, since off them dependent equations contradict each other,
+ * and independent ones are chosen.
  *
  * Errors: as kt_acceleration_evaluate; KT_ERROR_MEMORY where work is too small or not aligned; KT_ERROR_SINGULAR at and
- * next to singular positions of the loops, too. Outputs are untouched then. O(nv^3) + 16 nv evaluations of effects and
- * rows. Where there are neither, kt_dynamics_forward_derivatives is faster. */
+ * next to singular positions of the loops, too. Outputs are untouched then. O(nv^3), a loop's equations twice for each
+ * coordinate in it, and 16 nv evaluations of the effects. Where there are neither, kt_dynamics_forward_derivatives is
+ * faster. */
 KT_API size_t kt_acceleration_work_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *work,
                                                         size_t work_size, double t, const double *q, const double *v,
@@ -76,7 +84,7 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
  * the potential energy (kt_kinetic_energy; kt_potential_energy + kt_effect_energy)
  *     d(T + V)/dt = supplied - dissipated. */
 typedef struct kt_power {
-    double dissipated, supplied;
+    double dissipated, supplied; /* W */
 } kt_power;
 
 /* kt_acceleration_evaluate, with the same bits in a, and the powers that go with it. What a driven loop supplies is the
@@ -87,23 +95,39 @@ KT_API KT_CHECKED kt_status kt_power_evaluate(const kt_model *model, kt_data *da
                                               const double *v, const double *tau, const kt_wrench *external, double *a,
                                               kt_power *power, kt_error *error);
 
-/* How much q and v violate the loops: the largest residual of positions (m or rad) and of velocities (m/s or rad/s). */
+/* How much a state violates the loops. */
 typedef struct kt_residual {
-    double position, velocity;
+    double position; /* the largest residual of positions, m or rad */
+    double velocity; /* of velocities, m/s or rad/s */
 } kt_residual;
 
+/* The residuals at (t, q, v); zero without loops. Errors: KT_ERROR_NOT_FINITE. O(bodies + equations). */
 KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, kt_residual *residual, kt_error *error);
 
+/* The caps of iterations; kt_data_iterations tells how near to them it has come, and whether one was hit. An evaluation
+ * of accelerations iterates nowhere but near a singular position: there it takes at most 5 times 6 states beside, each
+ * closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has caps of its own.) */
+enum {
+    KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two do after a usual step */
+    KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two goes; one does */
+    KT_ASSEMBLY_STEPS_MAX = 200 /* of an assembly, along the manifold to the nearest state */
+};
+
 /* Moves q by the least step, and then v, until all loops are closed to rounding, and renormalises quaternions [MSD 7.55
- * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. Errors:
- * KT_ERROR_CONSTRAINT where loops do not close, which names them and the gap left; KT_ERROR_NOT_FINITE. */
+ * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. At most
+ * KT_POSITION_STEPS_MAX and KT_VELOCITY_STEPS_MAX steps; what they leave open is an error, for whose words (which
+ * loops, and by how much) at most 400 steps more are taken. Errors: KT_ERROR_CONSTRAINT where loops do not close, which
+ * names them and the gap left; KT_ERROR_NOT_FINITE. */
 KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                              bool *changed, kt_error *error);
 
 /* Closes the loops of a state that may be far from closed [MSD 8.5]: positions, then velocities, move least, those of
- * held joints (the description's `hold`) not at all. q and v are untouched on failure. Errors: KT_ERROR_CONSTRAINT
- * names the loops that stay open and by how much, or the equations that contradict each other. */
+ * held joints (the description's `hold`) not at all. q and v are untouched on failure. For set-up: it may take 400
+ * steps from each of 5 starts to close the loops, and as many at each of up to 12 tries of each of at most
+ * KT_ASSEMBLY_STEPS_MAX steps to the nearest state. Where these do not get there, the state is closed, but another may
+ * be nearer, and kt_data_iterations says so (capped). Errors: KT_ERROR_CONSTRAINT names the loops that stay open and by
+ * how much, or the equations that contradict each other. */
 KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               kt_error *error);
 
@@ -114,8 +138,9 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
                                               double *drift, kt_error *error);
 
 /* Reactions at (t, q, v) under tau and external: in joints (one wrench a body, as kt_joint_reactions) and in loops (one
- * a loop: on the second end, at the first end's point, world axes). Either may be NULL. Leaves the kinematics of the
- * motion in data, as kt_kinematics_update does. */
+ * a loop: on the second end, at the first end's point, world axes; of a motion, what drives its joint: the torque, or
+ * where it slides the force, along the joint's axis; of a coupling zeros, for it acts within its joints' reactions).
+ * Either may be NULL. Leaves the kinematics of the motion in data, as kt_kinematics_update does. */
 KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);

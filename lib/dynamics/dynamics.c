@@ -71,8 +71,8 @@ static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_S
     (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->name);
 }
 
-kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                              const kt_wrench *external, double *a, kt_error *error) {
+kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                             const kt_wrench *external, double *a, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     const size_t failed = kernels_of(model)->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero,
                                                      external, data->scratch);
@@ -87,11 +87,27 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
                         "what it carries has no inertia along one of its freedoms at this position");
 }
 
-kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                              const kt_wrench *external, double *tau, kt_error *error) {
+kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                             const kt_wrench *external, double *tau, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     kernels_of(model)->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
     return commit_or_blame(model, &input, data->scratch, tau, "force", error);
+}
+
+kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                              const kt_wrench *external, double *a, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
+    if (external && !kt_wrenches_are_finite(model, external))
+        return kt_input_check(model, &input, error);
+    return kt_forward_trusted(model, data, q, v, tau, external, a, error);
+}
+
+kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                              const kt_wrench *external, double *tau, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
+    if (external && !kt_wrenches_are_finite(model, external))
+        return kt_input_check(model, &input, error);
+    return kt_inverse_trusted(model, data, q, v, a, external, tau, error);
 }
 
 kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
@@ -113,19 +129,32 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
     return KT_OK;
 }
 
-kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                               kt_error *error) {
+/* posed: data hold the poses of q. */
+static kt_status update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                        bool posed, kt_error *error) {
+    const kt_kernels *kernels = kernels_of(model);
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration"};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;
-    const size_t failed = kernels_of(model)->kinematics(model, data, q, v ? v : model->zero, a ? a : model->zero);
+    const size_t failed =
+        (posed ? kernels->follow : kernels->kinematics)(model, data, q, v ? v : model->zero, a ? a : model->zero);
     if (!failed)
         return KT_OK;
     char where[KT_WHERE_SIZE];
     name_joint(model, failed, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
                         "its motion overflows: look for a position, velocity or acceleration that is huge");
+}
+
+kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                               kt_error *error) {
+    return update(model, data, q, v, a, false, error);
+}
+
+kt_status kt_kinematics_follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                               kt_error *error) {
+    return update(model, data, q, v, a, true, error);
 }
 
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {

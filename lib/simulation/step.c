@@ -12,6 +12,7 @@
  * step both are put right [MSD 7.55 to 7.58], which moves the state by no more than that error and so keeps the
  * method's order.
  */
+#include "algebra/lane.h"
 #include "simulation/internal.h"
 
 #include <float.h>
@@ -51,9 +52,8 @@ static kt_status accelerate(kt_simulation *simulation, double t, const double *y
 }
 
 /* power is known where this is expanded in evaluate_slope: a run that keeps no balance does not even ask whether. */
-static inline __attribute__((always_inline)) int evaluate(kt_simulation *simulation, double t, const double *y,
-                                                          const double *tau, const kt_wrench *external, double *slope,
-                                                          double *a, kt_power *power, kt_error *error) {
+KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                       const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
     const double *q = y, *v = y + simulation->size.nq;
     kt_simulation_push(simulation, q, &tau, &external);
     if (simulation->acceleration == NULL || power != NULL) {
@@ -78,16 +78,19 @@ static inline __attribute__((always_inline)) int evaluate(kt_simulation *simulat
 
 int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
                            const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
+    simulation->held = KT_HELD_NOTHING;
     return evaluate(simulation, t, y, tau, external, slope, a, power, error);
 }
 
 /* ---- what the integrator calls ----------------------------------------------------------------------------------- */
 
 /* What the integrator is told; power: to be found too, or NULL. */
-static inline __attribute__((always_inline)) int find_slope(kt_simulation *simulation, double t, const double *y,
-                                                            double *dydt, kt_power *power) {
+KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
     const int result = evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
                                 dydt + simulation->size.nq, power, &simulation->cause);
+    /* powers, and a right-hand side of the caller's, leave in data what they like */
+    simulation->held = power == NULL && simulation->acceleration == NULL ? KT_HELD_EVALUATION : KT_HELD_NOTHING;
+    simulation->slope = dydt;
     if (result != 0) /* at the present state every step begins: no smaller one helps */
         return result > 0 && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
     if (simulation->size.nq == 0)
@@ -166,6 +169,8 @@ static kt_status say_not_finite(const kt_simulation *simulation, int body, const
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
+    if ((simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected)
+        simulation->held = status == KT_OK && simulation->projection == NULL ? KT_HELD_POSES : KT_HELD_NOTHING;
     return status == KT_OK ? 0 : is_recoverable(status) ? 1 : -1;
 }
 
@@ -224,8 +229,8 @@ kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error) 
         /* The right-hand side jumps: slopes from before are not those of the next step. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
-        if (status != KT_OK)
-            return status;
+        if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
+            return status;   /* GCOVR_EXCL_LINE */
         memcpy(simulation->torque, simulation->torque_next, size->face_nv * sizeof(double));
         memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
         simulation->memory.now = simulation->memory.next;
@@ -283,6 +288,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     kt_status status = kt_simulation_take_pushes(simulation, &from);
     if (status == KT_OK)
         status = kt_integrator_step(simulation->integrator, t_limit, &from);
+    if (simulation->groups > 0)
+        kt_simulation_count(simulation);
     if (status != KT_OK)
         return kt_simulation_fail(simulation, &from, error);
     kt_simulation_see(simulation, kt_integrator_time(simulation->integrator) - t);
@@ -340,6 +347,9 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     }
     if (status != KT_OK)
         return status;
+    simulation->held = KT_HELD_NOTHING;
+    simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
+    kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
 }
@@ -378,10 +388,4 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     kt_simulation_show(simulation, t, y, simulation->a, &q, &v, &shown);
     memcpy(a, shown, simulation->size.face_nv * sizeof(double));
     return KT_OK;
-}
-
-kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
-    kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
-    kt_simulation_counts counts = {from.steps, from.rejected, from.evaluations, simulation->memory.factorizations};
-    return counts;
 }

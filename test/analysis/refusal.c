@@ -1,0 +1,206 @@
+/* Accuracy studies that cannot be made, or not as far as was asked for: what is said, and what is kept. */
+#include "bench.h"
+
+#include <math.h>
+
+static void refuse(bench *b, kt_status expected, const char *where, const char *message) {
+    kt_check_equal_int("status", create(b), expected);
+    kt_check_text("where", b->error.where, where);
+    kt_check_text("message", b->error.message, message);
+    kt_check_true("no study", b->study == NULL);
+    kt_accuracy_free(b->study); /* NULL, which is allowed */
+}
+
+/* ---- options ------------------------------------------------------------------------------------------------------
+ */
+
+static const char whole_numbers[] = "records, budget and run_evaluations must be above 0, amplification above 1";
+static const char empty[] = "an empty list of methods or variants leaves nothing to run";
+
+KT_TEST(options_out_of_range_are_refused) {
+    bench b;
+    make(&b);
+    b.run.duration = HUGE_VAL;
+    refuse(&b, KT_ERROR_ARGUMENT, "duration", "must be above zero for an error to be measured");
+    make(&b);
+    b.options.records = 0;
+    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    make(&b);
+    b.options.budget = (double)NAN;
+    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    make(&b);
+    b.options.amplification = 1.0;
+    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    make(&b);
+    b.options.run_evaluations = 0;
+    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    make(&b);
+    b.step = HUGE_VAL;
+    refuse(&b, KT_ERROR_ARGUMENT, "steps", "must be 1 to 40 numbers above zero");
+    make(&b);
+    b.options.step_count = 0;
+    refuse(&b, KT_ERROR_ARGUMENT, "steps", "must be 1 to 40 numbers above zero");
+    make(&b);
+    b.tolerance = -1.0;
+    refuse(&b, KT_ERROR_ARGUMENT, "tolerances", "must be 1 to 40 numbers above zero");
+    make(&b);
+    double many[41];
+    for (int i = 0; i < 41; i++)
+        many[i] = 1e-3;
+    b.options.tolerances = many;
+    b.options.tolerance_count = 41;
+    refuse(&b, KT_ERROR_ARGUMENT, "tolerances", "must be 1 to 40 numbers above zero");
+    make(&b);
+    b.options.method_count = 0;
+    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", empty);
+    make(&b);
+    const kt_variant own = kt_variant_default(&b.run);
+    b.options.variants = &own;
+    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", empty);
+}
+
+KT_TEST(references_that_are_none_are_refused) {
+    static const char words[] = "it needs two records or more, an interval above zero apart";
+    const double q[3] = {1.0, 1.0, 1.0}, v[3] = {0.0, 0.0, 0.0};
+    kt_reference reference = {0.5, 3, q, v};
+    bench b;
+    make(&b);
+    b.options.reference = &reference;
+    reference.count = 1; /* no interval, and so no duration */
+    refuse(&b, KT_ERROR_ARGUMENT, "duration", "must be above zero for an error to be measured");
+    reference = (kt_reference){-0.5, -1, q, v}; /* two wrongs */
+    refuse(&b, KT_ERROR_ARGUMENT, "reference", words);
+    reference = (kt_reference){0.5, 3, q, v};
+    kt_check_equal_int("one that stands still", create(&b), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", b.error.message, "it parts from what dop853 computes at once");
+}
+
+KT_TEST(measurements_of_nothing_are_refused) {
+    static const char words[] = "a method, adaptive only with an error estimate, and a setting above zero";
+    bench b;
+    kt_accuracy_point point = {.setting = 77.0};
+    make(&b);
+    if (!kt_check_equal_int("study", create(&b), KT_OK))
+        return;
+    const kt_variant own = kt_variant_default(&b.run);
+    kt_check_equal_int("no method", kt_accuracy_measure(b.study, &own, NULL, false, 0.01, &point, &b.error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_text("message", b.error.message, words);
+    kt_check_equal_int("no step", kt_accuracy_measure(b.study, &own, b.methods[0], false, 0.0, &point, &b.error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no estimate", kt_accuracy_measure(b.study, &own, b.methods[0], true, 0.01, &point, &b.error),
+                       KT_ERROR_ARGUMENT);
+    b.body.mass = -1.0; /* the description is the caller's all the time */
+    kt_check_equal_int("a scene that has become wrong",
+                       kt_accuracy_measure(b.study, &own, b.methods[0], false, 0.01, &point, &b.error), KT_ERROR_MODEL);
+    kt_check_near("the point is untouched", point.setting, 77.0, 0.0);
+    kt_check_equal_int("the model is the scene's", kt_model_nv(kt_accuracy_model(b.study)), 1);
+    kt_accuracy_free(b.study);
+}
+
+/* ---- too little time ----------------------------------------------------------------------------------------------
+ */
+
+typedef struct ticking {
+    double time, step;
+} ticking;
+
+static double tick(void *user) {
+    ticking *t = user;
+    return t->time += t->step;
+}
+
+/* Counted in evaluations, as there is no clock; or by a clock, which tells how much would do. */
+KT_TEST(reference_out_of_time_says_how_far_it_came) {
+    bench b;
+    ticking slow = {0.0, 1.0};
+    make(&b);
+    b.options.run_evaluations = 2;
+    kt_check_equal_int("evaluations", create(&b), KT_ERROR_STEP);
+    kt_note("%s: %s", b.error.where, b.error.message);
+    kt_check_text("where", b.error.where, "reference");
+    kt_check_contains("message", b.error.message, "of 1 s it came to ");
+    kt_check_contains("message", b.error.message,
+                      " s of the processor's time: a larger budget or a shorter duration is needed");
+    make(&b);
+    b.run.duration = 1e4;
+    b.options.clock = tick;
+    b.options.user = &slow;
+    b.options.budget = 30.0;
+    kt_check_equal_int("clock", create(&b), KT_ERROR_STEP);
+    kt_note("%s: %s", b.error.where, b.error.message);
+    kt_check_contains("message", b.error.message, "of 10000 s it came to ");
+    kt_check_contains("message", b.error.message, ", all of it some ");
+}
+
+KT_TEST(given_reference_out_of_time_says_so_too) {
+    const double q[3] = {1.0, 0.9, 0.8}, v[3] = {0.0, -1.0, -1.0};
+    const kt_reference reference = {0.5, 3, q, v};
+    bench b;
+    make(&b);
+    b.options.run_evaluations = 2;
+    b.options.reference = &reference;
+    kt_check_equal_int("evaluations", create(&b), KT_ERROR_STEP);
+    kt_check_contains("message", b.error.message, "of 1 s it came to ");
+}
+
+static int stop(double done, const char *what, void *user) {
+    (void)user;
+    kt_check_near("nothing is done yet", done, 0.0, 0.0);
+    kt_check_text("what comes first", what, "the reference");
+    return 1;
+}
+
+KT_TEST(study_is_stopped_before_its_reference) {
+    bench b;
+    make(&b);
+    b.options.progress = stop;
+    refuse(&b, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before the reference");
+}
+
+/* What the reference can be had for is studied. */
+KT_TEST(study_ends_where_its_reference_does) {
+    bench b;
+    make(&b);
+    b.run.duration = 1000.0;
+    b.options.run_evaluations = 2000;
+    b.options.records = 200;
+    if (!kt_check_equal_int("study", create(&b), KT_OK))
+        return;
+    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    kt_check_equal_int("cut", r->cut, KT_ACCURACY_LATE);
+    kt_check_near("asked", r->asked, 1000.0, 0.0);
+    kt_check_above("studied", r->duration, 10.0);
+    kt_check_below("studied", r->duration, 500.0);
+    kt_check_below("uncertainty", r->uncertainty.position, 1e-10);
+    kt_accuracy_free(b.study);
+}
+
+/* Runs longer than run_evaluations say so, and nothing of them is used. */
+KT_TEST(runs_that_are_too_long_are_points_without_an_error) {
+    bench b;
+    make(&b);
+    b.options.run_evaluations = 1000;
+    b.step = 1e-6;
+    if (!kt_check_equal_int("study", create(&b), KT_OK))
+        return;
+    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    if (kt_check_equal_int("points", r->point_count, 1)) {
+        kt_check_true("unusable", !r->points[0].usable && r->points[0].status != KT_OK);
+        kt_check_true("without an error", isinf(r->points[0].error.position));
+    }
+    kt_check_equal_int("none is best", kt_accuracy_best(b.study, 1.0), -1);
+    kt_accuracy_free(b.study);
+
+    make(&b); /* and where settings are found no coarser one is left */
+    b.options.steps = b.options.tolerances = NULL;
+    b.options.step_count = b.options.tolerance_count = 0;
+    b.options.method_count = 2;
+    b.options.run_evaluations = 300;
+    if (!kt_check_equal_int("study", create(&b), KT_OK))
+        return;
+    r = kt_accuracy_get(b.study);
+    for (int i = 0; i < r->curve_count; i++)
+        kt_check_equal_int(r->curves[i].method->name, r->curves[i].end, KT_ACCURACY_LENGTH);
+    kt_accuracy_free(b.study);
+}
