@@ -85,7 +85,9 @@ KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
  * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where
- * and how: the first fault of kt_description_check, or a joint without inertia, a loop on one rigid part. O(size). */
+ * and how: the first fault of kt_description_check, or a joint without inertia, a loop on one rigid part;
+ * KT_ERROR_ARGUMENT (an option that is none, no place for the model); KT_ERROR_UNSUPPORTED (a level that this processor
+ * does not have). O(size). */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
 KT_API void kt_model_free(kt_model *model);
