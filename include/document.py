@@ -74,18 +74,36 @@ def verbatim(lines, i):
     return end
 
 
+def items(lines):
+    """Lists, in HTML: Markdown's would need an empty line behind them."""
+    out, inside, dashes = [], False, False
+    for line in lines:
+        item = line.startswith("  ") and line[2] != " " and not dashes
+        if item:
+            line = ("<li>" if inside else "<ul><li>") + line[2:]
+            inside = True
+        elif inside and not line.startswith("  "):
+            line = "</ul>" + line
+            inside = False
+        dashes = line.startswith("- ") or dashes and line.startswith("  ")
+        out.append(line)
+    if inside:
+        out[-1] += "</ul>"
+    return out
+
+
 def prose(lines):
     """The lines of a comment, as many as before, in Doxygen's Markdown."""
     out, words, i = [], [], 0
 
     def write():
-        out.extend(inline("\n".join(words)).split("\n") if words else [])
+        out.extend(items(inline("\n".join(words)).split("\n")) if words else [])
         words.clear()
 
     while i < len(lines):
         end = verbatim(lines, i)
         if end == i:
-            words.append(re.sub(r"^  (?=\S)(?![-*] )", "- ", lines[i]))
+            words.append(lines[i])
             i += 1
             continue
         write()
