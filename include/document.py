@@ -10,7 +10,8 @@ The headers are written to be read in an editor, in plain comments. The filter s
 - a comment above a declaration documents it, and what follows without an empty line between;
 - a comment behind a member or an enumerated value documents that; above members which have one, it goes before each;
 - a line /* ---- title ---- */ opens a section;
-- a list of enumerated values, KT_..._LIST(X), becomes them: each with the comment behind it, or else its text or name;
+- a list of enumerated values, KT_..._LIST(X), becomes them: each with the comment behind it, or else its text
+  or name;
 - names of the library in comments become links: Doxygen then warns of one that does not exist;
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
@@ -291,7 +292,7 @@ class Header:
                 words = flat(comment)
             else:
                 last = fields[-1]
-                words = inline(last[1:-1]) if last.startswith('"') else f'In scene files "{last}".'
+                words = inline(last[1:-1]) if last.startswith('"') else f'"{last}"'
             out += f" {fields[0]}{value}, /**< {words} */"
         return out + "\n" * found[0].count("\n")
 
