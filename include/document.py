@@ -8,7 +8,7 @@ The headers are written to be read in an editor, in plain comments. The filter s
 
 - the comment at the top of NAME.h opens the group NAME.h, in which all of the file is;
 - a comment above a declaration documents it, and what follows without an empty line between;
-- a comment behind a member or an enumerated value documents that; above members which have one, it goes before each;
+- a comment behind a member or an enumerated value documents that; above members which have one, it goes for each of them, too;
 - a line /* ---- title ---- */ opens a section;
 - a list of enumerated values, KT_..._LIST(X), becomes them: each with the comment behind it, or else its text
   or name;
@@ -337,7 +337,7 @@ class Header:
             behind = flat(behind) if behind else ""
             if fresh:
                 heading, fresh = bool(above and behind), False
-            words = f"{above} {behind}".strip() if heading or not behind else behind
+            words = f"{behind.rstrip('.')}. {above}" if heading else behind or above
             out.append("    " + " ".join(f"{one} /**< {words} */" if words else one for one in variables(declared)))
             out += [""] * (j - i)
             i = j + 1
