@@ -8,7 +8,8 @@ The headers are written to be read in an editor, in plain comments. The filter s
 
 - the comment at the top of NAME.h opens the group NAME.h, in which all of the file is;
 - a comment above a declaration documents it, and what follows without an empty line between;
-- a comment behind a member or an enumerated value documents that; above members which have one, it goes for each of them, too;
+- a comment behind a member or an enumerated value documents that;
+  above members which have one, it goes for each of them, too;
 - a line /* ---- title ---- */ opens a section;
 - a list of enumerated values, KT_..._LIST(X), becomes them: each with the comment behind it, or else its text
   or name;
