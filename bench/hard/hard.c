@@ -3,6 +3,7 @@
  * step (where this one steps adaptively, the others take the step that the case names), and all are held to the same
  * measures, from the poses and velocities of their bodies. Nothing here is timed. */
 #include "../report.h"
+#include "draw.h"
 #include "peers.h"
 
 #include <getopt.h>
@@ -18,23 +19,26 @@ static const char about[] =
     "  --alone      without the other engines\n"
     "  --markdown   prints a table in Markdown\n"
     "  --csv FILE   writes the figures there\n"
+    "  --plot FILE  draws those that other engines can run, as SVG or PNG; --plot-dark FILE for a dark page\n"
     "  --help       this text\n\n"
     "Exit status: 0 all bounds hold, 1 one does not, 2 the command line or the file is wrong.\n";
 
 typedef struct options {
     int only;
     bool brief, alone, markdown;
-    const char *csv;
+    const char *csv, *plot[2]; /* on a light page, on a dark one */
 } options;
 
 /* -1 to go on, or the exit status. */
 static int read_options(int argc, char **argv, options *o) {
-    enum { ONLY = 1, BRIEF, ALONE, MARKDOWN, CSV, HELP };
+    enum { ONLY = 1, BRIEF, ALONE, MARKDOWN, CSV, PLOT, PLOT_DARK, HELP };
     static const struct option known[] = {{"only", required_argument, NULL, ONLY},
                                           {"short", no_argument, NULL, BRIEF},
                                           {"alone", no_argument, NULL, ALONE},
                                           {"markdown", no_argument, NULL, MARKDOWN},
                                           {"csv", required_argument, NULL, CSV},
+                                          {"plot", required_argument, NULL, PLOT},
+                                          {"plot-dark", required_argument, NULL, PLOT_DARK},
                                           {"help", no_argument, NULL, HELP},
                                           {NULL, 0, NULL, 0}};
     for (int found; (found = getopt_long(argc, argv, "", known, NULL)) != -1;)
@@ -57,6 +61,10 @@ static int read_options(int argc, char **argv, options *o) {
             break;
         case CSV:
             o->csv = optarg;
+            break;
+        case PLOT:
+        case PLOT_DARK:
+            o->plot[found == PLOT_DARK] = optarg;
             break;
         case HELP:
             (void)fputs(about, stdout);
@@ -146,6 +154,30 @@ static void write_row(kt_csv *csv, const row *r) {
     }
 }
 
+/* What another engine can be compared in. */
+static int gather(kt_hard_dots *dots, int count, const row *r) {
+    const kt_hard_case *c = r->own.c;
+    if (!c->motion || c->motion->alone)
+        return count;
+    for (int m = 0; m < KT_HARD_MEASURES && c->measures[m].what && count < KT_HARD_DOTS_MAX; m++) {
+        const kt_hard_measure *measure = &c->measures[m];
+        kt_hard_dots *d = &dots[count];
+        *d = (kt_hard_dots){.bound = measure->bound, .value = {r->own.observed[m], NAN, NAN}};
+        if (measure->bound <= 0.0 || (c->run && m == 2))
+            continue;
+        (void)snprintf(d->label, sizeof d->label, "%s: %s%s%s", c->name, measure->what, *measure->unit ? ", " : "",
+                       measure->unit);
+        for (int k = 0; k < PEERS; k++) {
+            if (r->ran[k])
+                d->value[k + 1] = r->peer[k].observed[m];
+            if (m == 0)
+                (void)cell(r, k, m, d->words[k + 1]);
+        }
+        count++;
+    }
+    return count;
+}
+
 /* ---- all --------------------------------------------------------------------------------------------------------- */
 
 static void head(const options *o) {
@@ -162,9 +194,19 @@ static void head(const options *o) {
            peer_names[1]);
 }
 
+static bool draw(const options *o, const kt_hard_dots *dots, int count) {
+    static const char *const names[KT_HARD_ENGINES] = {"Kinetree", "MuJoCo", "ODE"};
+    bool fine = true;
+    for (int dark = 0; dark < 2; dark++)
+        if (o->plot[dark])
+            fine = kt_hard_draw(o->plot[dark], dark == 1, dots, count, names) && fine;
+    return fine;
+}
+
 int main(int argc, char **argv) {
+    static kt_hard_dots dots[KT_HARD_DOTS_MAX];
     options o = {.only = 0};
-    int missed = 0, count = 0;
+    int missed = 0, count = 0, dot_count = 0;
     kt_csv csv;
     static row r;
     const int status = read_options(argc, argv, &o);
@@ -185,8 +227,10 @@ int main(int argc, char **argv) {
             missed += !holds(&r.own, m);
         print_row(&r, &o);
         write_row(&csv, &r);
+        dot_count = gather(dots, dot_count, &r);
     }
     if (!o.markdown)
         printf("\n%d measures, %d over their bounds\n", count, missed);
-    return !kt_csv_close(&csv) ? KT_BENCH_FAILED : missed ? KT_BENCH_MISSED : KT_BENCH_DONE;
+    const bool drawn = draw(&o, dots, dot_count);
+    return !kt_csv_close(&csv) || !drawn ? KT_BENCH_FAILED : missed ? KT_BENCH_MISSED : KT_BENCH_DONE;
 }

@@ -1,4 +1,5 @@
-/* In place of an engine that this system does not have. */
+/* In place of an engine, or of cairo, that this system does not have. */
+#include "draw.h"
 #include "peers.h"
 
 #ifdef KT_WITHOUT_MUJOCO
@@ -21,4 +22,16 @@ bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch,
     return false;
 }
 const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
+#endif
+
+#ifdef KT_WITHOUT_CAIRO
+bool kt_hard_draw(const char *path, bool is_dark, const kt_hard_dots *dots, int count,
+                  const char *const names[KT_HARD_ENGINES]) {
+    (void)is_dark;
+    (void)dots;
+    (void)count;
+    (void)names;
+    (void)fprintf(stderr, "%s is not drawn: this build is without cairo\n", path);
+    return false;
+}
 #endif

@@ -37,6 +37,7 @@
 #define KT_DYNAMICS_DERIVATIVE_H
 
 #include "base/arena.h"
+#include "dynamics/freedom.h"
 #include "dynamics/kernel.h"
 
 /* Freedoms in the order of the links, side by side. */
@@ -49,14 +50,6 @@ typedef struct kt_node {
     int32_t first, count; /* freedoms */
     bool branches;        /* some child is not the next node */
 } kt_node;
-
-/* A freedom about its link's own origin, world axes: angular and linear parts. */
-typedef struct kt_freedom_motion {
-    kt_v4 s[2];    /* S */
-    kt_v4 psi[2];  /* psi' */
-    kt_v4 rate[2]; /* psi'' */
-    kt_v4 phi[2];
-} kt_freedom_motion;
 
 /* What a freedom asks of motions dA, psi', s: for inverse dynamics U = I S, S'2B, S'X; for forward dynamics times d. */
 typedef struct kt_freedom_row {

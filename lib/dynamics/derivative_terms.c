@@ -1,35 +1,9 @@
 /* The terms of the derivatives, freedom by freedom (derivative.h): out from the ground, and back. */
 #include "dynamics/articulated.h"
 #include "dynamics/derivative.h"
+#include "dynamics/freedom.h"
 
 /* ---- out: nodes, and how their freedoms move --------------------------------------------------------------------- */
-
-/* The motion that a node is carried with, about its link's own origin: C and A_C. */
-typedef struct carried {
-    kt_v4 omega, velocity, alpha, linear;
-} carried;
-
-/* (w, v) x (s, u) */
-KT_INLINE void motion_cross(kt_v4 w, kt_v4 v, const kt_v4 s[2], kt_v4 out[2]) {
-    out[0] = kt_v4_cross(w, s[0]);
-    out[1] = kt_v4_cross(w, s[1]) + kt_v4_cross(v, s[0]);
-}
-
-/* (omega, velocity): of the node itself. */
-KT_INLINE void set_freedom(const carried *c, kt_v4 omega, kt_v4 velocity, kt_v4 angular, kt_v4 linear,
-                           kt_freedom_motion *out) {
-    kt_v4 twice[2], along[2];
-    out->s[0] = angular;
-    out->s[1] = linear;
-    motion_cross(c->omega, c->velocity, out->s, out->psi);
-    motion_cross(c->omega, c->velocity, out->psi, twice);
-    motion_cross(c->alpha, c->linear, out->s, along);
-    motion_cross(omega, velocity, out->s, out->phi);
-    for (int k = 0; k < 2; k++) {
-        out->rate[k] = along[k] + twice[k];
-        out->phi[k] += out->psi[k];
-    }
-}
 
 static inline kt_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t *first, int32_t count) {
     kt_node *node = &w->node[w->nodes];
@@ -43,44 +17,14 @@ static inline kt_node *new_node(kt_derivative_work *w, int32_t link, int32_t par
 
 /* The nodes of one link and their freedoms. */
 static inline void move_freedoms(const kt_model *model, const kt_data *data, size_t i, const double *v, const double *a,
-                                 carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
-    const kt_v4 none = kt_v4_splat(0.0);
+                                 kt_carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
     const kt_link *link = &model->link[i];
-    const kt_link_motion *m = &data->motion[i], *up = &data->motion[link->parent];
-    kt_v4 base[3], angular, linear, unused, change;
-    kt_joint_twist(link, up, m, v, &angular, &linear);
-    kt_freedom_motion *out = &w->motion[*first];
-    const kt_v4 velocity = c->velocity + linear;
-    switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
-        set_freedom(c, m->omega, velocity, m->axis, none, out);
-        break;
-    case KT_MOTION_SLIDE:
-        set_freedom(c, m->omega, velocity, none, m->axis, out);
-        break;
-    case KT_MOTION_HELIX:
-        set_freedom(c, m->omega, velocity, m->axis, kt_v4_splat(link->pitch) * m->axis, out);
-        break;
-    case KT_MOTION_FREE:
-        kt_rest_axes(link, up->axes, base);
-        kt_joint_twist(link, up, m, a, &unused, &change);
-        for (int k = 0; k < 3; k++)
-            set_freedom(c, c->omega, velocity, none, base[k], out++);
+    kt_freedoms_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[*first]);
+    if (link->motion == KT_MOTION_FREE) { /* slides, and turns */
         new_node(w, (int32_t)i, parent, first, 3);
         parent = (int32_t)w->nodes - 1;
-        c->linear += change + kt_v4_cross(c->omega, linear);
-        c->velocity = velocity;
-        /* and turns */
-        __attribute__((fallthrough));
-    case KT_MOTION_BALL:
-        for (int k = 0; k < 3; k++)
-            set_freedom(c, m->omega, velocity, m->axes[k], none, out++);
-        break;
-    case KT_MOTION_NONE:
-        break;
     }
-    const bool turns = link->motion >= KT_MOTION_BALL;
-    new_node(w, (int32_t)i, parent, first, turns ? 3 : 1);
+    new_node(w, (int32_t)i, parent, first, link->motion >= KT_MOTION_BALL ? 3 : 1);
 }
 
 /* Inertia, F, 2B of the link alone. */
@@ -135,10 +79,10 @@ static inline void way_out(const kt_model *model, const kt_data *data, const dou
             ground.velocity = -linear;
             ground.linear = -model->gravity;
         }
-        carried c = {.omega = up->omega,
-                     .velocity = px->velocity + kt_v4_cross(up->omega, m->offset),
-                     .alpha = up->alpha,
-                     .linear = px->linear + kt_v4_cross(up->alpha, m->offset)};
+        kt_carried c = {.omega = up->omega,
+                        .velocity = px->velocity + kt_v4_cross(up->omega, m->offset),
+                        .alpha = up->alpha,
+                        .linear = px->linear + kt_v4_cross(up->alpha, m->offset)};
         const kt_v4 acceleration = m->linear - gravity;
         x->place = px->place + m->offset;
         x->velocity = c.velocity + linear;

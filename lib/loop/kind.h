@@ -4,6 +4,7 @@
 #ifndef KT_LOOP_KIND_H
 #define KT_LOOP_KIND_H
 
+#include "algebra/number.h"
 #include "base/level.h"
 #include "model/internal.h"
 
@@ -14,10 +15,10 @@ enum { KT_LOOP_ROW_MAX = 6 };
  * together changes no loop). alpha and linear are what the velocities alone give: the accelerations for zero joint
  * accelerations. The equations do not read these two; who uses them does. */
 typedef struct kt_loop_end {
-    kt_v4 axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
-    kt_v4 point;
-    kt_v4 omega, velocity;
-    kt_v4 alpha, linear;
+    kt_vector axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
+    kt_vector point;
+    kt_vector omega, velocity;
+    kt_vector alpha, linear;
 } kt_loop_end;
 
 /* One equation phi = 0. With d = point_2 - point_1, and the second end's motion relative to the first's frame,
@@ -29,11 +30,11 @@ typedef struct kt_loop_end {
  * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the first end feels the
  * opposite wrench at the same point. A row that is not holonomic has no phi, and its phi' is what must vanish. */
 typedef struct kt_loop_row {
-    kt_v4 moment, force;
-    double residual; /* phi; 0 where the row is not holonomic */
-    double rate;     /* partial derivative of phi by time: -b' */
-    double drift;    /* what of phi'' is not linear in accelerations; needs the velocities, all else does not */
-    bool holonomic;  /* the row has a residual to be closed */
+    kt_vector moment, force;
+    kt_number residual; /* phi; 0 where the row is not holonomic */
+    kt_number rate;     /* partial derivative of phi by time: -b' */
+    kt_number drift;    /* what of phi'' is not linear in accelerations; needs the velocities, all else does not */
+    bool holonomic;     /* the row has a residual to be closed */
 } kt_loop_row;
 
 /* A relation: sum of coefficient * position - f(t). */
@@ -57,7 +58,8 @@ typedef enum kt_loop_part {
     KT_PART_LENGTH
 } kt_loop_part;
 
-/* One file a type, each compiled for every instruction-set level: const kt_loop_kind KT_KERNEL(kt_loop_spherical). */
+/* One file a type, each compiled for every instruction-set level: const kt_loop_kind KT_KERNEL(kt_loop_spherical); and
+ * once more for derivatives, as if that were one more level, `tangent` (algebra/number.h). */
 typedef struct kt_loop_kind {
     int rows; /* of a frame loop: at most; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
@@ -68,8 +70,12 @@ typedef struct kt_loop_kind {
     kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
 } kt_loop_kind;
 
+#ifdef KT_TANGENT
+extern const kt_loop_kind *const kt_loop_kinds_tangent[KT_LOOP_TYPE_COUNT];
+#else
 extern const kt_loop_kind *const kt_loop_kinds_baseline[KT_LOOP_TYPE_COUNT];
 extern const kt_loop_kind *const kt_loop_kinds_v3[KT_LOOP_TYPE_COUNT];
 extern const kt_loop_kind *const kt_loop_kinds_v4[KT_LOOP_TYPE_COUNT];
+#endif
 
 #endif

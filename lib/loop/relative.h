@@ -15,29 +15,29 @@
 #include "loop/kind.h"
 
 typedef struct kt_loop_relative {
-    kt_v4 d, u, w;  /* see above */
-    kt_v4 coriolis; /* -(2 w1 x u + w1 x (w1 x d)) */
-    kt_v4 turning;  /* w1 x w2 */
+    kt_vector d, u, w;  /* see above */
+    kt_vector coriolis; /* -(2 w1 x u + w1 x (w1 x d)) */
+    kt_vector turning;  /* w1 x w2 */
 } kt_loop_relative;
 
 KT_INLINE kt_loop_relative kt_loop_relative_of(const kt_loop_end end[2]) {
     kt_loop_relative r;
-    const kt_v4 w1 = end[0].omega;
+    const kt_vector w1 = end[0].omega;
     r.d = end[1].point - end[0].point;
-    const kt_v4 carried = kt_v4_cross(w1, r.d);
+    const kt_vector carried = kt_cross(w1, r.d);
     r.u = end[1].velocity - end[0].velocity - carried;
     r.w = end[1].omega - w1;
-    r.coriolis = -kt_v4_cross(w1, r.u + r.u + carried);
-    r.turning = kt_v4_cross(w1, end[1].omega);
+    r.coriolis = -kt_cross(w1, r.u + r.u + carried);
+    r.turning = kt_cross(w1, end[1].omega);
     return r;
 }
 
 /* phi = e . d, e fixed in end 1's frame */
-KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_v4 e) {
+KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
     return (kt_loop_row){.force = e,
-                         .moment = kt_v4_splat(0.0),
-                         .residual = kt_v4_dot(e, r->d),
-                         .drift = kt_v4_dot(e, r->coriolis),
+                         .moment = kt_vector_zero(),
+                         .residual = kt_dot(e, r->d),
+                         .drift = kt_dot(e, r->coriolis),
                          .holonomic = true};
 }
 

@@ -20,39 +20,40 @@
 static const double FLAT = 1e-6;
 
 typedef struct contact {
-    double c, s;
-    kt_v4 t, rate; /* t, t' */
+    kt_number c, s;
+    kt_vector t, rate; /* t, t' */
 } contact;
 
-static inline contact touch(const kt_loop_end *wheel, kt_v4 n, kt_v4 turning) {
-    const kt_v4 a = wheel->axes[2], across = kt_v4_cross(n, a), rate = kt_v4_cross(turning, a);
+static inline contact touch(const kt_loop_end *wheel, kt_vector n, kt_vector turning) {
+    const kt_vector a = wheel->axes[2], across = kt_cross(n, a), rate = kt_cross(turning, a);
     contact k;
-    k.c = kt_v4_dot(n, a);
-    k.s = sqrt(kt_v4_dot(across, across));
-    k.t = k.s > 1e-150 ? kt_v4_cross(a, across) / kt_v4_splat(k.s) : wheel->axes[0];
-    const double s = fmax(k.s, FLAT), c1 = kt_v4_dot(n, rate), s1 = -k.c * c1 / s;
-    k.rate = -(kt_v4_splat(c1) * a + kt_v4_splat(k.c) * rate + kt_v4_splat(s1) * k.t) / kt_v4_splat(s);
+    k.c = kt_dot(n, a);
+    k.s = kt_root(kt_dot(across, across));
+    k.t = kt_value(k.s) > 1e-150 ? kt_over(kt_cross(a, across), k.s) : wheel->axes[0];
+    const kt_number s = kt_at_least(k.s, FLAT), c1 = kt_dot(n, rate), s1 = -k.c * c1 / s;
+    k.rate = kt_over(-(kt_scale(c1, a) + kt_scale(k.c, rate) + kt_scale(s1, k.t)), s);
     return k;
 }
 
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)numbers, (void)t;
-    const kt_v4 rho = kt_v4_splat(loop->radius), w2 = end[1].omega, n = end[1].axes[2];
-    const kt_v4 r = end[0].point - end[1].point, turning = end[0].omega - w2;
+    const double rho = loop->radius;
+    const kt_vector w2 = end[1].omega, n = end[1].axes[2];
+    const kt_vector r = end[0].point - end[1].point, turning = end[0].omega - w2;
     const contact at = touch(&end[0], n, turning);
-    const kt_v4 point = r - rho * at.t;
-    const kt_v4 carried = kt_v4_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
-    const kt_v4 bend = rho * (kt_v4_cross(kt_v4_cross(w2, turning), at.t) - kt_v4_cross(turning, at.rate)) -
-                       kt_v4_cross(w2, u + u + carried);
+    const kt_vector point = r - kt_scale(rho, at.t);
+    const kt_vector carried = kt_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
+    const kt_vector bend = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
+                           kt_cross(w2, u + u + carried);
     const int count = loop->contact ? 3 : 2;
     for (int k = 0; k < count; k++) {
-        const kt_v4 direction = end[1].axes[k];
-        rows[k] = (kt_loop_row){
-            .moment = kt_v4_cross(direction, point), .force = -direction, .drift = kt_v4_dot(direction, bend)};
+        const kt_vector direction = end[1].axes[k];
+        rows[k] =
+            (kt_loop_row){.moment = kt_cross(direction, point), .force = -direction, .drift = kt_dot(direction, bend)};
     }
     if (loop->contact) {
-        rows[2].residual = kt_v4_dot(n, r) - loop->radius * at.s;
+        rows[2].residual = kt_dot(n, r) - rho * at.s;
         rows[2].holonomic = true;
     }
     return count;

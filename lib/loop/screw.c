@@ -13,13 +13,12 @@
 
 static const double TURN = 6.283185307179586;
 
-static double advance(const kt_loop_record *loop, const kt_loop_end end[2], double along) {
-    const kt_v4 *e = end[0].axes, *f = end[1].axes;
-    const double theta =
-        atan2(kt_v4_dot(e[1], f[0]) - kt_v4_dot(e[0], f[1]), kt_v4_dot(e[0], f[0]) + kt_v4_dot(e[1], f[1]));
+static kt_number advance(const kt_loop_record *loop, const kt_loop_end end[2], kt_number along) {
+    const kt_vector *e = end[0].axes, *f = end[1].axes;
+    const kt_number theta = kt_angle(kt_dot(e[1], f[0]) - kt_dot(e[0], f[1]), kt_dot(e[0], f[0]) + kt_dot(e[1], f[1]));
     const double lead = TURN * loop->pitch;
-    const double phi = along - loop->pitch * (theta - loop->angle);
-    return lead != 0.0 ? remainder(phi, lead) : phi;
+    const kt_number phi = along - loop->pitch * (theta - loop->angle);
+    return lead != 0.0 ? kt_wrap(phi, lead) : phi;
 }
 
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
@@ -30,14 +29,14 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
         rows[k] = kt_row_along(&r, end[0].axes[k]);
     kt_row_coaxial(end, &r, rows + 2);
 
-    double sine;
-    const kt_v4 e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine);
-    const double c = 1.0 + kt_v4_dot(e, f);
-    const kt_v4 k = (e + f) / kt_v4_splat(c);
-    const double bend = -kt_v4_dot(k, r.w) * kt_v4_dot(r.w, kt_v4_cross(f, e)) / c - kt_v4_dot(k, r.turning);
+    kt_number sine;
+    const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine);
+    const kt_number c = 1.0 + kt_dot(e, f);
+    const kt_vector k = kt_over(e + f, c);
+    const kt_number bend = -kt_dot(k, r.w) * kt_dot(r.w, kt_cross(f, e)) / c - kt_dot(k, r.turning);
     rows[4] = kt_row_along(&r, e);
     rows[4].residual = advance(loop, end, rows[4].residual);
-    rows[4].moment = kt_v4_splat(-loop->pitch) * k;
+    rows[4].moment = kt_scale(-loop->pitch, k);
     rows[4].drift -= loop->pitch * bend;
     return 5;
 }

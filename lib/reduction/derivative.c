@@ -5,9 +5,9 @@
  * (tau_tree: inverse dynamics with external wrenches). At the a and lambda of the motion, for x any q_j or v_j,
  *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx at fixed lambda,       A da = E = d(b'' - A a)/dx at fixed
  * a. A' P = [Q1 Q2] [R1; 0], as for the accelerations themselves [MSD 7.33, 7.34]: da = Q1 y + Q2 z,   R1' y = E
- * (independent equations),   (Q2' M Q2) z = -Q2' (D + M Q1 y). M and d(tau_tree)/dx are analytic. f and b'' - A a,
- * which are cheap and smooth, are differenced: central differences of order eight in steps of KT_STEP, which leave h^8
- * / 630 times the ninth derivative and rounding errors of some eps / h of the terms.
+ * (independent equations),   (Q2' M Q2) z = -Q2' (D + M Q1 y). M and d(tau_tree)/dx are analytic, and what comes of the
+ * loops is exact (tangent.c). The effects' forces are differenced: central differences of order eight in steps of
+ * KT_STEP, which leave h^8 / 630 times the ninth derivative and rounding errors of some eps / h of the forces.
  */
 #include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
@@ -15,6 +15,7 @@
 #include "reduction/dense.h"
 #include "reduction/evaluate.h"
 #include "reduction/lapack.h"
+#include "reduction/tangent.h"
 
 #include "base/arena.h"
 
@@ -31,7 +32,6 @@
     X(lambda, p)                                                                                                       \
     X(force, n)                                                                                                        \
     X(weight, n)                                                                                                       \
-    X(slack, p)                                                                                                        \
     X(jacobian, n *p)                                                                                                  \
     X(factor, n *p)                                                                                                    \
     X(reflector, n + p)                                                                                                \
@@ -42,7 +42,8 @@
     X(half, n *n)                                                                                                      \
     X(reduced, n *n)                                                                                                   \
     X(change, n)                                                                                                       \
-    X(open, p)                                                                                                         \
+    X(freedom, n * sizeof(kt_way_freedom) / sizeof(double))                                                            \
+    X(chain, model->n.link)                                                                                            \
     X(d_q, n *n)                                                                                                       \
     X(d_v, n *n)                                                                                                       \
     X(d_tau, n *n)                                                                                                     \
@@ -78,10 +79,11 @@ size_t kt_acceleration_work_size(const kt_model *model) {
 
 /* ---- what is differenced ----------------------------------------------------------------------------------------- */
 
-/* Adds the effects' joint forces, J' times their wrenches among them, to f (n). */
-static kt_status add_effects(work *w, const double *q, const double *v, double *f, kt_error *error) {
+/* f (n): the effects' joint forces, J' times their wrenches among them. */
+static kt_status sum_effects(work *w, const double *q, const double *v, double *f, kt_error *error) {
     const double *tau = NULL;
     const kt_wrench *external = NULL;
+    memset(f, 0, w->n * sizeof *f);
     if (!w->model->n.effect)
         return KT_OK;
     kt_status status = kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
@@ -95,29 +97,12 @@ static kt_status add_effects(work *w, const double *q, const double *v, double *
     return status;
 }
 
-/* force = effects + A' lambda, slack = b'' - A a */
-static kt_status sample(work *w, const double *q, const double *v, kt_error *error) {
-    const size_t n = w->n, p = w->p;
-    memset(w->force, 0, n * sizeof *w->force);
-    kt_status status = add_effects(w, q, v, w->force, error);
-    if (status != KT_OK || !p)
-        return status;
-    status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, w->slack, error);
-    for (size_t i = 0; i < n && status == KT_OK; i++)
-        for (size_t r = 0; r < p; r++) {
-            w->force[i] += w->jacobian[i * p + r] * w->lambda[r];
-            w->slack[r] -= w->jacobian[i * p + r] * w->a[i];
-        }
-    return status;
-}
-
-/* Takes df off column j of D, and writes column j of E. */
-static kt_status difference(work *w, const double *q, const double *v, size_t j, bool rate, double *d, double *e,
+/* Takes df off column j of D. */
+static kt_status difference(work *w, const double *q, const double *v, size_t j, bool rate, double *d,
                             kt_error *error) {
     static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
-    const size_t n = w->n, p = w->p;
+    const size_t n = w->n;
     memset(w->change, 0, n * sizeof *w->change);
-    memset(e + j * p, 0, p * sizeof *e);
     for (int k = -4; k <= 4; k++) {
         if (k == 0)
             continue;
@@ -127,13 +112,11 @@ static kt_status difference(work *w, const double *q, const double *v, size_t j,
         kt_position_add(w->model, q, w->v, w->q);
         memcpy(w->v, v, n * sizeof *w->v);
         w->v[j] += rate ? k * KT_STEP : 0.0;
-        const kt_status status = sample(w, w->q, w->v, error);
+        const kt_status status = sum_effects(w, w->q, w->v, w->force, error);
         if (status != KT_OK)
             return status;
         for (size_t i = 0; i < n; i++)
             w->change[i] += c * w->force[i];
-        for (size_t r = 0; r < p; r++)
-            e[j * p + r] += c * w->slack[r];
     }
     for (size_t i = 0; i < n; i++)
         d[j * n + i] -= w->change[i];
@@ -240,9 +223,10 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
     if (status == KT_OK)
         status =
             kt_dynamics_inverse_derivatives(model, w->data, w->tree, size, q, v, w->a, external, w->d_q, w->d_v, error);
-    memset(w->lambda, 0, w->p * sizeof *w->lambda);
     if (status == KT_OK)
-        status = sample(w, q, v, error); /* the effects' forces, and A */
+        status = sum_effects(w, q, v, w->force, error);
+    if (status == KT_OK && w->p)
+        status = kt_loop_equations(model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
         status = factor(w, error);
     if (status == KT_OK)
@@ -256,10 +240,19 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
 
 static kt_status solve(work *w, const double *q, const double *v, kt_error *error) {
     const size_t n = w->n;
-    for (size_t j = 0; j < n && (w->p || w->model->n.effect); j++) {
-        kt_status status = difference(w, q, v, j, false, w->d_q, w->e_q, error);
+    const kt_tangent at = {.model = w->model,
+                           .data = w->data,
+                           .t = w->t,
+                           .v = v,
+                           .a = w->a,
+                           .freedom = (kt_way_freedom *)w->freedom,
+                           .chain = (int32_t *)w->chain};
+    if (w->p)
+        kt_tangent_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
+    for (size_t j = 0; j < n && w->model->n.effect; j++) {
+        kt_status status = difference(w, q, v, j, false, w->d_q, error);
         if (status == KT_OK)
-            status = difference(w, q, v, j, true, w->d_v, w->e_v, error);
+            status = difference(w, q, v, j, true, w->d_v, error);
         if (status != KT_OK)
             return status;
     }

@@ -27,7 +27,7 @@ CORE_MAY_IMPORT = [
     # linear algebra in the caller's workspace
     "LAPACKE_d*_work", "cblas_d*",
     # what compilers call by themselves
-    "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init",
+    "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init", "__muldc3", "__divdc3",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
 SET_UP = ["analysis/accuracy.c", "analysis/place.c", "analysis/set_place.c", "analysis/spectrum_place.c", "model/absolute.c", "model/attach.c", "model/check.c", "model/compile*.c", "reduction/rank.c", "simulation/place.c"]

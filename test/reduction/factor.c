@@ -132,6 +132,80 @@ KT_TEST(rank_is_capped) {
     kt_check_worst(&solved);
 }
 
+/* A and A scaled row by row with its weights, which are powers of two: the same equations are chosen. */
+static void weigh(kt_random *random, int m, int k, int rank, double *weight, matrix_bench *given,
+                  matrix_bench *scaled) {
+    matrix_set_up(given, m, k);
+    matrix_set_up(scaled, m, k);
+    matrix_draw(random, m, k, rank, given->w.a);
+    for (int r = 0; r < k; r++) {
+        weight[r] = kt_random_uniform(random, 0.0, 1.0) < 0.5 ? 16.0 : 1.0;
+        for (int i = 0; i < m; i++)
+            scaled->w.a[r * m + i] = weight[r] * given->w.a[r * m + i];
+    }
+    given->w.weight = weight;
+}
+
+/* The largest of A x - b and of A' lambda - g, for b and g that have solutions; against what rounding may do. */
+static void solve_both(const kt_reduction_kind *kind, const kt_group_work *w, int rank, kt_random *random,
+                       kt_worst *x_error, kt_worst *lambda_error) {
+    double b[MATRIX_MOST] = {0.0}, g[MATRIX_MOST] = {0.0}, left[MATRIX_MOST], x[MATRIX_MOST], lambda[MATRIX_MOST];
+    const int m = w->m, k = w->k;
+    double least = HUGE_VAL, origin[MATRIX_MOST];
+    for (int i = 0; i < (m > k ? m : k); i++)
+        origin[i] = kt_random_normal(random);
+    for (int r = 0; r < k; r++)
+        for (int i = 0; i < m; i++) {
+            b[r] += w->a[r * m + i] * origin[i];
+            g[i] += w->a[r * m + i] * origin[r];
+        }
+    for (int i = 0; i < rank; i++)
+        least = fmin(least, kind->size(w, i));
+    const double size = matrix_largest(w->a, m * k) * (m > k ? m : k), kappa = size / least;
+    const double b_most = matrix_largest(b, k), g_most = matrix_largest(g, m);
+    memcpy(left, g, sizeof left);
+    kind->particular(w, rank, b, x);
+    kind->multipliers(w, rank, g, lambda);
+    for (int r = 0; r < k; r++)
+        for (int i = 0; i < m; i++) {
+            b[r] -= w->a[r * m + i] * x[i];
+            left[i] -= w->a[r * m + i] * lambda[r];
+        }
+    kt_worst_below(x_error, matrix_largest(b, k),
+                   DBL_EPSILON * (size * fmax(1.0, matrix_largest(x, m)) + kappa * b_most), "%d x %d, rank %d", m, k,
+                   rank);
+    kt_worst_below(lambda_error, matrix_largest(left, m),
+                   DBL_EPSILON * (size * fmax(1.0, matrix_largest(lambda, k)) + kappa * g_most), "%d x %d, rank %d", m,
+                   k, rank);
+}
+
+/* By QR, below and from the size on where LAPACK does it, and by partitioning. */
+KT_TEST(weights_choose_the_equations_and_leave_the_solutions) {
+    static const int sizes[] = {4, 7, 12, 31, KT_LARGE + 1};
+    kt_random random = kt_random_of_test();
+    kt_worst solved = kt_worst_make("A x = b"), balanced = kt_worst_make("A' lambda = g");
+    long ranks = 0, choices = 0;
+    for (int way = 0; way < 3; way += 2)
+        for (int s = 0; s < 5; s++)
+            for (int rank = 1; rank < sizes[s]; rank += 1 + rank / 3) {
+                matrix_bench given, scaled;
+                double weight[MATRIX_MOST];
+                weigh(&random, sizes[s], sizes[s], rank, weight, &given, &scaled);
+                const int found = kinds[way]->factor(&given.w, rank);
+                ranks += found != rank || kinds[way]->factor(&scaled.w, rank) != rank;
+                for (int i = 0; i < rank; i++)
+                    choices += given.w.pivot[i] != scaled.w.pivot[i];
+                if (found == rank)
+                    solve_both(kinds[way], &given.w, rank, &random, &solved, &balanced);
+                (void)matrix_tear_down(&given);
+                (void)matrix_tear_down(&scaled);
+            }
+    kt_check_equal_int("ranks that are not what they should be", ranks, 0);
+    kt_check_equal_int("other equations than the longer ones", choices, 0);
+    kt_check_worst(&solved);
+    kt_check_worst(&balanced);
+}
+
 /* Wherever it stands, whatever is found before it. */
 KT_TEST(numbers_that_are_not_finite_are_refused) {
     static const int sizes[][2] = {{1, 1}, {3, 2}, {2, 3}, {7, 6}, {12, 10}, {10, 14}, {39, 5}, {42, 6}, {6, 42}};

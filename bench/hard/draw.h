@@ -1,0 +1,20 @@
+/* The table of hard cases as a picture. */
+#ifndef KT_BENCH_HARD_DRAW_H
+#define KT_BENCH_HARD_DRAW_H
+
+#include <stdbool.h>
+
+enum { KT_HARD_ENGINES = 3, KT_HARD_DOTS_MAX = 128 };
+
+/* One line: a measure of a case, and what each engine makes of it (NaN: nothing, `words` say why, or are empty). */
+typedef struct kt_hard_dots {
+    char label[120];
+    double bound, value[KT_HARD_ENGINES];
+    char words[KT_HARD_ENGINES][40];
+} kt_hard_dots;
+
+/* Writes an SVG or PNG picture, by its name. False after saying why not. */
+bool kt_hard_draw(const char *path, bool is_dark, const kt_hard_dots *dots, int count,
+                  const char *const names[KT_HARD_ENGINES]);
+
+#endif

@@ -1,0 +1,91 @@
+/* How the freedoms of a link move it and all that it carries, for derivatives (derivative.h).
+ *
+ * Spatial vectors (w, v), about the link's own origin or any point that rests in the world. With C and A_C the motion
+ * that a freedom S_k is carried with,
+ *     psi' = C x S_k,   psi'' = A_C x S_k + C x psi',   phi = psi' + V x S_k,
+ * V the motion of what S_k moves: its node (a free link's slides are one, its turns the next).
+ */
+#ifndef KT_DYNAMICS_FREEDOM_H
+#define KT_DYNAMICS_FREEDOM_H
+
+#include "dynamics/sweep.h"
+
+enum { KT_FREEDOM_MOST = 6 }; /* of a link */
+
+/* A freedom, world axes: angular and linear parts. */
+typedef struct kt_freedom_motion {
+    kt_v4 s[2];    /* S */
+    kt_v4 psi[2];  /* psi' */
+    kt_v4 rate[2]; /* psi'' */
+    kt_v4 phi[2];
+} kt_freedom_motion;
+
+/* Velocity and acceleration, both spatial, about the link's own origin. */
+typedef struct kt_carried {
+    kt_v4 omega, velocity, alpha, linear;
+} kt_carried;
+
+/* (w, v) x (s, u) */
+KT_INLINE void kt_motion_cross(kt_v4 w, kt_v4 v, const kt_v4 s[2], kt_v4 out[2]) {
+    out[0] = kt_v4_cross(w, s[0]);
+    out[1] = kt_v4_cross(w, s[1]) + kt_v4_cross(v, s[0]);
+}
+
+/* (omega, velocity): V. */
+KT_INLINE void kt_freedom_set(const kt_carried *c, kt_v4 omega, kt_v4 velocity, kt_v4 angular, kt_v4 linear,
+                              kt_freedom_motion *out) {
+    kt_v4 twice[2], along[2];
+    out->s[0] = angular;
+    out->s[1] = linear;
+    kt_motion_cross(c->omega, c->velocity, out->s, out->psi);
+    kt_motion_cross(c->omega, c->velocity, out->psi, twice);
+    kt_motion_cross(c->alpha, c->linear, out->s, along);
+    kt_motion_cross(omega, velocity, out->s, out->phi);
+    for (int k = 0; k < 2; k++) {
+        out->rate[k] = along[k] + twice[k];
+        out->phi[k] += out->psi[k];
+    }
+}
+
+/* Of all freedoms of a link, in their order; `up` and `m` are its parent's pose and its own. c: the motion that the
+ * link is carried with; receives its own. */
+KT_INLINE void kt_freedoms_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m, const double *v,
+                               const double *a, kt_carried *c, kt_freedom_motion *out) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_v4 base[3], angular, linear, turned, moved;
+    kt_joint_twist(link, up, m, v, &angular, &linear);
+    kt_joint_twist(link, up, m, a, &turned, &moved);
+    const kt_v4 omega = c->omega + angular, velocity = c->velocity + linear;
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_TURN:
+        kt_freedom_set(c, omega, velocity, m->axis, none, out);
+        break;
+    case KT_MOTION_SLIDE:
+        kt_freedom_set(c, omega, velocity, none, m->axis, out);
+        break;
+    case KT_MOTION_HELIX:
+        kt_freedom_set(c, omega, velocity, m->axis, kt_v4_splat(link->pitch) * m->axis, out);
+        break;
+    case KT_MOTION_FREE:
+        kt_rest_axes(link, up->axes, base);
+        for (int k = 0; k < 3; k++)
+            kt_freedom_set(c, c->omega, velocity, none, base[k], out++);
+        c->linear += moved + kt_v4_cross(c->omega, linear);
+        c->velocity = velocity;
+        linear = moved = none;
+        /* and turns */
+        __attribute__((fallthrough));
+    case KT_MOTION_BALL:
+        for (int k = 0; k < 3; k++)
+            kt_freedom_set(c, omega, velocity, m->axes[k], none, out++);
+        break;
+    case KT_MOTION_NONE:
+        break;
+    }
+    c->linear += moved + kt_v4_cross(c->omega, linear) + kt_v4_cross(c->velocity, angular);
+    c->alpha += turned + kt_v4_cross(c->omega, angular);
+    c->omega = omega;
+    c->velocity = velocity;
+}
+
+#endif

@@ -1,0 +1,29 @@
+/* What closes and pushes a mechanism, differentiated: its own part of kt_acceleration_derivatives (derivative.c). */
+#ifndef KT_REDUCTION_TANGENT_H
+#define KT_REDUCTION_TANGENT_H
+
+#include "dynamics/freedom.h"
+
+/* A freedom on the way from what carries both ends of a loop to one of them, told from a point near to both. */
+typedef struct kt_way_freedom {
+    kt_freedom_motion motion;
+    int32_t v;     /* its coordinate */
+    int32_t end;   /* 0 or 1 */
+    int32_t first; /* among those of the way: the first that it moves, with it: of its node */
+} kt_way_freedom;
+
+/* A motion whose poses are in data, and what to work in. */
+typedef struct kt_tangent {
+    const kt_model *model;
+    const kt_data *data;
+    double t;
+    const double *v, *a;
+    kt_way_freedom *freedom; /* nv */
+    int32_t *chain;          /* links */
+} kt_tangent;
+
+/* Loops, with multipliers lambda of all equations: takes d(A' lambda)/dq off d_q (nv x nv), and writes the derivatives
+ * of b'' - A a by q and v (equations x nv). */
+void kt_tangent_loops(const kt_tangent *x, const double *lambda, double *d_q, double *e_q, double *e_v);
+
+#endif
