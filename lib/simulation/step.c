@@ -51,8 +51,9 @@ static kt_status accelerate(kt_simulation *simulation, double t, const double *y
 }
 
 /* power is known where this is expanded in evaluate_slope: a run that keeps no balance does not even ask whether. */
-KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                       const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
+static inline __attribute__((always_inline)) int evaluate(kt_simulation *simulation, double t, const double *y,
+                                                          const double *tau, const kt_wrench *external, double *slope,
+                                                          double *a, kt_power *power, kt_error *error) {
     const double *q = y, *v = y + simulation->size.nq;
     kt_simulation_push(simulation, q, &tau, &external);
     if (simulation->acceleration == NULL || power != NULL) {
@@ -83,7 +84,8 @@ int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y,
 /* ---- what the integrator calls ----------------------------------------------------------------------------------- */
 
 /* What the integrator is told; power: to be found too, or NULL. */
-KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
+static inline __attribute__((always_inline)) int find_slope(kt_simulation *simulation, double t, const double *y,
+                                                            double *dydt, kt_power *power) {
     const int result = evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
                                 dydt + simulation->size.nq, power, &simulation->cause);
     if (result != 0) /* at the present state every step begins: no smaller one helps */
