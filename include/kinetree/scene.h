@@ -1,15 +1,18 @@
 /* Scene files: YAML to a description and back. A library of its own, libkinetree-scene.
  *
  *     static void print_fault(void *user, const kt_error *fault) {
- *         fprintf(user, "%s: %s\n", fault->where, fault->message);
+ *         fprintf((FILE *)user, "%s: %s\n", fault->where, fault->message);
  *     }
  *
+ * and then
+ *
  *     kt_scene scene;
- *     if (kt_scene_read("four-bar.yaml", &scene, print_fault, stderr, NULL) != KT_OK)
- *         return 2;
- *     status = kt_model_compile(&scene.description, NULL, &model, &error);
- *     status = kt_simulation_create(model, &scene.run, NULL, &simulation, &error);
- *     kt_scene_free(&scene);
+ *     kt_model *compiled = NULL;
+ *     status = kt_scene_read("four-bar.yaml", &scene, print_fault, stderr, &error);
+ *     if (status == KT_OK) {
+ *         status = kt_model_compile(&scene.description, NULL, &compiled, &error);
+ *         kt_scene_free(&scene);
+ *     }
  *
  * The format is version 1 of SCENE.md. What that page leaves open is settled here:
  * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
@@ -40,9 +43,9 @@ extern "C" {
 
 /* What a scene file says. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
-    kt_description description;
-    kt_run run;
-    void *memory; /* where the arrays and strings live; for kt_scene_free */
+    kt_description description; /* the mechanism */
+    kt_run run;                 /* `simulate` and `output` */
+    void *memory;               /* where the arrays and strings live; for kt_scene_free */
 } kt_scene;
 
 /* No mechanism, and kt_run_default. */
