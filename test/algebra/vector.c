@@ -391,4 +391,11 @@ KT_TEST(euler_vector_of_a_quaternion_does_not_depend_on_its_length) {
         }
     }
     kt_check_worst(&worst);
+    /* a third of a turn about (1, 1, 1), from the largest numbers and from the smallest */
+    static const double ends[] = {DBL_MAX, 5e-324};
+    for (int k = 0; k < 2; k++) {
+        const kt_vec3 third = kt_euler_vector_from_quat(kt_quat_make(ends[k], ends[k], ends[k], ends[k]));
+        kt_check_near("x", third.x, 2.0 * KT_PI / 3.0 / sqrt(3.0), 4.0 * EPS);
+        kt_check_near("z", third.z, 2.0 * KT_PI / 3.0 / sqrt(3.0), 4.0 * EPS);
+    }
 }

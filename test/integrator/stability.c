@@ -364,17 +364,17 @@ KT_TEST(stabilised_methods_have_a_limit_on_the_imaginary_axis_too) {
 KT_TEST(the_worst_mode_of_a_step_is_the_one_that_grows_most) {
     const kt_method *rk4 = kt_method_find("rk4"), *rkc2 = kt_method_find("rkc2");
     const kt_stability s = stability_of(rk4, 2);
-    const kt_complex modes[] = {{-1.0, 3.0}, {-300.0, 0.0}, {-20.0, 500.0}, {0.0, 0.0}}, vast = {-1e200, 1e200};
+    const kt_complex modes[] = {{-1.0, 3.0}, {-20.0, 500.0}, {-300.0, 0.0}, {0.0, 0.0}}, vast = {-1e200, 1e200};
     ptrdiff_t index = -1;
     const double worst = kt_stability_worst(rk4, modes, 4, 0.01, 1.0, &index);
-    kt_check_near("growth", worst, kt_stability_growth(&s, modes[2], 0.01, 1.0), 0.0);
-    kt_check_equal_int("index", index, 2);
+    kt_check_near("growth", worst, kt_stability_growth(&s, modes[1], 0.01, 1.0), 0.0);
+    kt_check_equal_int("index", index, 1);
     kt_check_near("not asked which", kt_stability_worst(rk4, modes, 4, 0.01, 1.0, NULL), worst, 0.0);
     kt_check_near("none grows", kt_stability_worst(rk4, modes, 4, 1e-4, 1.0, &index), 1.0, 0.0);
     kt_check_equal_int("index", index, -1);
     kt_check_true("beyond all numbers", kt_stability_growth(&s, vast, 1.0, 1.0) == HUGE_VAL);
     kt_check_true("beyond all stages", kt_stability_worst(rkc2, modes, 4, 1e3, 1.0, &index) == HUGE_VAL);
-    kt_check_equal_int("index", index, 2);
+    kt_check_equal_int("index", index, 1);
     const double h = kt_stability_step(rk4, modes, 4, 1.0, 2.0, &index);
     kt_check_near("step, not asked which", kt_stability_step(rk4, modes, 4, 1.0, 2.0, NULL), h, 0.0);
     kt_method wrong = *rk4;
