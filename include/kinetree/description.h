@@ -6,7 +6,7 @@
  *
  * SI units and radians. A body bears one joint, the one that carries it on its parent, and the joint bears the body's
  * name. The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the
- * parent of bodies that have none. In names of members, "in scene files" is what SCENE.md calls them.
+ * parent of bodies that have none. What has a name in scene files has it in scene-files.md.
  */
 #ifndef KINETREE_DESCRIPTION_H
 #define KINETREE_DESCRIPTION_H

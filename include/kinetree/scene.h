@@ -14,7 +14,7 @@
  *         kt_scene_free(&scene);
  *     }
  *
- * The format is version 1 of SCENE.md. What that page leaves open is settled here:
+ * The format is version 1 of scene-files.md. What that page leaves open is settled here:
  * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
  *   merge keys are refused, so that a small file cannot stand for a large one; nesting ends at 32 levels.
  * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, idle
@@ -28,7 +28,7 @@
  *   does not.
  * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
  * - Where `simulate` or `output`, or one of their keys, is missing, kt_run_default stands.
- * What SCENE.md describes and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
+ * What the format has and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
  */
 #ifndef KINETREE_SCENE_H
 #define KINETREE_SCENE_H
