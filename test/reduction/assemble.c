@@ -324,7 +324,7 @@ KT_TEST(held_joints_that_prevent_closure_are_an_error) {
 }
 
 /* Frames that nothing can move, given speeds: what is left of them after the first correction is rounding of those,
- * not of itself. */
+ * not of itself. Two corrections leave some eps^2 of a speed: 2e-31 was measured. */
 KT_TEST(speed_that_loops_forbid_altogether_is_taken_away) {
     static linkage l;
     kt_random random = kt_random_of_test();
