@@ -30,7 +30,7 @@ NAME = r"(?:kt|KT)_\w*[A-Za-z0-9]"
 
 
 def link(name, shown=None):
-    """kt_struct.member and a header's name, too."""
+    """A name, kt_struct.member, a header's name, or a page."""
     target = f"{name[:-2]}_h" if name.endswith(".h") else name.replace(".", "::")
     return f'\\ref {target} "{shown or name}"'
 
@@ -42,6 +42,7 @@ def inline(text):
         plain = re.sub(r"([\\@<>&#%~])", r"\\\1", parts[i])
         plain = re.sub(r"\*(?!\w+\*)(?<!\w\*)", r"\\*", plain)
         plain = re.sub(r"(?<!\w)_(?=\w)", r"\\_", plain)
+        plain = re.sub(r"\b([a-z-]+)\.md\b", lambda found: link(found[1], found[0]), plain)
         parts[i] = re.sub(rf"(?<![\w/]){NAME}(?![\w*])(?:\.[a-z]\w*)?|\b(?:{headers()})\.h\b(?!\")",
                           lambda found: link(found[0]), plain)
     return "".join(parts)
