@@ -129,19 +129,32 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
     return KT_OK;
 }
 
-kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                               kt_error *error) {
+/* posed: data hold the poses of q. */
+static kt_status update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                        bool posed, kt_error *error) {
+    const kt_kernels *kernels = kernels_of(model);
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration"};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;
-    const size_t failed = kernels_of(model)->kinematics(model, data, q, v ? v : model->zero, a ? a : model->zero);
+    const size_t failed =
+        (posed ? kernels->follow : kernels->kinematics)(model, data, q, v ? v : model->zero, a ? a : model->zero);
     if (!failed)
         return KT_OK;
     char where[KT_WHERE_SIZE];
     name_joint(model, failed, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
                         "its motion overflows: look for a position, velocity or acceleration that is huge");
+}
+
+kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                               kt_error *error) {
+    return update(model, data, q, v, a, false, error);
+}
+
+kt_status kt_kinematics_follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                               kt_error *error) {
+    return update(model, data, q, v, a, true, error);
 }
 
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {

@@ -185,6 +185,7 @@ static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *
     status = assemble(simulation, error);
     if (status != KT_OK)
         return status;
+    kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
 }
