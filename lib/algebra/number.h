@@ -27,6 +27,10 @@ KT_INLINE kt_number kt_root(kt_number x) { return sqrt(x); }
 KT_INLINE kt_number kt_angle(kt_number y, kt_number x) { return atan2(y, x); }
 KT_INLINE kt_number kt_at_least(kt_number x, double least) { return fmax(x, least); }
 KT_INLINE kt_number kt_wrap(kt_number x, double period) { return remainder(x, period); }
+KT_INLINE kt_number kt_magnitude(kt_number x) { return fabs(x); }
+KT_INLINE kt_number kt_raise(kt_number x, double exponent) { return pow(x, exponent); }
+KT_INLINE kt_number kt_exponential(kt_number x) { return exp(x); }
+KT_INLINE kt_number kt_tanh(kt_number x) { return tanh(x); }
 
 KT_INLINE kt_vector kt_vector_zero(void) { return kt_v4_splat(0.0); }
 KT_INLINE kt_vector kt_vector_make(kt_number x, kt_number y, kt_number z) { return (kt_v4){x, y, z, 0.0}; }
@@ -64,9 +68,10 @@ KT_INLINE kt_v4 kt_vector_change(kt_vector a) { return kt_upper(a) / kt_v4_splat
 
 /* f(x) for f and f' there */
 KT_INLINE kt_number kt_chain(kt_number x, double f, double slope) { return CMPLX(f, slope * cimag(x)); }
+/* At 0, which lengths of vectors reach only as their least, the slope is that of neither side: 0. */
 KT_INLINE kt_number kt_root(kt_number x) {
     const double root = sqrt(creal(x));
-    return kt_chain(x, root, 0.5 / root);
+    return kt_chain(x, root, root > 0.0 ? 0.5 / root : 0.0);
 }
 KT_INLINE kt_number kt_angle(kt_number y, kt_number x) {
     const double yy = creal(y), xx = creal(x);
@@ -74,6 +79,15 @@ KT_INLINE kt_number kt_angle(kt_number y, kt_number x) {
 }
 KT_INLINE kt_number kt_at_least(kt_number x, double least) { return creal(x) >= least ? x : CMPLX(least, 0.0); }
 KT_INLINE kt_number kt_wrap(kt_number x, double period) { return CMPLX(remainder(creal(x), period), cimag(x)); }
+KT_INLINE kt_number kt_magnitude(kt_number x) { return creal(x) < 0.0 ? -x : x; }
+KT_INLINE kt_number kt_raise(kt_number x, double exponent) {
+    return kt_chain(x, pow(creal(x), exponent), exponent * pow(creal(x), exponent - 1.0));
+}
+KT_INLINE kt_number kt_exponential(kt_number x) { return kt_chain(x, exp(creal(x)), exp(creal(x))); }
+KT_INLINE kt_number kt_tanh(kt_number x) {
+    const double f = tanh(creal(x));
+    return kt_chain(x, f, 1.0 - f * f);
+}
 
 KT_INLINE kt_vector kt_vector_zero(void) { return (kt_vector){0.0}; }
 KT_INLINE kt_vector kt_vector_make(kt_number x, kt_number y, kt_number z) {
