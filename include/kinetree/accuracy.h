@@ -4,12 +4,13 @@
  *     kt_accuracy_options options = kt_accuracy_options_default();
  *     kt_accuracy *study = NULL;
  *     options.clock = cpu_seconds;
- *     status = kt_accuracy_create(&scene.description, &scene.run, &options, &study, &error);
- *     const kt_accuracy_results *results = kt_accuracy_get(study);
- *     int best = kt_accuracy_best(study, 1e-6);
- *     if (best >= 0)
- *         ... results->points[best].setting is what to use ...
- *     kt_accuracy_free(study);
+ *     status = kt_accuracy_create(&description, &run, &options, &study, &error);
+ *     if (status == KT_OK) {
+ *         const int best = kt_accuracy_best(study, 1e-6);
+ *         if (best >= 0)
+ *             printf("step or tolerance: %g\n", kt_accuracy_get(study)->points[best].setting);
+ *         kt_accuracy_free(study);
+ *     }
  *
  * The norm of a difference between two states is the largest over all joints of
  *   an angle        the difference on the circle, at most half a turn, rad; the one of a screw, which carries a length
@@ -37,13 +38,13 @@ extern "C" {
 /* A way to compute the same motion: how the model is compiled and how it is run. What is compared besides methods is a
  * list of these. */
 typedef struct kt_variant {
-    const char *label; /* for people; NULL: the scene's own way. Stays the caller's */
-    kt_model_options model;
+    const char *label;                /* for people; NULL: the scene's own way. Stays the caller's */
+    kt_model_options model;           /* how it is compiled */
     kt_simulation_options simulation; /* method, max_steps and record are set by the study */
     bool records;                     /* the timed runs hand over the scene's records; else none */
     bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
-    kt_set_type set;
-    double gain; /* of the set: its gains, in parts of those by default; 0: 1 */
+    kt_set_type set;                  /* which one */
+    double gain;                      /* of the set: its gains, in parts of those by default; 0: 1 */
 } kt_variant;
 
 /* The scene's own way: what `run` asks for. */
@@ -53,31 +54,33 @@ KT_API kt_variant kt_variant_default(const kt_run *run);
 typedef struct kt_reference {
     double interval;     /* s */
     int count;           /* at least 2 */
-    const double *q, *v; /* count rows of nq and nv numbers */
+    const double *q, *v; /* count rows of nq positions; of nv velocities */
 } kt_reference;
 
+/* What is studied, and at what expense. */
 typedef struct kt_accuracy_options {
     double duration;                 /* s; 0: the run's */
     int records;                     /* intervals at whose ends errors are measured; a given reference has its own */
     const kt_method *const *methods; /* NULL: all that there are */
-    int method_count;
-    const double *steps; /* s, of methods without error estimate; NULL: chosen */
-    int step_count;
-    const double *tolerances; /* of adaptive methods; NULL: chosen */
-    int tolerance_count;
-    const kt_variant *variants; /* every method is run in each; NULL: in the scene's own way */
-    int variant_count;
-    const kt_reference *reference; /* NULL: computed */
-    uint64_t run_evaluations;      /* the most that one run may take */
-    double amplification;          /* the study ends where a small error has grown by this factor */
+    int method_count;                /* length of methods */
+    const double *steps;             /* s, of methods without error estimate; NULL: chosen */
+    int step_count;                  /* length of steps */
+    const double *tolerances;        /* of adaptive methods; NULL: chosen */
+    int tolerance_count;             /* length of tolerances */
+    const kt_variant *variants;      /* every method is run in each; NULL: in the scene's own way */
+    int variant_count;               /* length of variants */
+    const kt_reference *reference;   /* NULL: computed */
+    uint64_t run_evaluations;        /* the most that one run may take */
+    double amplification;            /* the study ends where a small error has grown by this factor */
 
     /* The library has no clock of its own. clock returns seconds that only rise, of the processor best; NULL: nothing
      * is timed, no budget holds, and what is cheapest is what takes the fewest evaluations. */
     double (*clock)(void *user);
+
     double budget; /* s of the clock for the whole study */
     /* Called before each run: how much is done (0 to 1) and what comes next. Returns 0 to go on. NULL: none. */
     int (*progress)(double done, const char *what, void *user);
-    void *user;
+    void *user; /* for clock and progress */
 } kt_accuracy_options;
 
 /* All methods, steps and tolerances chosen, 200 records, 2e6 evaluations a run, amplification 1e6, no clock, 20 s. */
@@ -85,6 +88,7 @@ KT_API kt_accuracy_options kt_accuracy_options_default(void);
 
 /* ---- what comes out ---------------------------------------------------------------------------------------------- */
 
+/* How far a run is from the reference. */
 typedef struct kt_accuracy_error {
     double position, velocity;         /* the largest over all records, in the norm above */
     double end_position, end_velocity; /* at the end */
@@ -104,10 +108,10 @@ typedef struct kt_accuracy_point {
     kt_simulation_counts counts; /* of a run without records */
     double cpu;                  /* s, the least of the repeated runs; NaN where there is no clock */
     double spread;               /* median over least of them, less one */
-    int repeats;
+    int repeats;                 /* how often it was run */
 } kt_accuracy_point;
 
-/* Why there is no further point. */
+/* Why there is no further point. X(id, text) */
 #define KT_ACCURACY_END_LIST(X)                                                                                        \
     X(KT_ACCURACY_LISTED, "all settings were run")                                                                     \
     X(KT_ACCURACY_FLOOR, "the error stopped falling")                                                                  \
@@ -116,6 +120,7 @@ typedef struct kt_accuracy_point {
     X(KT_ACCURACY_BUDGET, "the time was used up")                                                                      \
     X(KT_ACCURACY_UNUSABLE, "no setting worked")
 
+/* Why a curve has no further point. */
 typedef enum kt_accuracy_end {
 #define KT_ACCURACY_END_ENUM(id, text) id,
     KT_ACCURACY_END_LIST(KT_ACCURACY_END_ENUM)
@@ -124,53 +129,60 @@ typedef enum kt_accuracy_end {
 
 /* One method in one variant: points by falling setting. */
 typedef struct kt_accuracy_curve {
-    int variant;
-    const kt_method *method;
-    bool adaptive;      /* settings are tolerances */
-    int first, count;   /* of its points */
-    int fitted;         /* points of the asymptotic range, on which `slope` rests; 0: too few for one */
+    int variant;             /* index of it */
+    const kt_method *method; /* the one */
+    bool adaptive;           /* settings are tolerances */
+    int first, count;        /* of its points */
+    int fitted;              /* points of the asymptotic range, on which `slope` rests; 0: too few for one */
     double slope;       /* of log error over log setting: the order, or for tolerances the proportionality, ideally 1 */
     double floor;       /* where the error stops falling; NaN: it was not reached */
     double stable_step; /* s, the largest stable step, where stability and not accuracy bounds it; else 0 */
-    kt_accuracy_end end;
+    kt_accuracy_end end; /* why there is no further point */
 } kt_accuracy_curve;
 
 /* Why the study ends before the duration asked for. */
 typedef enum kt_accuracy_cut {
-    KT_ACCURACY_WHOLE = 0,
+    KT_ACCURACY_WHOLE = 0,    /* it does not */
     KT_ACCURACY_GROWTH,       /* small errors have grown by options.amplification: chaos */
     KT_ACCURACY_DISAGREEMENT, /* the two reference solutions go different ways */
     KT_ACCURACY_LATE,         /* the reference would take too long */
 } kt_accuracy_cut;
 
-typedef enum kt_accuracy_unit { KT_ACCURACY_RADIAN = 0, KT_ACCURACY_METRE, KT_ACCURACY_MIXED } kt_accuracy_unit;
+/* In what errors are told. */
+typedef enum kt_accuracy_unit {
+    KT_ACCURACY_RADIAN = 0, /* angles alone */
+    KT_ACCURACY_METRE,      /* lengths alone */
+    KT_ACCURACY_MIXED,      /* angles, and lengths over the length scale */
+} kt_accuracy_unit;
 
+/* What a study has found. Arrays are the study's. */
 typedef struct kt_accuracy_results {
     double asked, duration; /* s: asked for, studied */
-    kt_accuracy_cut cut;
-    double interval; /* s between records */
-    int records;     /* intervals */
-    kt_accuracy_unit unit;
-    double length;        /* m, the length scale */
-    double amplitude;     /* of the motion, in the norm: the largest distance from the initial state */
-    double amplification; /* of a small error, the largest up to the end of the study */
-    double growth;        /* 1/s, log(amplification) / duration */
+    kt_accuracy_cut cut;    /* why they differ, if they do */
+    double interval;        /* s between records */
+    int records;            /* intervals */
+    kt_accuracy_unit unit;  /* of errors in position */
+    double length;          /* m, the length scale */
+    double amplitude;       /* of the motion, in the norm: the largest distance from the initial state */
+    double amplification;   /* of a small error, the largest up to the end of the study */
+    double growth;          /* 1/s, log(amplification) / duration */
 
-    const kt_method *reference; /* NULL: it was given */
-    const kt_method *check;     /* the second one */
-    double reference_tolerance, check_tolerance;
-    kt_accuracy_error uncertainty; /* the difference of the two */
+    const kt_method *reference;                  /* NULL: it was given */
+    const kt_method *check;                      /* the second one */
+    double reference_tolerance, check_tolerance; /* of the two */
+    kt_accuracy_error uncertainty;               /* the difference of the two */
 
-    const kt_variant *variants;
-    int variant_count;
-    const kt_accuracy_curve *curves;
-    int curve_count;
-    const kt_accuracy_point *points;
-    int point_count;
+    const kt_variant *variants;      /* that were asked for */
+    int variant_count;               /* length of variants */
+    const kt_accuracy_curve *curves; /* one a method and variant */
+    int curve_count;                 /* length of curves */
+    const kt_accuracy_point *points; /* of all curves */
+    int point_count;                 /* length of points */
 } kt_accuracy_results;
 
 /* ---- the study --------------------------------------------------------------------------------------------------- */
 
+/* A study: its runs, its reference, its results. */
 typedef struct kt_accuracy kt_accuracy;
 
 /* Makes the whole study; it is to be released with kt_accuracy_free. options may be NULL. Runs that fail are points of
@@ -179,9 +191,10 @@ typedef struct kt_accuracy kt_accuracy;
 KT_API KT_CHECKED kt_status kt_accuracy_create(const kt_description *description, const kt_run *run,
                                                const kt_accuracy_options *options, kt_accuracy **study,
                                                kt_error *error);
+/* NULL is allowed. */
 KT_API void kt_accuracy_free(kt_accuracy *study);
 
-/* Valid until the study is released. */
+/* What it has found, valid until the study is released. */
 KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
 
 /* The model of the scene, compiled its own way. */

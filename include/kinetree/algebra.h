@@ -19,37 +19,40 @@
 extern "C" {
 #endif
 
+/* A vector, or a point: its components. */
 typedef struct kt_vec3 {
-    double x, y, z;
+    double x, y, z; /* along the axes of the frame that goes with it */
 } kt_vec3;
 
-/* w + x i + y j + z k; of unit norm where it is a rotation. */
+/* A quaternion, w + x i + y j + z k; of unit norm where it is a rotation. */
 typedef struct kt_quat {
-    double w, x, y, z;
+    double w, x, y, z; /* scalar part first */
 } kt_quat;
 
-/* Columns. */
+/* A matrix of 3 x 3 numbers, by columns. */
 typedef struct kt_mat3 {
-    kt_vec3 x, y, z;
+    kt_vec3 x, y, z; /* first, second, third column; of a rotation, the axes of the turned frame */
 } kt_mat3;
 
 /* A frame against a reference frame: point = position + rotation * local. */
 typedef struct kt_pose {
-    kt_mat3 rotation;
-    kt_vec3 position;
+    kt_mat3 rotation; /* of components, from the posed frame to the reference frame */
+    kt_vec3 position; /* of the origin, in the reference frame, m */
 } kt_pose;
 
 /* Angular velocity (or acceleration), and that of a point; the docstring of each call says which frame and point. */
 typedef struct kt_twist {
-    kt_vec3 angular, linear;
+    kt_vec3 angular, linear; /* rad/s and m/s, or rad/s^2 and m/s^2 */
 } kt_twist;
 
+/* Moment about a point, and force; the docstring of each call says which axes and point. */
 typedef struct kt_wrench {
-    kt_vec3 moment, force;
+    kt_vec3 moment, force; /* N m, N */
 } kt_wrench;
 
 /* ---- vectors and matrices ---------------------------------------------------------------------------------------- */
 
+/* (x, y, z) */
 static inline kt_vec3 kt_vec3_make(double x, double y, double z) {
     kt_vec3 u;
     u.x = x;
@@ -58,16 +61,19 @@ static inline kt_vec3 kt_vec3_make(double x, double y, double z) {
     return u;
 }
 
+/* In turn: a + b; a - b; s a; the scalar product a . b; the length |a|. */
 static inline kt_vec3 kt_vec3_add(kt_vec3 a, kt_vec3 b) { return kt_vec3_make(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kt_vec3 kt_vec3_sub(kt_vec3 a, kt_vec3 b) { return kt_vec3_make(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kt_vec3 kt_vec3_scale(double s, kt_vec3 a) { return kt_vec3_make(s * a.x, s * a.y, s * a.z); }
 static inline double kt_vec3_dot(kt_vec3 a, kt_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double kt_vec3_norm(kt_vec3 a) { return sqrt(kt_vec3_dot(a, a)); }
 
+/* The vector product a x b. */
 static inline kt_vec3 kt_vec3_cross(kt_vec3 a, kt_vec3 b) {
     return kt_vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
+/* Ones on the diagonal, else zeros. */
 static inline kt_mat3 kt_mat3_identity(void) {
     kt_mat3 m;
     m.x = kt_vec3_make(1.0, 0.0, 0.0);
@@ -76,18 +82,14 @@ static inline kt_mat3 kt_mat3_identity(void) {
     return m;
 }
 
-/* A u */
+/* A u; A' u; A B. */
 static inline kt_vec3 kt_mat3_apply(kt_mat3 a, kt_vec3 u) {
     return kt_vec3_make(a.x.x * u.x + a.y.x * u.y + a.z.x * u.z, a.x.y * u.x + a.y.y * u.y + a.z.y * u.z,
                         a.x.z * u.x + a.y.z * u.y + a.z.z * u.z);
 }
-
-/* A' u */
 static inline kt_vec3 kt_mat3_apply_transposed(kt_mat3 a, kt_vec3 u) {
     return kt_vec3_make(kt_vec3_dot(a.x, u), kt_vec3_dot(a.y, u), kt_vec3_dot(a.z, u));
 }
-
-/* A B */
 static inline kt_mat3 kt_mat3_multiply(kt_mat3 a, kt_mat3 b) {
     kt_mat3 c;
     c.x = kt_mat3_apply(a, b.x);
@@ -96,6 +98,7 @@ static inline kt_mat3 kt_mat3_multiply(kt_mat3 a, kt_mat3 b) {
     return c;
 }
 
+/* A', the inverse of a rotation. */
 static inline kt_mat3 kt_mat3_transpose(kt_mat3 a) {
     kt_mat3 t;
     t.x = kt_vec3_make(a.x.x, a.y.x, a.z.x);
@@ -104,6 +107,7 @@ static inline kt_mat3 kt_mat3_transpose(kt_mat3 a) {
     return t;
 }
 
+/* A + B; s A. */
 static inline kt_mat3 kt_mat3_add(kt_mat3 a, kt_mat3 b) {
     kt_mat3 c;
     c.x = kt_vec3_add(a.x, b.x);
@@ -111,7 +115,6 @@ static inline kt_mat3 kt_mat3_add(kt_mat3 a, kt_mat3 b) {
     c.z = kt_vec3_add(a.z, b.z);
     return c;
 }
-
 static inline kt_mat3 kt_mat3_scale(double s, kt_mat3 a) {
     kt_mat3 c;
     c.x = kt_vec3_scale(s, a.x);
@@ -120,6 +123,7 @@ static inline kt_mat3 kt_mat3_scale(double s, kt_mat3 a) {
     return c;
 }
 
+/* The determinant; 1 of a rotation. */
 static inline double kt_mat3_determinant(kt_mat3 a) { return kt_vec3_dot(a.x, kt_vec3_cross(a.y, a.z)); }
 
 /* u x, the matrix of the cross product: (u x) v = u cross v. */
@@ -131,8 +135,8 @@ static inline kt_mat3 kt_mat3_skew(kt_vec3 u) {
     return m;
 }
 
+/* Whether all numbers are finite. */
 static inline bool kt_vec3_is_finite(kt_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
-
 static inline bool kt_mat3_is_finite(kt_mat3 a) {
     return kt_vec3_is_finite(a.x) && kt_vec3_is_finite(a.y) && kt_vec3_is_finite(a.z);
 }
@@ -154,6 +158,7 @@ static inline kt_vec3 kt_vec3_normalize(kt_vec3 a) {
 
 /* ---- quaternions (Euler-Rodrigues parameters): R = I + 2 w v x + 2 v x v x, v = (x, y, z) [MSD A.24] ------------- */
 
+/* w + x i + y j + z k. */
 static inline kt_quat kt_quat_make(double w, double x, double y, double z) {
     kt_quat q;
     q.w = w;
@@ -163,6 +168,7 @@ static inline kt_quat kt_quat_make(double w, double x, double y, double z) {
     return q;
 }
 
+/* In turn: 1, no rotation; w - x i - y j - z k, the inverse of a unit quaternion. */
 static inline kt_quat kt_quat_identity(void) { return kt_quat_make(1.0, 0.0, 0.0, 0.0); }
 static inline kt_quat kt_quat_conjugate(kt_quat q) { return kt_quat_make(q.w, -q.x, -q.y, -q.z); }
 
@@ -172,6 +178,7 @@ static inline kt_quat kt_quat_multiply(kt_quat p, kt_quat q) {
                         p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x, p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w);
 }
 
+/* |q|^2. */
 static inline double kt_quat_norm_squared(kt_quat q) { return q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z; }
 
 /* q times the power of two that brings its largest component to between 1/2 and 1. */
@@ -275,6 +282,7 @@ KT_API kt_mat3 kt_matrix_orthonormalize(kt_mat3 almost);
  * b = 0 for i = k, else cos b = 0; within rounding, so up to 16 DBL_EPSILON (times |b|, where b is given and above 1).
  * KT_ERROR_NOT_FINITE for angles or entries that are not. [MSD A.3-A.5, A.25-A.27] */
 
+/* The rotation with these Euler angles. */
 KT_API KT_CHECKED kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error);
 
 /* Angles with a and c in [-pi, pi] and b in [0, pi] where i = k, else in [-pi/2, pi/2]. At a singular middle angle only
@@ -299,10 +307,12 @@ KT_API KT_CHECKED kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt
 
 /* ---- Euler vector: theta = angle times axis, R = exp(theta x) [MSD A.6, A.28] ------------------------------------ */
 
+/* The rotation by |theta| rad about theta; exact for every |theta|, zero included. */
 KT_API kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta);
 
-/* |theta| <= pi rad; accurate for every rotation, zero and half turns included (at a half turn theta and -theta are the
- * same rotation; the one with a positive largest component is returned where the matrix does not tell). */
+/* The Euler vector of a rotation, |theta| <= pi rad; accurate for every rotation, zero and half turns included (at a
+ * half turn theta and -theta are the same rotation; the one with a positive largest component is returned where the
+ * matrix does not tell). */
 KT_API kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation);
 
 /* G: omega = G thetadot, omega in the reference frame. (G' gives omega in the turned frame.) */
@@ -313,10 +323,10 @@ KT_API KT_CHECKED kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *
 
 /* ---- axis and angle: the axis is any vector but zero; it is normalised ------------------------------------------- */
 
-/* KT_ERROR_ARGUMENT for a zero axis, KT_ERROR_NOT_FINITE. */
+/* The rotation by `angle` rad about `axis`. Errors: KT_ERROR_ARGUMENT for a zero axis, KT_ERROR_NOT_FINITE. */
 KT_API KT_CHECKED kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error);
 
-/* Unit axis and angle in [0, pi] rad; the identity has the axis z. */
+/* Unit axis and angle, in [0, pi] rad, of a rotation; the identity has the axis z. */
 KT_API void kt_axis_angle_from_matrix(kt_mat3 rotation, kt_vec3 *axis, double *angle);
 
 /* omega = n anglerate + sin(angle) nrate + (1 - cos(angle)) n cross nrate, in the reference frame, for a unit axis n
@@ -330,9 +340,10 @@ KT_API KT_CHECKED kt_status kt_axis_angle_rate_world(kt_vec3 axis, double angle,
 
 /* ---- Cayley-Gibbs-Rodrigues parameters: g = 2 tan(angle / 2) axis [MSD A.17, A.18, A.30] ------------------------- */
 
+/* The rotation with parameters g; every g is one. */
 KT_API kt_mat3 kt_matrix_from_cgr(kt_vec3 cgr);
 
-/* KT_ERROR_SINGULAR at half turns, within rounding: these have no such parameters. */
+/* The parameters of a rotation; KT_ERROR_SINGULAR at half turns, within rounding: these have none. */
 KT_API KT_CHECKED kt_status kt_cgr_from_matrix(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error);
 
 /* G: omega = G gdot, omega in the reference frame, and its inverse I - g x / 2 + g g' / 4. Never singular. */
@@ -341,6 +352,7 @@ KT_API kt_mat3 kt_cgr_map_inverse(kt_vec3 cgr);
 
 /* ---- a rotation as scene files and callers describe it ----------------------------------------------------------- */
 
+/* The ways to say a rotation, and what `value` of a kt_rotation then holds. */
 typedef enum kt_rotation_type {
     KT_ROTATION_NONE = 0,       /* identity: a struct of zeros is a valid description */
     KT_ROTATION_QUATERNION = 1, /* value = w, x, y, z: norm within 1e-3 of one */
@@ -352,12 +364,14 @@ typedef enum kt_rotation_type {
     KT_ROTATION_MATRIX = 7      /* value = rows R11 R12 R13 R21 ...: orthonormal within 1e-6, determinant +1 */
 } kt_rotation_type;
 
+/* A rotation, described: of a frame against a reference frame. Evaluated, and checked, by kt_rotation_evaluate. */
 typedef struct kt_rotation {
-    kt_rotation_type type;
-    int sequence; /* of KT_ROTATION_EULER; else not read */
-    double value[9];
+    kt_rotation_type type; /* which numbers of `value` are read, and how */
+    int sequence;          /* of KT_ROTATION_EULER; else not read */
+    double value[9];       /* as the type says */
 } kt_rotation;
 
+/* A description of each type, of the same numbers; not checked here. */
 KT_API kt_rotation kt_rotation_quaternion(double w, double x, double y, double z);
 KT_API kt_rotation kt_rotation_rpy(double roll, double pitch, double yaw);
 KT_API kt_rotation kt_rotation_euler(int sequence, double a, double b, double c);
@@ -381,6 +395,7 @@ KT_API kt_mat3 kt_triad_from_axis(kt_vec3 axis, int which);
 
 /* ---- poses ------------------------------------------------------------------------------------------------------- */
 
+/* The reference frame itself. */
 static inline kt_pose kt_pose_identity(void) {
     kt_pose p;
     p.rotation = kt_mat3_identity();
@@ -411,11 +426,12 @@ static inline kt_pose kt_pose_invert(kt_pose a) {
 
 /* ---- symmetric matrices and inertias ----------------------------------------------------------------------------- */
 
-/* The entries of the matrix (xy is the entry itself: minus the product of inertia, in an inertia). */
+/* A symmetric matrix of 3 x 3 numbers: its entries. In an inertia xy is minus the product of inertia. */
 typedef struct kt_sym3 {
-    double xx, yy, zz, xy, xz, yz;
+    double xx, yy, zz, xy, xz, yz; /* kg m^2 in an inertia */
 } kt_sym3;
 
+/* The matrix with these entries. */
 static inline kt_sym3 kt_sym3_make(double xx, double yy, double zz, double xy, double xz, double yz) {
     kt_sym3 s;
     s.xx = xx;
@@ -427,11 +443,12 @@ static inline kt_sym3 kt_sym3_make(double xx, double yy, double zz, double xy, d
     return s;
 }
 
+/* A + B. */
 static inline kt_sym3 kt_sym3_add(kt_sym3 a, kt_sym3 b) {
     return kt_sym3_make(a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz);
 }
 
-/* S u */
+/* S u. */
 static inline kt_vec3 kt_sym3_apply(kt_sym3 s, kt_vec3 u) {
     return kt_vec3_make(s.xx * u.x + s.xy * u.y + s.xz * u.z, s.xy * u.x + s.yy * u.y + s.yz * u.z,
                         s.xz * u.x + s.yz * u.y + s.zz * u.z);
@@ -460,11 +477,12 @@ static inline kt_sym3 kt_sym3_shift(kt_sym3 about_com, double mass, kt_vec3 com)
  * DBL_EPSILON times the largest, at any scale. NaN where an entry is not finite. */
 KT_API kt_vec3 kt_sym3_eigenvalues(kt_sym3 s);
 
+/* Why no body has an inertia. */
 typedef enum kt_inertia_fault {
-    KT_INERTIA_VALID = 0,
-    KT_INERTIA_NOT_FINITE = 1,
-    KT_INERTIA_NEGATIVE = 2, /* the smallest principal moment is negative: not positive semi-definite */
-    KT_INERTIA_TRIANGLE = 3  /* the largest principal moment exceeds the sum of the two others: no body can have it */
+    KT_INERTIA_VALID = 0,      /* a body can have it */
+    KT_INERTIA_NOT_FINITE = 1, /* an entry is not finite */
+    KT_INERTIA_NEGATIVE = 2,   /* the smallest principal moment is negative: not positive semi-definite */
+    KT_INERTIA_TRIANGLE = 3    /* the largest principal moment exceeds the sum of the two others: no body can have it */
 } kt_inertia_fault;
 
 /* Whether a body can have this inertia about its centre of mass (or any of its points). Violations up to 1e-10 times

@@ -3,9 +3,13 @@
  *
  *     kt_linearization *linearization = NULL;
  *     status = kt_linearization_create(model, NULL, &linearization, &error);
- *     status = kt_linearization_evaluate(linearization, 0.0, q, v, NULL, &error);
- *     const kt_linear_system *s = kt_linearization_system(linearization);
- *     ... s->state[j * s->states + i] ...
+ *     if (status == KT_OK)
+ *         status = kt_linearization_evaluate(linearization, 0.0, q, v, NULL, &error);
+ *     if (status == KT_OK) {
+ *         const kt_linear_system *s = kt_linearization_system(linearization);
+ *         for (int i = 0; i < s->states; i++)
+ *             printf("%g\n", s->state[i * s->states + i]);
+ *     }
  *     kt_linearization_free(linearization);
  *
  * The states of a mechanism with loops, phi(q, t) = 0 and A(q, t) v = b', are a manifold of (nv - rank of the equations
@@ -35,18 +39,19 @@ extern "C" {
 
 /* A marker of a body, by index. */
 typedef struct kt_marker_index {
-    int body, marker;
+    int body, marker; /* of the model; of the body */
 } kt_marker_index;
 
 /* What the matrices are about. Lists stay the caller's and are read by _size, _place and _create only. */
 typedef struct kt_linearization_options {
     const int *inputs; /* velocity coordinates whose joint forces are inputs; NULL: those of all motors, in the order of
                           the description (kt_motor_coordinates) */
-    int input_count;
+    int input_count;   /* length of inputs */
     const kt_marker_index *outputs; /* markers whose positions and velocities are outputs; NULL: all, body by body */
-    int output_count;
+    int output_count;               /* length of outputs */
 } kt_linearization_options;
 
+/* All motors and all markers. */
 KT_API kt_linearization_options kt_linearization_options_default(void);
 
 /* Velocity coordinates that the motors of the description drive, in its order; returns their number. coordinates (as
@@ -78,6 +83,7 @@ typedef struct kt_linear_system {
     bool near_singular;  /* loops are near a singular position: expect large errors */
 } kt_linear_system;
 
+/* A linearisation: a linear system, and all that finding it takes. */
 typedef struct kt_linearization kt_linearization;
 
 /* Bytes that a linearisation takes; 0 where options are wrong, which _place then says in words. options may be NULL. */
@@ -113,17 +119,19 @@ KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *l
 
 /* ---- static equilibrium ------------------------------------------------------------------------------------------ */
 
+/* Which equilibrium, and how hard to look. */
 typedef struct kt_equilibrium_options {
     bool nearest; /* false: where the mechanism would come to rest if it moved through honey, a minimum of its potential
                      energy; true: Newton's way to an equilibrium near the start, stable or not */
     int most;     /* steps; 0: 300 */
 } kt_equilibrium_options;
 
+/* A stable one, in at most 300 steps. */
 KT_API kt_equilibrium_options kt_equilibrium_options_default(void);
 
 /* An equilibrium that was found. */
 typedef struct kt_equilibrium {
-    int steps;
+    int steps;           /* that it took */
     double distance;     /* length of the last step, against the units of the coordinates */
     double acceleration; /* largest that is left, against the units, 1/s^2 */
 } kt_equilibrium;
@@ -135,8 +143,8 @@ typedef struct kt_equilibrium {
  *
  * Steps d solve (H + mu D) d = g with the force g = M a in the freedoms that are left, H the stiffness and D the
  * diagonal of M there; mu is the least for which H + mu D is positive definite (0 near a stable equilibrium: Newton),
- * and a step
- * is shortened until the force still does work along it. Nearest: mu = 0, shortened until |a| falls. The linearisation
+ * and a step is
+ * shortened until the force still does work along it. Nearest: mu = 0, shortened until |a| falls. The linearisation
  * serves as workspace; its system stays what it was.
  * Errors: KT_ERROR_STEP where none is found, which names the joint that is still pushed most, or that runs away;
  * KT_ERROR_CONSTRAINT where a loop drives the mechanism at t; as kt_linearization_evaluate. About 12 (nv - rank)
@@ -156,6 +164,7 @@ typedef struct kt_mode {
     int count;              /* eigenvalues that this stands for: 2 for a conjugate pair, else 1 */
 } kt_mode;
 
+/* All modes of a linear system, and the workspace to find them. */
 typedef struct kt_modes kt_modes;
 
 /* Bytes for the modes of any state of a model; placing and releasing as above. */
@@ -172,7 +181,7 @@ KT_API void kt_modes_free(kt_modes *modes);
  * KT_ERROR_ARGUMENT where the system is of another size. O(states^3). */
 KT_API KT_CHECKED kt_status kt_modes_evaluate(kt_modes *modes, const kt_linear_system *system, kt_error *error);
 
-/* Modes found by the last evaluation. */
+/* Modes found by the last evaluation: how many; one of them. */
 KT_API int kt_modes_count(const kt_modes *modes);
 KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
 
@@ -187,17 +196,19 @@ KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
 /* The modes of a mechanism at some states of a motion, and how long a step they allow an explicit method. */
 typedef struct kt_spectrum kt_spectrum;
 
+/* How much of a spectrum is kept. */
 enum {
     KT_SPECTRUM_SHAPES = 8,  /* the fastest modes of a state, whose shapes are kept */
     KT_SPECTRUM_SAMPLES = 9, /* states, where nothing else is asked for */
 };
 
-/* One mode at one of the states. `moves`: how much each velocity coordinate of the model moves in it, against its unit
- * (kt_linear_system), the largest 1: nv numbers, valid as long as the spectrum; NULL for all but the fastest modes. */
+/* One mode at one of the states. */
 typedef struct kt_spectrum_mode {
-    double time; /* of the state, s */
-    kt_mode mode;
-    const double *moves;
+    double time;         /* of the state, s */
+    kt_mode mode;        /* there */
+    const double *moves; /* how much each velocity coordinate of the model moves in it, against its unit
+                            (kt_linear_system), the largest 1: nv numbers, valid as long as the spectrum; NULL for all
+                            but the fastest modes */
 } kt_spectrum_mode;
 
 /* Bytes for the modes at `samples` >= 1 states; placing and releasing as above. */
@@ -221,7 +232,8 @@ KT_API KT_CHECKED kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, con
  * kept. */
 KT_API KT_CHECKED kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error);
 
-/* States that were added; modes of all of them. Modes are numbered by time, and at one time by falling |lambda|. */
+/* How many states were added; how many modes they all have; one of them. Modes are numbered by time, and at one time by
+ * falling |lambda|. */
 KT_API int kt_spectrum_samples(const kt_spectrum *spectrum);
 KT_API int kt_spectrum_count(const kt_spectrum *spectrum);
 KT_API kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode);
@@ -256,25 +268,27 @@ KT_API kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_met
  *   projection  u' = w - A^+ (A w - b'), w' as gauss at u', positions put back after each step [MSD 9.11, 9.17]; what a
  *               simulation calls velocities is w
  *
- * id, name */
+ * X(id, name) */
 #define KT_SET_LIST(X)                                                                                                 \
     X(KT_SET_GAUSS, gauss)                                                                                             \
     X(KT_SET_BAUMGARTE, baumgarte)                                                                                     \
     X(KT_SET_AUGMENTED, augmented)                                                                                     \
     X(KT_SET_PROJECTION, projection)
 
+/* The ways to keep loops closed, by name; their equations stand at KT_SET_LIST. */
 typedef enum kt_set_type {
 #define KT_SET_ENUM(id, name) id,
     KT_SET_LIST(KT_SET_ENUM)
 #undef KT_SET_ENUM
-        KT_SET_TYPE_COUNT
+        KT_SET_TYPE_COUNT /* how many */
 } kt_set_type;
 
 /* "gauss"; NULL for a value that is none. */
 KT_API const char *kt_set_type_name(kt_set_type type);
 
+/* What a set is to do. */
 typedef struct kt_set_options {
-    kt_set_type type;
+    kt_set_type type; /* which one */
 
     /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0, rolling and its like
      * psi' + 2 alpha psi = 0. These are eigenvalues of the equations that an explicit method must be stable for: with
@@ -304,6 +318,7 @@ typedef struct kt_set_options {
  * where gains that stay keep h^4.0), but lets it pass the N-four-bar, which the gains that stay do not. */
 KT_API kt_set_options kt_set_options_default(kt_set_type type, double step);
 
+/* A set at work: its matrices, and what it has met. */
 typedef struct kt_set kt_set;
 
 /* Bytes that a set takes. */
@@ -334,7 +349,7 @@ KT_API void kt_set_use(kt_set *set, kt_simulation_options *options);
 
 /* What a set has met since it was placed or reset. */
 typedef struct kt_set_findings {
-    uint64_t evaluations;
+    uint64_t evaluations;     /* of kt_set_evaluate */
     double least, least_time; /* the last independent direction of the equations, smallest against largest seen; when.
                                  1 for the augmented set, which does not know */
     uint64_t dropped;         /* evaluations where the rank fell below that of generic positions */
@@ -344,7 +359,9 @@ typedef struct kt_set_findings {
     double residual;          /* augmented: the largest |A a - c| left, against its terms */
 } kt_set_findings;
 
+/* What it has met so far. */
 KT_API kt_set_findings kt_set_findings_get(const kt_set *set);
+/* Forgets it. */
 KT_API void kt_set_reset(kt_set *set);
 
 /* Whether what the set has met lets its results be believed: KT_OK, or KT_ERROR_CONSTRAINT (loops came apart, redundant

@@ -74,7 +74,7 @@ KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *mode
 KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                  const double *a, kt_error *error);
 
-/* The body frame in the world. */
+/* The body frame in the world. O(1), as are all queries here but the Jacobian. */
 KT_API kt_pose kt_body_pose(const kt_model *model, const kt_data *data, int body);
 /* Angular velocity and velocity of the body frame's origin, world axes. */
 KT_API kt_twist kt_body_twist(const kt_model *model, const kt_data *data, int body);
@@ -92,8 +92,9 @@ KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int bo
 
 /* ---- totals (all need kt_kinematics_update with q and v) --------------------------------------------------------- */
 
+/* Of all bodies, J. */
 KT_API double kt_kinetic_energy(const kt_model *model, const kt_data *data);
-/* Of gravity, -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. */
+/* Of gravity, J: -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. */
 KT_API double kt_potential_energy(const kt_model *model, const kt_data *data);
 /* Linear momentum (force) and angular momentum about the world's origin (moment), world axes. */
 KT_API kt_wrench kt_momentum(const kt_model *model, const kt_data *data);

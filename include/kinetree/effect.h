@@ -1,13 +1,20 @@
 /* Effects of a caller's own, through the interface that the library's effects have.
  *
- *     static int pull(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance)
- * { const double k = *(const double *)user; const kt_vec3 d = kt_vec3_sub(ends[1].point, ends[0].point);
+ *     static double stiffness = 40.0;
+ *
+ *     static int pull(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
+ *                     kt_effect_balance *balance) {
+ *         const double k = *(const double *)user;
+ *         const kt_vec3 d = kt_vec3_sub(ends[1].point, ends[0].point);
+ *         (void)t;
  *         wrenches[0].force = kt_vec3_scale(k, d);
  *         wrenches[1].force = kt_vec3_scale(-k, d);
  *         if (balance)
  *             balance->energy = 0.5 * k * kt_vec3_dot(d, d);
  *         return 0;
  *     }
+ *
+ * and where the mechanism is described
  *
  *     kt_effect effect = kt_effect_default();
  *     effect.type = KT_EFFECT_CUSTOM;
@@ -16,16 +23,18 @@
  *     effect.end_count = 2;
  *     effect.push = pull;
  *     effect.user = &stiffness;
+ *     description.effects = &effect;
+ *     description.effect_count = 1;
  *
  * or, in a scalar joint, effect.joint and effect.drive. Scene files have no such effects.
  *
  * A callback is a function of its arguments alone: the same arguments must give the same result, at whatever times and
  * in whatever order it is asked, and from several threads where the model is shared by several. It is asked at every
  * stage of every step, also of steps that are not accepted. It returns
- *     0: done;
- *     > 0: not to be had in this state: an adaptive method tries a smaller step, with a fixed one the step fails with
- *          KT_ERROR_EFFECT;
- *     < 0: stop: the step fails with KT_ERROR_CALLBACK.
+ *   0: done;
+ *   > 0: not to be had in this state: an adaptive method tries a smaller step, with a fixed one the step fails with
+ *     KT_ERROR_EFFECT;
+ *   < 0: stop: the step fails with KT_ERROR_CALLBACK.
  * In every case of failure the state is what it was before the step, and the error names the time and the effect. So it
  * does, with KT_ERROR_NOT_FINITE, where what an effect exerts, this or any other, is not finite.
  */
@@ -40,9 +49,10 @@ extern "C" {
 
 /* An end in motion, world axes. For a caller's effects the point is counted from the world's origin. */
 struct kt_effect_end {
-    kt_mat3 axes; /* of the end's frame */
-    kt_vec3 point;
-    kt_vec3 omega, velocity; /* angular velocity; velocity of the point */
+    kt_mat3 axes;     /* of the end's frame */
+    kt_vec3 point;    /* its origin, m */
+    kt_vec3 omega;    /* angular velocity, rad/s */
+    kt_vec3 velocity; /* of the point, m/s */
 };
 
 /* Where the power P of all that an effect exerts comes from: P = supplied - dissipated - d(energy)/dt. */

@@ -6,15 +6,16 @@
  *
  *     kt_integrator_options options = kt_integrator_options_default();
  *     options.relative_tolerance = 1e-8;
- *     kt_integrator *integrator = NULL;
  *     const kt_method *method = kt_method_find("dopri5");
- *     size_t size = kt_integrator_size(method, n);
- *     status = kt_integrator_place(malloc(size), size, method, n, &options, &integrator, &error);
- *     status = kt_integrator_start(integrator, 0.0, y, &callbacks, &error);
- *     while (kt_integrator_time(integrator) < 10.0) {
+ *     const size_t size = kt_integrator_size(method, n);
+ *     void *memory = malloc(size);
+ *     kt_integrator *integrator = NULL;
+ *     status = kt_integrator_place(memory, size, method, n, &options, &integrator, &error);
+ *     if (status == KT_OK)
+ *         status = kt_integrator_start(integrator, 0.0, y, &callbacks, &error);
+ *     while (status == KT_OK && kt_integrator_time(integrator) < 10.0)
  *         status = kt_integrator_step(integrator, 10.0, &error);
- *         ... kt_integrator_interpolate(integrator, t_record, y_record, &error) ...
- *     }
+ *     free(memory);
  *
  * Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993
  * (below: HNW), sections II.1 - II.6; each table names its own.
@@ -34,10 +35,11 @@ extern "C" {
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
+/* The largest tables. */
 enum {
-    KT_METHOD_STAGES_MAX = 32, /* stages, the slope at the new point and the stages of the dense output together */
-    KT_METHOD_ORDER_MAX = 12,
-    KT_METHOD_DENSE_TERMS_MAX = 8,
+    KT_METHOD_STAGES_MAX = 32,     /* stages, the slope at the new point and the stages of the dense output together */
+    KT_METHOD_ORDER_MAX = 12,      /* of a method */
+    KT_METHOD_DENSE_TERMS_MAX = 8, /* of the dense output, beyond the cubic */
     KT_STABILISED_STAGES_MAX = 250 /* of a stabilised method */
 };
 
@@ -115,9 +117,9 @@ KT_CHECKED KT_API kt_status kt_method_check(const kt_method *method, kt_error *e
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
-/* re + i im */
+/* A complex number, re + i im. */
 typedef struct kt_complex {
-    double re, im;
+    double re, im; /* real and imaginary part */
 } kt_complex;
 
 /* What a method makes of y' = lambda y: y1 = R(h lambda) y0, R a polynomial; Hairer and Wanner, Solving ODE II, IV.2.
@@ -125,9 +127,9 @@ typedef struct kt_complex {
 typedef struct kt_stability {
     int degree;                                   /* of R */
     double coefficient[KT_METHOD_STAGES_MAX + 1]; /* tableau: of z^0 .. z^degree */
-    bool stabilised;
-    double w0, w1, a, b; /* stabilised: P(z) = a + b T_s(w0 + w1 z) */
-    int copies;          /* stabilised: 1: R = P; 3: R = P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
+    bool stabilised;                              /* which of the two it is */
+    double w0, w1, a, b;                          /* stabilised: P(z) = a + b T_s(w0 + w1 z) */
+    int copies; /* stabilised: 1: R = P; 3: R = P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
 } kt_stability;
 
 /* The stability polynomial of a method, a caller's own table included (which kt_method_check has passed). `stages` is
@@ -186,6 +188,7 @@ KT_API double kt_stability_worst(const kt_method *method, const kt_complex *eige
 
 /* ---- integrator -------------------------------------------------------------------------------------------------- */
 
+/* An integrator: one motion under way. */
 typedef struct kt_integrator kt_integrator;
 
 /* Callbacks return 0: go on; > 0: recoverable, a smaller step may help (adaptive: the try is rejected; fixed: an
@@ -201,17 +204,17 @@ typedef struct kt_integrator kt_integrator;
  * evaluation a step with fsal methods; a callback that leaves y alone while its defect is well below the tolerance
  * saves it, and state and slope still belong together to the last bit. */
 typedef struct kt_integrator_callbacks {
-    int (*rhs)(double t, const double *y, double *dydt, void *user);
-    int (*project)(double t, double *y, bool *changed, void *user);
-    void *user;
+    int (*rhs)(double t, const double *y, double *dydt, void *user); /* dydt = f(t, y), n numbers each */
+    int (*project)(double t, double *y, bool *changed, void *user);  /* y back to a manifold; NULL: none */
+    void *user;                                                      /* handed to both */
 } kt_integrator_callbacks;
 
+/* How an integrator steps. */
 typedef struct kt_integrator_options {
     double step; /* > 0: fixed step, s; 0: adaptive, and then the rest counts */
 
-    /* A try passes if sqrt(mean((err_i / (absolute_i + relative max(|y0_i|, |y1_i|)))^2)) <= 1. */
-    double relative_tolerance;
-    double absolute_tolerance;
+    /* Tolerances: a try passes if sqrt(mean((err_i / (absolute_i + relative max(|y0_i|, |y1_i|)))^2)) <= 1. */
+    double relative_tolerance, absolute_tolerance;
     const double *absolute_tolerances; /* n, instead of absolute_tolerance; NULL: none. Stays the caller's */
 
     double initial_step; /* > 0; 0: found from f and its change, after HNW II.4 */
@@ -220,9 +223,7 @@ typedef struct kt_integrator_options {
 
     /* PI control, Hairer and Wanner, Solving ODE II, IV.2: h_new = h safety err^(-alpha/k) err_last^(beta/k), err ~
      * h^k, within the two factors. */
-    double safety;
-    double alpha, beta;
-    double factor_min, factor_max;
+    double safety, alpha, beta, factor_min, factor_max;
 
     uint64_t max_steps; /* accepted and rejected, since the start; 0: no limit */
 
@@ -298,8 +299,8 @@ KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double
 KT_CHECKED KT_API kt_status kt_integrator_interpolate(kt_integrator *integrator, double t, double *y_out,
                                                       kt_error *error);
 
-/* The current time; the current state (n values, valid until the next call that takes a non-const integrator); the
- * time where the last step began (the current time before any). */
+/* In turn: the current time; the current state (n values, valid until the next call that takes a non-const integrator);
+ * the time where the last step began (the current time before any); n; the method. O(1). */
 KT_API double kt_integrator_time(const kt_integrator *integrator);
 KT_API const double *kt_integrator_state(const kt_integrator *integrator);
 KT_API double kt_integrator_previous_time(const kt_integrator *integrator);
@@ -313,6 +314,7 @@ typedef struct kt_integrator_counts {
     uint64_t evaluations; /* of the right-hand side, rejected tries and interpolation included */
 } kt_integrator_counts;
 
+/* What has been done since the start. */
 KT_API kt_integrator_counts kt_integrator_counts_get(const kt_integrator *integrator);
 
 /* All that an integrator remembers besides y, previous_y and what can be computed again from them. Without padding,
@@ -330,7 +332,7 @@ typedef struct kt_integrator_memory {
     int64_t radius_age;   /* stabilised: steps since it was estimated */
     int32_t on_grid;      /* fixed step: whether t is t0 + grid h */
     int32_t has_previous; /* whether previous_y is known */
-    kt_integrator_counts counts;
+    kt_integrator_counts counts; /* as kt_integrator_counts_get has them */
 } kt_integrator_memory;
 
 /* A look at it. Valid until the next call that takes a non-const integrator. */

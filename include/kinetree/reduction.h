@@ -18,26 +18,32 @@
 extern "C" {
 #endif
 
-/* Freedoms of a model: of the tree; equations of all loops; independent ones among them, at generic positions; and what
- * is left, tree - rank. */
+/* Freedoms of a model. */
 typedef struct kt_freedom {
-    int tree, equations, rank, minimal;
+    int tree;      /* of the tree: nv */
+    int equations; /* of all loops */
+    int rank;      /* independent ones among them, at generic positions */
+    int minimal;   /* what is left: tree - rank */
 } kt_freedom;
 
+/* Freedoms of a model, found when it was compiled. O(1). */
 KT_API kt_freedom kt_model_freedom(const kt_model *model);
 
-/* Loops, in the description's order. */
+/* Loops, in the description's order: how many, their names and types. */
 KT_API int kt_loop_count(const kt_model *model);
 KT_API const char *kt_loop_name(const kt_model *model, int loop);
 KT_API kt_loop_type kt_loop_type_of(const kt_model *model, int loop);
 
-/* Groups of loops that share moving links; each is reduced by itself. loops: indices of its loops. */
+/* A group of loops that share moving links; each is reduced by itself. */
 typedef struct kt_loop_group {
-    int loop_count;
-    const int *loops; /* in the model's memory */
-    int coordinates, equations, rank;
+    int loop_count;   /* of its loops */
+    const int *loops; /* their indices, in the model's memory */
+    int coordinates;  /* of the tree, that it ties */
+    int equations;    /* of its loops */
+    int rank;         /* independent ones among them, at generic positions */
 } kt_loop_group;
 
+/* How many groups there are; one of them. */
 KT_API int kt_loop_group_count(const kt_model *model);
 KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 
@@ -79,7 +85,7 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
  * the potential energy (kt_kinetic_energy; kt_potential_energy + kt_effect_energy)
  *     d(T + V)/dt = supplied - dissipated. */
 typedef struct kt_power {
-    double dissipated, supplied;
+    double dissipated, supplied; /* W */
 } kt_power;
 
 /* kt_acceleration_evaluate, with the same bits in a, and the powers that go with it. What a driven loop supplies is the
@@ -90,11 +96,13 @@ KT_API KT_CHECKED kt_status kt_power_evaluate(const kt_model *model, kt_data *da
                                               const double *v, const double *tau, const kt_wrench *external, double *a,
                                               kt_power *power, kt_error *error);
 
-/* How much q and v violate the loops: the largest residual of positions (m or rad) and of velocities (m/s or rad/s). */
+/* How much a state violates the loops. */
 typedef struct kt_residual {
-    double position, velocity;
+    double position; /* the largest residual of positions, m or rad */
+    double velocity; /* of velocities, m/s or rad/s */
 } kt_residual;
 
+/* The residuals at (t, q, v); zero without loops. Errors: KT_ERROR_NOT_FINITE. O(bodies + equations). */
 KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, kt_residual *residual, kt_error *error);
 

@@ -1,17 +1,20 @@
 /* Scene files: YAML to a description and back. A library of its own, libkinetree-scene.
  *
  *     static void print_fault(void *user, const kt_error *fault) {
- *         fprintf(user, "%s: %s\n", fault->where, fault->message);
+ *         fprintf((FILE *)user, "%s: %s\n", fault->where, fault->message);
  *     }
  *
- *     kt_scene scene;
- *     if (kt_scene_read("four-bar.yaml", &scene, print_fault, stderr, NULL) != KT_OK)
- *         return 2;
- *     status = kt_model_compile(&scene.description, NULL, &model, &error);
- *     status = kt_simulation_create(model, &scene.run, NULL, &simulation, &error);
- *     kt_scene_free(&scene);
+ * and then
  *
- * The format is version 1 of SCENE.md. What that page leaves open is settled here:
+ *     kt_scene scene;
+ *     kt_model *compiled = NULL;
+ *     status = kt_scene_read("four-bar.yaml", &scene, print_fault, stderr, &error);
+ *     if (status == KT_OK) {
+ *         status = kt_model_compile(&scene.description, NULL, &compiled, &error);
+ *         kt_scene_free(&scene);
+ *     }
+ *
+ * The format is version 1 of scene-files.md. What that page leaves open is settled here:
  * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
  *   merge keys are refused, so that a small file cannot stand for a large one; nesting ends at 32 levels.
  * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, idle
@@ -25,7 +28,7 @@
  *   does not.
  * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
  * - Where `simulate` or `output`, or one of their keys, is missing, kt_run_default stands.
- * What SCENE.md describes and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
+ * What the format has and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
  */
 #ifndef KINETREE_SCENE_H
 #define KINETREE_SCENE_H
@@ -40,9 +43,9 @@ extern "C" {
 
 /* What a scene file says. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
-    kt_description description;
-    kt_run run;
-    void *memory; /* where the arrays and strings live; for kt_scene_free */
+    kt_description description; /* the mechanism */
+    kt_run run;                 /* `simulate` and `output` */
+    void *memory;               /* where the arrays and strings live; for kt_scene_free */
 } kt_scene;
 
 /* No mechanism, and kt_run_default. */

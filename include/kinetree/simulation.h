@@ -1,10 +1,17 @@
 /* The clock: how a mechanism is run, steps, records, checkpoints.
  *
+ *     static int print_record(const kt_record *record, void *user) {
+ *         return fprintf((FILE *)user, "%g s: %g\n", record->time, record->q[0]) < 0;
+ *     }
+ *
+ * and with a model
+ *
  *     kt_simulation *simulation = NULL;
  *     kt_run run = kt_run_default();
  *     run.duration = 10.0;
  *     status = kt_simulation_create(model, &run, NULL, &simulation, &error);
- *     status = kt_simulation_run(simulation, print_record, stdout, &error);
+ *     if (status == KT_OK)
+ *         status = kt_simulation_run(simulation, print_record, stdout, &error);
  *     kt_simulation_free(simulation);
  *
  * In control code: kt_simulation_place in memory of one's own, then, with no allocation from there on,
@@ -28,7 +35,7 @@ extern "C" {
 
 /* ---- how a scene is run ------------------------------------------------------------------------------------------ */
 
-/* The names of kt_reduction and kt_metric (model.h). */
+/* The names of kt_reduction and kt_metric. X(id, name in scene files) */
 #define KT_REDUCTION_LIST(X)                                                                                           \
     X(KT_REDUCTION_QR, qr)                                                                                             \
     X(KT_REDUCTION_PARTITION, partition)                                                                               \
@@ -37,24 +44,24 @@ extern "C" {
     X(KT_METRIC_IDENTITY, identity)                                                                                    \
     X(KT_METRIC_MASS, mass)
 
-/* What is recorded, as bits. id, bit, name in scene files, in the order in which records are written. */
-#define KT_RECORD_LIST(X)                                                                                              \
-    X(KT_RECORD_POSITION, 1, position)                                                                                 \
-    X(KT_RECORD_VELOCITY, 2, velocity)                                                                                 \
-    X(KT_RECORD_ACCELERATION, 4, acceleration)                                                                         \
-    X(KT_RECORD_ENERGY, 8, energy)                                                                                     \
-    X(KT_RECORD_BALANCE, 64, balance)                                                                                  \
-    X(KT_RECORD_CONSTRAINT, 16, constraint)                                                                            \
-    X(KT_RECORD_REACTION, 32, reaction)
-
-/* KT_RECORD_BALANCE asks for the energies and for the works that effects, pushes and driven loops have done, which are
+/* What is recorded, as bits, in the order in which records are written. X(id, bit, name in scene files)
+ *
+ * KT_RECORD_BALANCE asks for the energies and for the works that effects, pushes and driven loops have done, which are
  * then integrated with the motion, by the same method, as two equations more. These two have no part in the choice of
  * steps: the motion has the same bits whether its balance is kept or not, and a balance that drifts shows how well the
  * steps, chosen for the motion, follow the powers. Who does not ask pays nothing. */
+#define KT_RECORD_LIST(X)                                                                                              \
+    X(KT_RECORD_POSITION, 1, position)         /* q */                                                                 \
+    X(KT_RECORD_VELOCITY, 2, velocity)         /* v */                                                                 \
+    X(KT_RECORD_ACCELERATION, 4, acceleration) /* a */                                                                 \
+    X(KT_RECORD_ENERGY, 8, energy)             /* kinetic and potential */                                             \
+    X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
+    X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
+    X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */
 
-/* KT_RECORD_DEFAULT: position, velocity, energy, and constraint where there are loops. */
+/* Bits of what is recorded. */
 enum {
-    KT_RECORD_DEFAULT = 0,
+    KT_RECORD_DEFAULT = 0, /* position, velocity, energy, and constraint where there are loops */
 #define KT_RECORD_ENUM(id, bit, name) id = bit,
     KT_RECORD_LIST(KT_RECORD_ENUM)
 #undef KT_RECORD_ENUM
@@ -62,25 +69,24 @@ enum {
 
 /* A marker of a body, by names. */
 typedef struct kt_marker_pair {
-    const char *body, *marker;
+    const char *body, *marker; /* of the body; of the marker */
 } kt_marker_pair;
 
 /* The `simulate` and `output` parts of a scene. */
 typedef struct kt_run {
-    double duration;        /* s */
-    const char *integrator; /* a name that kt_method_find knows */
-    double step;            /* s; > 0: fixed step, and the tolerances are not read */
-    double relative;        /* tolerances of an adaptive method */
-    double absolute;
+    double duration;            /* s */
+    const char *integrator;     /* a name that kt_method_find knows */
+    double step;                /* s; > 0: fixed step, and the tolerances are not read */
+    double relative, absolute;  /* tolerances of an adaptive method, of the numbers of q and v */
     kt_formulation formulation; /* absolute: of a model that was compiled for it (kt_model_options) */
-    kt_reduction
-        reduction; /* these three are for kt_model_options: a simulation does what its model was compiled for */
-    kt_metric metric;
-    kt_plan plan;
-    double interval; /* s between records; 0: about 1000 records */
-    unsigned record; /* KT_RECORD_ bits */
-    const kt_marker_pair *markers;
-    int marker_count;
+    kt_reduction reduction;     /* this, metric and plan are for kt_model_options: a simulation does what its model was
+                                   compiled for */
+    kt_metric metric;           /* as reduction */
+    kt_plan plan;               /* as reduction */
+    double interval;            /* s between records; 0: about 1000 records */
+    unsigned record;            /* KT_RECORD_ bits */
+    const kt_marker_pair *markers; /* whose positions are recorded */
+    int marker_count;              /* length of markers */
 } kt_run;
 
 /* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
@@ -104,23 +110,24 @@ typedef enum kt_phase {
     KT_PHASE_EVALUATION = 0, /* at every evaluation of accelerations */
     KT_PHASE_STEP,           /* after every step */
     KT_PHASE_RECORD,         /* at every record */
-    KT_PHASE_COUNT
+    KT_PHASE_COUNT           /* how many */
 } kt_phase;
 
 /* One step: a kernel, and how much of its matter there is; or one that this scene does without, and why. Texts are
  * static. */
 typedef struct kt_plan_step {
-    kt_phase phase;
-    const char *name;    /* "effect spring" */
-    int64_t count;       /* 12 */
-    const char *unit;    /* "links" */
+    kt_phase phase;      /* when it is taken */
+    const char *name;    /* of the kernel: "effect spring" */
+    int64_t count;       /* of its matter: 12 */
+    const char *unit;    /* of the count: "links" */
     double flops;        /* floating-point operations each time (additions, multiplications, divisions and roots of the
                             baseline kernels, all lanes of vectors, without functions of the C library), within 5 % of what
                             is executed where contacts touch; 0 where it is dropped, NaN where it has not been counted */
     const char *dropped; /* why it is not there; NULL: it is there */
 } kt_plan_step;
 
-enum { KT_PLAN_STEPS_MAX = 48 };
+/* The most steps that a plan has. */
+enum { KT_PLAN_STEPS_MAX = 48 /* the length of an array for kt_plan_steps */ };
 
 /* What a run of this model computes, in the order in which it does; steps has KT_PLAN_STEPS_MAX places. Returns their
  * number. run may be NULL: the defaults. O(bodies + loops depth + effects). */
@@ -128,6 +135,7 @@ KT_API int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step 
 
 /* ---- the simulation ---------------------------------------------------------------------------------------------- */
 
+/* A mechanism in motion: its state, its clock, and all that a step writes. */
 typedef struct kt_simulation kt_simulation;
 
 /* An instant at which a right-hand side of the caller's is asked for. All of it is the simulation's. */
@@ -135,7 +143,7 @@ typedef struct kt_instant {
     const kt_model *model;     /* what is stepped: in the absolute formulation kt_model_absolute of the caller's */
     kt_data *data;             /* scratch, of that model */
     double t;                  /* s */
-    const double *q, *v;       /* nq, nv of that model */
+    const double *q, *v;       /* nq positions, nv velocities, of that model */
     const double *tau;         /* nv: torques that are set, without the effects'; NULL: none */
     const kt_wrench *external; /* one a body: wrenches that are set; NULL: none */
 } kt_instant;
@@ -165,6 +173,7 @@ typedef struct kt_simulation_options {
     void *user;      /* for both */
 } kt_simulation_options;
 
+/* All zero: the engine's own equations and projection, no limits. */
 KT_API kt_simulation_options kt_simulation_options_default(void);
 
 /* Bytes that a simulation takes: its data, its integrator, its state; 0 where run or options are wrong, which _place
@@ -229,10 +238,10 @@ KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation
 /* Works since the start or the last kt_simulation_set_state, J: what effects have turned into heat; what effects that
  * drive, torques, wrenches and driven loops have supplied. */
 typedef struct kt_work {
-    double dissipated, supplied;
+    double dissipated, supplied; /* J */
 } kt_work;
 
-/* NaN where KT_RECORD_BALANCE is not asked for. */
+/* Works up to the present time; NaN where KT_RECORD_BALANCE is not asked for. */
 KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
@@ -280,6 +289,7 @@ typedef struct kt_simulation_counts {
     uint64_t factorizations; /* of loop matrices: one a group at each evaluation and each projection */
 } kt_simulation_counts;
 
+/* What has been done since the start, or the last kt_simulation_set_state. */
 KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation);
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */

@@ -10,11 +10,14 @@
 extern "C" {
 #endif
 
+/* The version of these headers, semantic versioning; KT_VERSION is the same as text. kt_version tells the library's. */
 #define KT_VERSION_MAJOR 0
 #define KT_VERSION_MINOR 1
 #define KT_VERSION_PATCH 0
 #define KT_VERSION "0.1.0"
 
+/* What marks a function as part of the library, a status that must not be ignored, and a printf-like text with its
+ * first argument; nothing for compilers that do not know such marks. */
 #if defined(__GNUC__)
 #define KT_API __attribute__((visibility("default")))
 #define KT_CHECKED __attribute__((warn_unused_result))
@@ -25,7 +28,7 @@ extern "C" {
 #define KT_PRINTF(text, first)
 #endif
 
-/* One list gives the codes, their pinned values and their texts. */
+/* One list gives the codes, their pinned values and their texts: X(id, value, text). */
 #define KT_STATUS_LIST(X)                                                                                              \
     X(KT_OK, 0, "done")                                                                                                \
     X(KT_ERROR_ARGUMENT, 1, "an argument of the call is wrong")                                                        \
@@ -41,17 +44,22 @@ extern "C" {
     X(KT_ERROR_UNSUPPORTED, 11, "not supported yet")                                                                   \
     X(KT_ERROR_EFFECT, 12, "an effect cannot be had in this state")
 
+/* How a call ended. Values are pinned: a code keeps its number in every version. */
 typedef enum kt_status {
 #define KT_STATUS_ENUM(name, value, text) name = value,
     KT_STATUS_LIST(KT_STATUS_ENUM)
 #undef KT_STATUS_ENUM
 } kt_status;
 
-enum { KT_WHERE_SIZE = 160, KT_MESSAGE_SIZE = 480 };
+/* Bytes of the texts of a kt_error, the terminating zero included. */
+enum {
+    KT_WHERE_SIZE = 160,   /* of `where` */
+    KT_MESSAGE_SIZE = 480, /* of `message` */
+};
 
 /* What went wrong, where, and how to mend it. Texts are always terminated; a text too long ends in "...". */
 typedef struct kt_error {
-    kt_status code;
+    kt_status code;                /* what the call returned, too */
     char where[KT_WHERE_SIZE];     /* file:line:column, body, joint, loop or time; may be empty */
     char message[KT_MESSAGE_SIZE]; /* what is wrong and the way to mend it */
 } kt_error;

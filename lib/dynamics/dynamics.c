@@ -71,8 +71,8 @@ static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_S
     (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->name);
 }
 
-kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                              const kt_wrench *external, double *a, kt_error *error) {
+kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                             const kt_wrench *external, double *a, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     const size_t failed = kernels_of(model)->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero,
                                                      external, data->scratch);
@@ -87,11 +87,27 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
                         "what it carries has no inertia along one of its freedoms at this position");
 }
 
-kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                              const kt_wrench *external, double *tau, kt_error *error) {
+kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                             const kt_wrench *external, double *tau, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     kernels_of(model)->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
     return commit_or_blame(model, &input, data->scratch, tau, "force", error);
+}
+
+kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                              const kt_wrench *external, double *a, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
+    if (external && !kt_wrenches_are_finite(model, external))
+        return kt_input_check(model, &input, error);
+    return kt_forward_trusted(model, data, q, v, tau, external, a, error);
+}
+
+kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                              const kt_wrench *external, double *tau, kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
+    if (external && !kt_wrenches_are_finite(model, external))
+        return kt_input_check(model, &input, error);
+    return kt_inverse_trusted(model, data, q, v, a, external, tau, error);
 }
 
 kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {

@@ -11,9 +11,17 @@ bool kt_all_finite(const double *x, size_t n) {
     return sum == 0.0;
 }
 
-static bool wrench_is_finite(const kt_wrench *w) {
-    const double sum = (w->moment.x - w->moment.x) + (w->moment.y - w->moment.y) + (w->moment.z - w->moment.z) +
-                       (w->force.x - w->force.x) + (w->force.y - w->force.y) + (w->force.z - w->force.z);
+static double excess_of(const kt_wrench *w) {
+    return (w->moment.x - w->moment.x) + (w->moment.y - w->moment.y) + (w->moment.z - w->moment.z) +
+           (w->force.x - w->force.x) + (w->force.y - w->force.y) + (w->force.z - w->force.z);
+}
+
+static bool wrench_is_finite(const kt_wrench *w) { return excess_of(w) == 0.0; }
+
+bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external) {
+    double sum = 0.0;
+    for (size_t b = 1; b < model->n.body; b++)
+        sum += excess_of(&external[b]);
     return sum == 0.0;
 }
 

@@ -59,6 +59,16 @@ typedef struct kt_input {
 /* KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, naming the first joint or body at fault. */
 kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
+/* Those of all bodies but the world. */
+bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
+
+/* kt_dynamics_forward and kt_dynamics_inverse with wrenches that have been looked at: those across a joint's freedoms,
+ * or a plane, leave no trace in the result. */
+kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                             const kt_wrench *external, double *a, kt_error *error);
+kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                             const kt_wrench *external, double *tau, kt_error *error);
+
 /* Copies a result of nv numbers that is finite; else says of which joint it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
 

@@ -186,6 +186,6 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     if (status != KT_OK)
         return status;
     if (!model->n.group)
-        return kt_dynamics_forward(model, data, q, v, tau, external, a, error);
+        return kt_forward_trusted(model, data, q, v, tau, external, a, error);
     return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, NULL, error);
 }

@@ -36,7 +36,7 @@ static double power_of_wrenches(const kt_model *model, kt_data *data, const doub
 static kt_status power_of_loops(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                 const double *tau, const kt_wrench *external, double *power, kt_error *error) {
     double *needed = data->side + kt_lanes8(model->n.v);
-    const kt_status status = kt_dynamics_inverse(model, data, q, v, a, external, needed, error);
+    const kt_status status = kt_inverse_trusted(model, data, q, v, a, external, needed, error);
     if (status == KT_OK)
         *power = dot(v, needed, model->n.v) - (tau ? dot(v, tau, model->n.v) : 0.0);
     return status;
@@ -66,7 +66,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         return status;
     status = model->n.group ? kt_closed_forward(model, data, t, q, v, all ? all : model->zero, all_wrenches,
                                                 acceleration, NULL, error)
-                            : kt_dynamics_forward(model, data, q, v, all, all_wrenches, acceleration, error);
+                            : kt_forward_trusted(model, data, q, v, all, all_wrenches, acceleration, error);
     if (status == KT_OK && model->driven)
         status = power_of_loops(model, data, q, v, acceleration, all, all_wrenches, &loops, error);
     if (status != KT_OK)

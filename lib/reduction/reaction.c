@@ -7,6 +7,7 @@
  * Of loops in a plane the reactions are those in space, with what acts out of the plane: the spatial kernels are asked,
  * for which the planar ones' accelerations are as good as their own.
  */
+#include "dynamics/kernel.h"
 #include "reduction/evaluate.h"
 
 #include <string.h>
@@ -29,7 +30,7 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
         memset(on_bodies, 0, bodies * sizeof *on_bodies);
     status = model->n.group
                  ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, &crossed, error)
-                 : kt_dynamics_forward(model, data, q, v, tau, external, a, error);
+                 : kt_forward_trusted(model, data, q, v, tau, external, a, error);
     if (status == KT_OK && model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
         if (crossed ||

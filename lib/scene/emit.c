@@ -87,7 +87,7 @@ void kt_emit_list(kt_emitter *e, bool flow) { open_level(e, true, flow); }
 
 void kt_emit_end(kt_emitter *e) {
     const kt_emit_level *level = top(e);
-    if (level == NULL)
+    if (level == NULL) /* of a level that was refused */
         return;
     if (level->flow)
         put(e, level->list ? "]" : "}", 1);
@@ -111,7 +111,7 @@ static void put_escaped(kt_emitter *e, const char *text) {
         else if (*c == '\t')
             (void)snprintf(escape, sizeof escape, "\\t");
         else if (!kt_character_is_plain(character))
-            (void)snprintf(escape, sizeof escape, character > 0xFFFFU ? "\\U%08X" : "\\u%04X", (unsigned)character);
+            (void)snprintf(escape, sizeof escape, "\\u%04X", (unsigned)character); /* those beyond U+FFFF are plain */
         else
             escape[0] = '\0';
         if (escape[0] == '\0')
@@ -134,9 +134,7 @@ static void put_text(kt_emitter *e, const char *text) {
 }
 
 static void begin_key(kt_emitter *e) {
-    kt_emit_level *level = top(e);
-    if (level == NULL)
-        return;
+    kt_emit_level *level = &e->levels[e->depth - 1];
     const kt_emit_level *outer = e->depth > 1 ? level - 1 : NULL;
     if (level->flow) {
         if (level->count > 0)

@@ -126,7 +126,7 @@ static void add_scope(kt_phrase *phrase, const kt_scope *scope) {
 }
 
 bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *node, const char *format, ...) {
-    if (node != NULL && node->faulty)
+    if (node->faulty)
         return false;
     kt_phrase phrase = {.length = 0};
     add_scope(&phrase, scope);
@@ -134,9 +134,8 @@ bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *n
     va_start(arguments, format);
     phrase_add_list(&phrase, format, arguments);
     va_end(arguments);
-    put_phrase(r, code, node == NULL ? 1 : node->line, node == NULL ? 1 : node->column, &phrase);
-    if (node != NULL)
-        node->faulty = true;
+    put_phrase(r, code, node->line, node->column, &phrase);
+    node->faulty = true;
     return false;
 }
 

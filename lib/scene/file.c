@@ -16,9 +16,9 @@ static kt_status refuse(kt_error *error, const char *path, int number) {
     return kt_error_set(error, KT_ERROR_FILE, path, "cannot be read: %s", reason);
 }
 
-/* What a path leads to that is no regular file. */
+/* What a path leads to that is no regular file; a socket could not be opened. */
 static const char *kind_of(mode_t mode) {
-    return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a pipe" : S_ISSOCK(mode) ? "a socket" : "a device";
+    return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a pipe" : "a device";
 }
 
 static kt_status check_kind(const char *path, int file, kt_error *error) {

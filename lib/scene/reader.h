@@ -54,8 +54,8 @@ typedef struct kt_scope {
     const char *name; /* of what has a noun; NULL: not known, and list[index] says which */
 } kt_scope;
 
-/* Reports a fault at a node (NULL: at the beginning of the file), which becomes faulty. The message is what the scope
- * and the format make. A node that is faulty already stays silent. Returns false. */
+/* Reports a fault at a node, which becomes faulty. The message is what the scope and the format make. A node that is
+ * faulty already stays silent. Returns false. */
 bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *node, const char *format, ...)
     KT_PRINTF(5, 6);
 

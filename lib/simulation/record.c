@@ -95,9 +95,8 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     if (accelerates && kt_simulation_evaluate(simulation, t, q, simulation->tau, simulation->external, NULL,
                                               simulation->a, NULL, error) != 0)
         return error->code;
-    if (status == KT_OK)
-        kt_simulation_show(simulation, t, q, accelerates ? simulation->a : NULL, &record->q, &record->v, &record->a);
-    if (status == KT_OK && (simulation->record & KT_RECORD_CONSTRAINT) != 0)
+    kt_simulation_show(simulation, t, q, accelerates ? simulation->a : NULL, &record->q, &record->v, &record->a);
+    if ((simulation->record & KT_RECORD_CONSTRAINT) != 0)
         status = kt_loop_residual(model, simulation->data, t, q, v, &record->constraint, error);
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }

@@ -76,6 +76,38 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage_free(&l);
 }
 
+/* -x / sqrt(1 + x^2), as of a string over a pulley beside the rail. */
+static int pull(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    (void)user, (void)t, (void)v, (void)balance;
+    *force = -q / sqrt(1.0 + q * q);
+    return 0;
+}
+
+/* Newton's step from x leads to -x^3, away from rest where |x| > 1: a step that has gone too far does not count.
+ * Forces of four roundings of that of a unit are none. */
+KT_TEST(force_that_saturates_leads_to_rest_from_afar) {
+    const double starts[] = {0.5, -1.2, 3.0, 6.0, -40.0};
+    kt_effect effect = kt_effect_default();
+    linkage l;
+    linkage_begin(&l);
+    linkage_bar(&l, "slider", NULL, none, down, 0.0, 0.0)->joint.type = KT_JOINT_PRISMATIC;
+    l.body[0].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    effect.type = KT_EFFECT_CUSTOM;
+    effect.joint = "slider";
+    effect.drive = pull;
+    l.description.effects = &effect;
+    l.description.effect_count = 1;
+    kt_worst worst = kt_worst_make("position");
+    for (size_t i = 0; linkage_compile(&l) && i < sizeof starts / sizeof starts[0]; i++) {
+        double q = starts[i];
+        if (found(&l, false, &q, NULL))
+            kt_worst_near(&worst, q, 0.0, 4.0 * DBL_EPSILON, "from %g", starts[i]);
+        linkage_free(&l);
+    }
+    linkage_free(&l);
+    kt_check_worst(&worst);
+}
+
 KT_TEST(hanging_chain_straightens_from_anywhere) {
     enum { N = 10 };
     linkage l;

@@ -53,6 +53,41 @@ KT_TEST(modes_of_a_train_are_those_of_its_closed_form_at_every_state) {
     train_free(&t);
 }
 
+/* A pendulum let go at 1 rad: lambda^2 = -g / l cos q changes as it swings. Euler's steps of 0.4 s would tell of
+ * another motion; what is looked at is good to 1e-6, and 1e-6 was measured of lambda. */
+KT_TEST(motion_is_looked_at_without_the_step_that_is_in_doubt) {
+    kt_description description = kt_description_default();
+    kt_body bob = kt_body_default();
+    kt_model *model = NULL;
+    kt_error error = {0};
+    bob.name = "bob";
+    bob.joint.type = KT_JOINT_REVOLUTE;
+    bob.joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    bob.joint.position[0] = 1.0;
+    bob.com = kt_vec3_make(0.0, 0.0, -1.0);
+    bob.mass = 1.0;
+    description.bodies = &bob;
+    description.body_count = 1;
+    description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    if (kt_check_equal_int("model", kt_model_compile(&description, NULL, &model, &error), KT_OK)) {
+        const kt_run fine = run_of(2.0);
+        kt_run coarse = fine;
+        coarse.integrator = "euler";
+        coarse.step = 0.4;
+        kt_spectrum *one = spectrum_of(model, &fine, 6), *two = spectrum_of(model, &coarse, 6);
+        kt_worst lambda = kt_worst_make("lambda");
+        kt_check_equal_int("modes", kt_spectrum_count(two), kt_spectrum_count(one));
+        for (int i = 0; i < kt_spectrum_count(one) && i < kt_spectrum_count(two); i++) {
+            const kt_mode a = kt_spectrum_at(one, i).mode, b = kt_spectrum_at(two, i).mode;
+            kt_worst_near(&lambda, hypot(b.real - a.real, b.imaginary - a.imaginary), 0.0, 5e-6, "mode %d", i);
+        }
+        kt_check_worst(&lambda);
+        kt_spectrum_free(one);
+        kt_spectrum_free(two);
+    }
+    kt_model_free(model);
+}
+
 KT_TEST(a_full_spectrum_takes_no_more_and_stays_as_it_was) {
     train t;
     kt_error error = {0};
@@ -98,6 +133,82 @@ KT_TEST(limits_name_the_mode_that_bounds_and_the_growth_of_the_worst) {
                       1e-13 * limit.growth);
         kt_spectrum_free(spectrum);
     }
+    train_free(&t);
+}
+
+/* Random numbers with errors of 1e-9 at most in the place of a train's state matrix. */
+enum { STATES = 6 };
+typedef struct matrix {
+    double state[STATES * STATES], error[STATES * STATES];
+} matrix;
+
+static bool eigenvalues(kt_modes *modes, kt_linear_system system, const matrix *m, kt_mode *mode) {
+    kt_error error = {0};
+    system.state = m->state;
+    system.state_error = m->error;
+    system.error = 1e-3; /* what bounds an estimate where eigenvalues meet is far */
+    const bool fine = kt_modes_evaluate(modes, &system, &error) == KT_OK;
+    for (int i = 0; fine && i < kt_modes_count(modes); i++)
+        mode[i] = kt_modes_at(modes, i);
+    return fine;
+}
+
+/* sum over the numbers of error |d lambda / d number|, by differences, of all modes. */
+static bool first_order(kt_modes *modes, const kt_linear_system *system, const matrix *m, int count, double *sum) {
+    const double h = 1e-5;
+    kt_mode side[2][STATES];
+    for (int k = 0; k < count; k++)
+        sum[k] = 0.0;
+    for (int i = 0; i < STATES * STATES; i++) {
+        for (int up = 0; up < 2; up++) {
+            matrix moved = *m;
+            moved.state[i] += up ? h : -h;
+            if (!eigenvalues(modes, *system, &moved, side[up]) || kt_modes_count(modes) != count)
+                return false;
+        }
+        for (int k = 0; k < count; k++)
+            sum[k] += m->error[i] *
+                      hypot(side[1][k].real - side[0][k].real, side[1][k].imaginary - side[0][k].imaginary) / (2.0 * h);
+    }
+    return true;
+}
+
+/* True errors of numbers are within four estimated ones (honest.c), and so are those of eigenvalues. The differences
+ * are good to h^2 times what eigenvalues close to each other make of it. */
+KT_TEST(estimated_errors_of_modes_are_what_errors_of_numbers_do_to_first_order) {
+    train t;
+    kt_error error = {0};
+    kt_random random = kt_random_of_test();
+    kt_modes *modes = NULL;
+    kt_worst worst = kt_worst_make("estimate over first order"), pairs = kt_worst_make("of them of a pair");
+    if (train_open(&t, STATES / 2, 1.0, 1.0, 0.1) &&
+        kt_check_equal_int("create", kt_modes_create(t.model, &modes, &error), KT_OK)) {
+        kt_linearization *linearization = NULL;
+        const double rest[STATES / 2] = {0.0};
+        kt_check_equal_int("create", kt_linearization_create(t.model, NULL, &linearization, &error), KT_OK);
+        kt_check_equal_int("linear", kt_linearization_evaluate(linearization, 0.0, rest, rest, NULL, &error), KT_OK);
+        const kt_linear_system *system = kt_linearization_system(linearization);
+        for (int round = 0; round < 20; round++) {
+            matrix m;
+            kt_mode mode[STATES];
+            double sum[STATES];
+            for (int i = 0; i < STATES * STATES; i++) {
+                m.state[i] = kt_random_normal(&random);
+                m.error[i] = kt_random_uniform(&random, 0.0, 1e-9);
+            }
+            if (!kt_check_true("modes", eigenvalues(modes, *system, &m, mode)))
+                break;
+            const int count = kt_modes_count(modes);
+            if (first_order(modes, system, &m, count, sum))
+                for (int k = 0; k < count; k++)
+                    kt_worst_near(mode[k].imaginary > 0.0 ? &pairs : &worst, mode[k].error / (4.0 * sum[k]), 1.0, 1e-5,
+                                  "round %d, mode %d", round, k);
+        }
+        kt_linearization_free(linearization);
+    }
+    kt_check_worst(&worst);
+    kt_check_worst(&pairs);
+    kt_modes_free(modes);
     train_free(&t);
 }
 

@@ -108,6 +108,56 @@ KT_TEST(numbers_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
     kt_tree_free(&tree);
 }
 
+/* A post on the ground, and two rods one on the other that turn about z: in their plane, or in space. */
+static bool grow_rods(kt_tree *tree, kt_plan plan) {
+    static const char *const name[] = {"post", "upper", "lower"};
+    kt_model_options options = kt_model_options_default();
+    options.plan = plan;
+    memset(tree, 0, sizeof *tree);
+    tree->description = kt_description_default();
+    tree->description.bodies = tree->body;
+    tree->description.body_count = 3;
+    for (int i = 0; i < 3; i++) {
+        kt_body *body = &tree->body[i];
+        *body = kt_body_default();
+        body->name = name[i];
+        body->parent = i > 0 ? name[i - 1] : NULL;
+        body->mass = 2.0;
+        body->com = kt_vec3_make(0.5, 0.0, 0.0);
+        body->joint.type = i > 0 ? KT_JOINT_REVOLUTE : KT_JOINT_FIXED;
+    }
+    return kt_tree_compile(tree, &options);
+}
+
+/* What a joint does not feel, and what is across a plane, leaves no trace in the numbers. */
+KT_TEST(wrenches_that_are_not_finite_are_refused_wherever_they_point) {
+    static const char *const where[] = {"", "body 'post'", "body 'upper'", "body 'lower'"};
+    const kt_plan plans[] = {KT_PLAN_AUTO, KT_PLAN_SPATIAL};
+    for (int i = 0; i < 16 * 6; i++) {
+        kt_tree tree;
+        kt_wrench external[4] = {{.force = {0.0, 0.0, 0.0}}};
+        const int body = i / 2 % 4, k = i / 8 % 6;
+        kt_vec3 *part = k < 3 ? &external[body].moment : &external[body].force;
+        *(k % 3 == 0 ? &part->x : k % 3 == 1 ? &part->y : &part->z) = i / 48 ? (double)INFINITY : not_a_number;
+        if (!grow_rods(&tree, plans[i % 2]))
+            return;
+        const double q[2] = {0.3, 0.4};
+        double out[2] = {5.0, 6.0};
+        kt_error error = {KT_OK, "", ""};
+        for (int inverse = 0; inverse < 2; inverse++) {
+            const kt_status status =
+                inverse ? kt_dynamics_inverse(tree.model, tree.data, q, NULL, NULL, external, out, &error)
+                        : kt_dynamics_forward(tree.model, tree.data, q, NULL, NULL, external, out, &error);
+            kt_check_equal_int("status", status, body ? KT_ERROR_NOT_FINITE : KT_OK); /* the world's is ignored */
+            if (body) {
+                kt_check_text("where", error.where, where[body]);
+                kt_check_true("outputs as they were", out[0] == 5.0 && out[1] == 6.0);
+            }
+        }
+        kt_tree_free(&tree);
+    }
+}
+
 KT_TEST(a_quaternion_of_zeros_is_refused_and_one_of_any_other_norm_is_not) {
     kt_tree tree;
     if (!grow_pendulum(&tree))

@@ -13,7 +13,7 @@ from claims import claim, finish, note
 FOLDERS = ["base", "algebra", "model", "joint", "loop", "effect", "dynamics", "reduction", "integrator", "simulation",
            "analysis", "scene"]
 # Faces with another name than their folder's.
-FACES = {"status": "base", "accuracy": "analysis", "kinetree": None}
+FACES = {"status": "base", "description": "model", "accuracy": "analysis", "kinetree": None}
 
 LONG, TOO_LONG = 400, 500
 

@@ -1,6 +1,6 @@
 """What is installed is complete: a program finds it by pkg-config or CMake alone, and runs, linked either way.
 
-install.py BUILD-DIRECTORY HAS-SCENE HAS-COMMAND C-COMPILER...
+install.py BUILD-DIRECTORY HAS-SCENE HAS-COMMAND HAS-DOCS C-COMPILER...
 """
 import os
 import pathlib
@@ -67,7 +67,7 @@ def build_with_cmake(folder, root, target, libdir):
 
 
 def main():
-    build, has_scene, has_command, *compiler = sys.argv[1:]
+    build, has_scene, has_command, has_docs, *compiler = sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         root = folder / "root"
@@ -78,6 +78,7 @@ def main():
         wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", "/libkinetree.so.0", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []
         wanted += ["/bin/kinetree"] if has_command == "true" else []
+        wanted += ["/share/doc/kinetree/html/index.html"] if has_docs == "true" else []
         claim("installs_every_part", [f"no {part}" for part in wanted if not any(path.endswith(part) for path in found)])
         claim("installs_nothing_private",
               [path for path in found if path.endswith((".c", "meson.build")) or path.count("kernels")])

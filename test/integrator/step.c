@@ -69,10 +69,15 @@ KT_TEST(a_limit_off_the_grid_is_hit_exactly_and_the_grid_resumed) {
     integrator_free(it);
 }
 
-/* 3 * 0.1 is 0.30000000000000004. */
+/* 3 * 0.1 is 0.30000000000000004, and 3 * 0.7 is 2.0999999999999996. */
 KT_TEST(a_limit_within_rounding_of_the_grid_is_the_grid) {
-    const kt_integrator_options options = fixed_step(0.1);
-    kt_integrator *it = oscillator_begin("rk4", 0.0, &options);
+    const kt_integrator_options options = fixed_step(0.1), longer = fixed_step(0.7);
+    kt_integrator *it = oscillator_begin("rk4", 0.0, &longer);
+    integrate_to(it, 2.1);
+    kt_check_equal_int("steps to 2.1", (long long)kt_integrator_counts_get(it).steps, 3);
+    kt_check_near("time", kt_integrator_time(it), 2.1, 0.0);
+    integrator_free(it);
+    it = oscillator_begin("rk4", 0.0, &options);
     integrate_to(it, 0.3);
     kt_check_equal_int("steps to 0.3", (long long)kt_integrator_counts_get(it).steps, 3);
     kt_check_near("whole", kt_integrator_memory_get(it)->last_step, 0.1, 0.0);

@@ -1,11 +1,15 @@
-"""What README.md shows works as it stands.
+"""What README.md and the pages of the API show works as it stands, and so does what the headers show.
 
-readme.py README BUILD-ROOT INCLUDE-DIRECTORY COMMAND-OR-EMPTY C-COMPILER...
+readme.py BUILD-ROOT SOURCE-ROOT COMMAND-OR-EMPTY C-COMPILER...
 
-- a block of C that has a main is compiled against the shared library, and run;
-- a block of YAML with a line "kinetree: 1" passes "kinetree check", and is there for the shell under the name that a
-  comment of its own gives it ("# pendulum.yaml"), or as scene-1.yaml and so on;
-- a line of a shell block that begins with "kinetree " is run, in the same folder, in the order of the page.
+Of a page, in a folder of its own in which `apps` is that of the sources:
+- a block of C that has a main is compiled against the shared library, and run; any other is compiled as the headers' are;
+- a block of YAML is a whole scene, with a line "kinetree: 1": it passes "kinetree check", and is there for the shell under
+  the name that a comment of its own gives it ("# pendulum.yaml"), or as scene-1.yaml and so on;
+- a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader.
+
+Of a header, the blocks of C in its comments are compiled together: what begins with "static" as it stands, all else as
+the body of a function that is given what FRAGMENT names.
 """
 import os
 import pathlib
@@ -14,16 +18,45 @@ import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "test"), str(ROOT / "include")]
+import document
 from claims import claim, finish, note
 
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
+HEAD = "#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n"
+FRAGMENT = """
+kt_status fragment_{line}(const kt_model *model, kt_data *data, kt_simulation *simulation, double *q, double *v, double *a,
+                          double *tau, double *y, size_t n, kt_integrator_callbacks callbacks,
+                          kt_description description, kt_run run, double (*cpu_seconds)(void *), kt_error error,
+                          kt_status status);
+kt_status fragment_{line}(const kt_model *model, kt_data *data, kt_simulation *simulation, double *q, double *v, double *a,
+                          double *tau, double *y, size_t n, kt_integrator_callbacks callbacks,
+                          kt_description description, kt_run run, double (*cpu_seconds)(void *), kt_error error,
+                          kt_status status) {{
+    {{
+{body}
+    }}
+    return status;
+}}
+"""
 
 
 def blocks(text):
     """(line, language, body) of each fenced block."""
     for found in re.finditer(r"^```(\w*)[^\n]*\n(.*?)^```\s*$", text, flags=re.S | re.M):
         yield text.count("\n", 0, found.start()) + 1, found[1], found[2]
+
+
+def header_blocks(text):
+    """(line, body) of each block of C in the comments of a header."""
+    for comment in re.finditer(r"/\*.*?\*/", text, flags=re.S):
+        lines, i = document.content(comment[0]), 0
+        while i < len(lines):
+            end = document.verbatim(lines, i)
+            if end > i and document.is_code(lines[i:end]):
+                yield text.count("\n", 0, comment.start()) + 1 + i, "\n".join(line[4:] for line in lines[i:end]) + "\n"
+            i = max(i + 1, end)
 
 
 def failure(command, folder, environment):
@@ -37,56 +70,93 @@ def failure(command, folder, environment):
 
 
 class Page:
-    def __init__(self, build, include, command, compiler, folder):
-        self.include, self.compiler, self.folder, self.scenes = include, compiler, pathlib.Path(folder), 0
+    def __init__(self, name, build, include, command, compiler, folder):
+        self.name, self.include, self.compiler, self.folder = name, include, compiler, pathlib.Path(folder)
+        self.scenes, self.fragments = 0, []
         self.libraries = build / "lib"
         self.command = command
         self.environment = {**os.environ, "LC_ALL": "C", "LD_LIBRARY_PATH": str(self.libraries)}
         if command:
             self.environment["PATH"] = f"{pathlib.Path(command).parent}:{os.environ['PATH']}"
 
+    def fail(self, *command):
+        return failure(command, self.folder, self.environment)
+
     def c(self, line, body):
         if not re.search(r"\bint\s+main\b", body):
+            self.fragments.append((line, body))
             return
         source, program = self.folder / f"line-{line}.c", self.folder / f"line-{line}"
         source.write_text(body)
         libraries = [f"-l{name}" for name in ("kinetree-scene", "kinetree")
                      if (self.libraries / f"lib{name}.so").exists()]
-        problems = failure([*self.compiler, *WARNINGS, f"-I{self.include}", source, "-o", program,
-                            f"-L{self.libraries}", *libraries, "-lm"], self.folder, self.environment)
-        claim(f"C program at line {line} compiles", problems)
+        problems = self.fail(*self.compiler, *WARNINGS, f"-I{self.include}", source, "-o", program,
+                             f"-L{self.libraries}", *libraries, "-lm")
+        claim(f"{self.name}:{line}: C program compiles", problems)
         if not problems:
-            claim(f"C program at line {line} runs", failure([program], self.folder, self.environment))
+            claim(f"{self.name}:{line}: C program runs", self.fail(program))
+
+    def compile_fragments(self):
+        """All together; none is run."""
+        if not self.fragments:
+            return
+        whole = [body if body.startswith("static ") else FRAGMENT.format(line=line, body=body)
+                 for line, body in sorted(self.fragments, key=lambda block: not block[1].startswith("static "))]
+        source = self.folder / "fragments.c"
+        source.write_text(HEAD + "\n".join(whole))
+        lines = ", ".join(str(line) for line, _ in self.fragments)
+        claim(f"{self.name}:{lines}: C compiles",
+              self.fail(*self.compiler, *WARNINGS, "-Wno-unused-parameter", "-Wno-unused-but-set-parameter",
+                        "-fsyntax-only", f"-I{self.include}", source))
 
     def yaml(self, line, body):
-        if not re.search(r"^kinetree: 1\b", body, flags=re.M):
-            return
         self.scenes += 1
         named = re.search(r"^#\s*([\w.-]+\.yaml)\s*$", body, flags=re.M)
         scene = self.folder / (named[1] if named else f"scene-{self.scenes}.yaml")
         scene.write_text(body)
-        claim(f"scene at line {line} is right", failure([self.command, "check", scene.name], self.folder,
-                                                        self.environment) if self.command else ["no command was built"])
+        claim(f"{self.name}:{line}: scene is right",
+              self.fail(self.command, "check", scene.name) if self.command else ["no command was built"])
 
     def sh(self, line, body):
         for offset, text in enumerate(body.splitlines(), 1):
             if text.startswith("kinetree "):
-                claim(f"line {line + offset}: {text}",
-                      failure(["bash", "-c", text], self.folder, self.environment) if self.command
-                      else ["no command was built"])
+                claim(f"{self.name}:{line + offset}: {text}",
+                      self.fail("bash", "-c", text) if self.command else ["no command was built"])
+            elif not text.startswith("cc "):
+                claim(f"{self.name}:{line + offset}: {text}", ["a line that nothing tests"])
+
+    def take(self, found):
+        for line, language, body in found:
+            handler = {"c": self.c, "yaml": self.yaml, "sh": self.sh}.get(language)
+            if handler:
+                handler(line, body)
+            else:
+                claim(f"{self.name}:{line}: block", [f"of a kind that nothing tests: '{language}'"])
+        self.compile_fragments()
+
+
+def benchmarks(root, pages):
+    """Benchmarks that pages name and that there are not."""
+    there = set(re.search(r'^names="(.*)"', (root / "bench/run").read_text(), flags=re.M)[1].split())
+    return [f"{page.name}: {name}" for page in pages
+            for name in re.findall(r"bench/run ([a-z]+)", page.read_text()) if name not in there]
 
 
 def main():
-    readme, build, include, command, *compiler = sys.argv[1:]
-    found = list(blocks(pathlib.Path(readme).read_text()))
-    note(f"{len(found)} blocks")
-    claim("page has blocks", [] if found else ["none"])
-    with tempfile.TemporaryDirectory() as folder:
-        page = Page(pathlib.Path(build), include, command, compiler, folder)
-        for line, language, body in found:
-            handler = {"c": page.c, "yaml": page.yaml, "sh": page.sh}.get(language)
-            if handler:
-                handler(line, body)
+    build, root, command, *compiler = sys.argv[1:]
+    root = pathlib.Path(root)
+    pages = [root / "README.md", *sorted((root / "include/pages").glob("*.md"))]
+    sources = [(page, list(blocks(page.read_text()))) for page in pages]
+    sources += [(header, [(line, "c", body) for line, body in header_blocks(header.read_text())])
+                for header in sorted((root / "include/kinetree").glob("*.h"))]
+    note(f"{sum(len(found) for _, found in sources)} blocks")
+    claim("page has blocks", [] if sources[0][1] else ["none"])
+    claim("headers have blocks", [] if any(found for path, found in sources if path.suffix == ".h") else ["none"])
+    for path, found in sources:
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "apps").symlink_to(root / "apps")
+            Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder).take(found)
+    claim("benchmarks that pages name are there", benchmarks(root, pages))
     finish()
 
 

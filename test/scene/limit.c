@@ -3,7 +3,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include "check.h"
@@ -74,6 +76,14 @@ KT_TEST(what_is_no_file_is_said_in_words) {
     snprintf(path, sizeof path, "%s/pipe", directory);
     kt_check_equal_int("a pipe", mkfifo(path, 0600), 0);
     check_unreadable(path, "this is a pipe; name a scene file"); /* without waiting for who would write to it */
+    (void)unlink(path);
+    snprintf(path, sizeof path, "%s/socket", directory);
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    strcpy(address.sun_path, path);
+    const int file = socket(AF_UNIX, SOCK_STREAM, 0);
+    kt_check_equal_int("a socket", bind(file, (const struct sockaddr *)&address, sizeof address), 0);
+    check_unreadable(path, "cannot be read: No such device or address"); /* one cannot be opened at all */
+    (void)close(file);
     (void)unlink(path);
     snprintf(path, sizeof path, "%s/large.yaml", directory);
     FILE *large = fopen(path, "w");

@@ -1,5 +1,6 @@
 /* Every allocation fails once: the call says so, and nothing leaks. */
 #include <malloc.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +9,7 @@
 #include "check.h"
 #include "collect.h"
 #include "interpose.h"
+#include "scene/arena.h"
 #include "scene/parse.h"
 
 static char right[] = "kinetree: 1\n"
@@ -22,6 +24,27 @@ static char right[] = "kinetree: 1\n"
                       "effects:\n"
                       "  - {type: spring, between: [a.tip, world], stiffness: 1}\n"
                       "output: {markers: [a.tip]}\n";
+/* Lists of which each takes more than the step by which the lengths of names grow. */
+static char lists[] = "kinetree: 1\n"
+                      "name: lists\n"
+                      "bodies:\n"
+                      "  - {name: a, joint: {type: revolute}, markers: {t: [1, 0, 0], u: [0, 0, 0]}}\n"
+                      "  - {name: b, joint: {type: revolute}}\n"
+                      "  - {name: c, joint: {type: revolute}}\n"
+                      "  - {name: d, joint: {type: revolute}}\n"
+                      "  - {name: e, joint: {type: revolute}}\n"
+                      "  - {name: f, joint: {type: revolute}}\n"
+                      "  - {name: g, joint: {type: revolute}}\n"
+                      "loops:\n"
+                      "  - {name: k, type: motion, joint: a, position: {polynomial: [0, 1, 2, 3, 4, 5, 6]}}\n"
+                      "  - {name: l, type: motion, joint: b, position: {table: [[0, 1], [1, 2], [2, 3], [3, 4]]}}\n"
+                      "initial: {hold: [a, b, c, d, e, f, g]}\n"
+                      "output: {markers: [a.t, a.u]}\n";
+/* More faults than their first list has room for, and two that are found while the file is taken apart. */
+static char faults[] = "kinetree: 1\n"
+                       "name: &anchor faults\n"
+                       "gravity: !!seq [0, 0]\n"
+                       "bodies: [{mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}]\n";
 static char wrong[] = "kinetree: 1\nbodys: []\nbodies: [{name: a, mas: 1}, {name: a}]\ngravity: [0, 0]\n";
 static char no_yaml[] = "kinetree: 1\nname: [\n";
 
@@ -94,25 +117,45 @@ KT_TEST(each_failing_allocation_is_an_error_of_reading) {
 
 /* A name of every length moves the places where the memory of nodes and of the scene asks for more: so each of the
  * pieces taken fails once. */
-KT_TEST(each_piece_can_fail_to_be_taken) {
+static void check_pieces(const char *scene, const char *key, kt_status without_failure) {
     enum { LONGEST = 4096, STEP = 48 };
-    char text[sizeof right + LONGEST + 1];
+    static char text[sizeof lists + sizeof right + LONGEST + 1];
     int calls = 0, wrong_calls = 0;
-    const size_t before = strcspn(right, "\n") + 1 + strlen("name: ");
+    const char *rest = strstr(scene, key) + strlen(key);
+    const size_t before = (size_t)(rest - scene);
     for (size_t length = 0; length <= LONGEST; length += STEP) {
-        memcpy(text, right, before);
+        memcpy(text, scene, before);
         memset(text + before, 'x', length);
-        memcpy(text + before + length, right + before, sizeof right - before);
+        strcpy(text + before + length, rest);
         for (int n = 1, failed = 1; failed; n++, calls++) {
             kt_interpose_start_failing(n);
             kt_status status = parse(text);
             (void)kt_interpose_stop();
             failed = kt_interpose_has_failed();
-            wrong_calls += status != (failed ? KT_ERROR_MEMORY : KT_OK);
+            wrong_calls += status != (failed ? KT_ERROR_MEMORY : without_failure);
         }
     }
-    kt_check_above("calls", calls, 10000.0);
+    kt_check_above("calls", calls, 5000.0);
     kt_check_equal_int("calls that did not say so", wrong_calls, 0);
+}
+
+KT_TEST(each_piece_can_fail_to_be_taken) {
+    touched = 0;
+    check_pieces(right, "name: ", KT_OK);
+    check_pieces(lists, "name: ", KT_OK);
+    check_pieces(faults, "name: &anchor ", KT_ERROR_SCENE);
+    kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
+}
+
+KT_TEST(sizes_beyond_all_memory_are_refused) {
+    kt_arena arena = {NULL, 0};
+    kt_check_true("a product that overflows", kt_arena_take(&arena, SIZE_MAX / 2, 3) == NULL);
+    kt_check_true("a piece that leaves no room for its chunk", kt_arena_take(&arena, SIZE_MAX - 16, 1) == NULL);
+    kt_check_true("a text without room for its end", kt_arena_text(&arena, "", SIZE_MAX) == NULL);
+    kt_check_true("nothing was taken", arena.chunks == NULL);
+    kt_check_true("pieces of no size are there", kt_arena_take(&arena, 3, 0) != NULL);
+    kt_check_true("a text is", kt_arena_text(&arena, "abc", 2) != NULL);
+    kt_arena_free(arena.chunks);
 }
 
 static kt_status read_file(void *user) {

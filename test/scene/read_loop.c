@@ -206,3 +206,38 @@ KT_TEST(what_is_not_supported_yet_is_never_ignored) {
         kt_check_true("a section is one word", strchr(kt_support_refused_name(kt_support_refused, "", n), '.') == NULL);
     kt_check_true("this was all", true);
 }
+
+/* A word that is nearest to one that is refused is not sent there without being told that this is refused. */
+KT_TEST(word_like_a_refused_one_is_compared_with_it_too) {
+    static const char text[] = "kinetree: 1\nsimulate: {reduction: svdd}\n";
+    static const char *const lists[][2] = {
+        {NULL, NULL}, {"simulate.reduction.svd", NULL}, {"simulate.other.svd", NULL}};
+    static const char *const messages[] = {
+        "simulate.reduction: 'svdd' is unknown; did you mean 'svd'? Choose qr, partition or svd",
+        "simulate.reduction: 'svdd' is unknown; did you mean 'svd'? Choose qr or partition",
+        "simulate.reduction: 'svdd' is unknown; did you mean 'svd'? Choose qr, partition or svd"};
+    for (int i = 0; i < 3; i++) {
+        kt_scene scene;
+        kt_error error = {KT_OK, "", ""};
+        kt_check_equal_int("status",
+                           kt_scene_parse_without(lists[i], NULL, text, strlen(text), &scene, NULL, NULL, &error),
+                           KT_ERROR_SCENE);
+        kt_check_text("message", error.message, messages[i]);
+    }
+    static const char *const places[] = {"simulate.reduction.svd", "loops", "simulate.reduction.gauss", NULL};
+    kt_check_text("the first at its place", kt_support_refused_name(places, "simulate.reduction", 0), "svd");
+    kt_check_text("the second", kt_support_refused_name(places, "simulate.reduction", 1), "gauss");
+    kt_check_true("no third", kt_support_refused_name(places, "simulate.reduction", 2) == NULL);
+    kt_check_true("none of another name", kt_support_refused_name(places, "simulate.reductions", 0) == NULL);
+}
+
+/* Keys that are refused are not offered. */
+KT_TEST(unknown_key_is_offered_what_is_supported) {
+    static const char *const refused[] = {"output.markers", NULL};
+    static const char text[] = "kinetree: 1\noutput: {xyzzy: 1}\n";
+    kt_scene scene;
+    kt_error error = {KT_OK, "", ""};
+    kt_check_equal_int("status", kt_scene_parse_without(refused, NULL, text, strlen(text), &scene, NULL, NULL, &error),
+                       KT_ERROR_SCENE);
+    kt_check_text("message", error.message, "output: unknown key 'xyzzy'; it can be interval, record");
+}

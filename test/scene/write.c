@@ -1,4 +1,5 @@
 /* Writing: the layout, and that nothing is lost on the way there and back. */
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -263,6 +264,9 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run.duration = (double)INFINITY;
     check_refused("an endless run", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
+    scene.run.integrator = NULL;
+    check_refused("no method", &scene, KT_ERROR_ARGUMENT, "there is no method ''");
+    scene.run = kt_run_default();
     scene.run.interval = -1.0;
     check_refused("a negative interval", &scene, KT_ERROR_ARGUMENT, "not negative");
     scene.run = kt_run_default();
@@ -271,6 +275,13 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run = kt_run_default();
     scene.run.relative = scene.run.absolute = 0.0;
     check_refused("no tolerance", &scene, KT_ERROR_ARGUMENT, "above 0");
+    scene.run.relative = -1.0;
+    check_refused("a negative relative tolerance", &scene, KT_ERROR_ARGUMENT, "not negative");
+    scene.run.relative = 1.0;
+    scene.run.absolute = -1.0;
+    check_refused("a negative absolute tolerance", &scene, KT_ERROR_ARGUMENT, "not negative");
+    scene.run.relative = scene.run.absolute = DBL_MAX;
+    check_refused("tolerances without a sum", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
     scene.run.record = 128;
     check_refused("a record that does not exist", &scene, KT_ERROR_ARGUMENT, "record");
@@ -279,16 +290,71 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run.markers = &pair;
     scene.run.marker_count = 1;
     check_refused("a marker that does not exist", &scene, KT_ERROR_ARGUMENT, "has no marker 'tip'");
-    const kt_marker_pair stranger = {"b", "tip"}, nobody = {NULL, "tip"};
+    const kt_marker_pair stranger = {"b", "tip"}, nobody = {NULL, "tip"}, nothing = {"a", NULL};
     scene.run.markers = &stranger;
     check_refused("a marker of nobody", &scene, KT_ERROR_ARGUMENT, "body 'b' does not exist");
     scene.run.markers = &nobody;
     check_refused("a marker without a body", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
+    scene.run.markers = &nothing;
+    check_refused("a body without a marker", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
+    scene.run.marker_count = -1;
+    check_refused("markers fewer than none", &scene, KT_ERROR_ARGUMENT, "its count negative");
+    scene.run.marker_count = 1;
     scene.run.markers = NULL;
     check_refused("markers that are NULL", &scene, KT_ERROR_ARGUMENT, "NULL");
     scene.run = kt_run_default();
     scene.run.metric = (kt_metric)9;
     check_refused("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "stands for nothing");
+    scene.run.metric = (kt_metric)-1;
+    check_refused("a metric below all", &scene, KT_ERROR_ARGUMENT, "stands for nothing");
+}
+
+static int push_nothing(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
+                        kt_effect_balance *balance) {
+    (void)user;
+    (void)t;
+    (void)ends;
+    (void)wrenches;
+    (void)balance;
+    return 0;
+}
+
+KT_TEST(effect_of_a_program_is_not_written) {
+    kt_scene scene = kt_scene_default();
+    kt_effect effect = kt_effect_default();
+    effect.type = KT_EFFECT_CUSTOM;
+    effect.push = push_nothing;
+    effect.end_count = 1;
+    scene.description.effects = &effect;
+    scene.description.effect_count = 1;
+    check_refused("an effect that calls back", &scene, KT_ERROR_UNSUPPORTED,
+                  "effects[0] calls back into a program; no scene file can hold it");
+}
+
+/* Keys and words of a list in the place of kt_support_refused. */
+KT_TEST(what_is_not_supported_is_not_written) {
+    static const char *const entries[][2] = {
+        {"gravity", NULL}, {"simulate.reduction.svd", NULL}, {"simulate.plan", NULL}};
+    static const char *const messages[] = {"'gravity' is not supported yet", "'svd' is not supported yet",
+                                           "'plan' is not supported yet"};
+    kt_scene scene = kt_scene_default();
+    scene.description.gravity.z = -9.81;
+    scene.run.reduction = KT_REDUCTION_SVD;
+    scene.run.plan = KT_PLAN_SPATIAL;
+    for (int i = 0; i < 3; i++) {
+        char *text = NULL;
+        size_t size = 0;
+        kt_error error = {KT_OK, "", ""};
+        FILE *stream = open_memstream(&text, &size);
+        if (!kt_check_true("a stream", stream != NULL))
+            return;
+        kt_check_equal_int(entries[i][0], kt_scene_write_without(entries[i], &scene, stream, &error),
+                           KT_ERROR_UNSUPPORTED);
+        (void)fclose(stream);
+        kt_check_text("message", error.message, messages[i]);
+        kt_check_equal_int("bytes written", (long long)size, 0);
+        free(text);
+    }
 }
 
 KT_TEST(full_disk_is_an_error) {
@@ -299,6 +365,12 @@ KT_TEST(full_disk_is_an_error) {
         return;
     kt_check_equal_int("status", kt_scene_write(&scene, full, &error), KT_ERROR_FILE);
     (void)fclose(full);
+    FILE *closed = fopen("/dev/null", "r");
+    if (kt_check_true("/dev/null", closed != NULL)) {
+        kt_check_equal_int("a stream for reading", kt_scene_write(&scene, closed, &error), KT_ERROR_FILE);
+        kt_check_text("message", error.message, "the stream cannot be written to; is the disk full?");
+        (void)fclose(closed);
+    }
     kt_check_equal_int("no stream", kt_scene_write(&scene, NULL, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no scene", kt_scene_write(NULL, stdout, &error), KT_ERROR_ARGUMENT);
 }

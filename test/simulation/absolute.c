@@ -164,6 +164,63 @@ KT_TEST(angles_count_whole_turns) {
     kt_model_free(model);
 }
 
+enum { BALLS = 4 };
+
+/* The last is free. */
+static const double ball_axis[BALLS][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {0.6, 0.0, -0.8}};
+
+static kt_model *make_balls(kt_body *bodies) {
+    static const char *const names[BALLS] = {"about_x", "about_y", "about_z", "free"};
+    kt_description description = kt_description_default();
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_error error;
+    for (int i = 0; i < BALLS; i++) {
+        bodies[i] = kt_body_default();
+        bodies[i].name = names[i];
+        bodies[i].joint.type = i < 3 ? KT_JOINT_SPHERICAL : KT_JOINT_FREE;
+        bodies[i].mass = 1.0;
+        bodies[i].inertia = kt_sym3_make(0.2, 0.2, 0.2, 0.0, 0.0, 0.0);
+        for (int k = 0; k < 3; k++)
+            bodies[i].joint.velocity[i < 3 ? k : 3 + k] = 10.0 * ball_axis[i][k];
+    }
+    description.bodies = bodies;
+    description.body_count = BALLS;
+    options.formulation = KT_FORMULATION_ABSOLUTE;
+    (void)kt_fine("model", kt_model_compile(&description, &options, &model, &error), &error);
+    return model;
+}
+
+static int watch_balls(const kt_record *record, void *user) {
+    const double half = 5.0 * record->time;
+    for (int i = 0; i < BALLS; i++) {
+        const double *p = record->q + (i < 3 ? 4 * i : 15);
+        kt_worst_near(user, p[0], cos(half), 2e-13, "t = %g, ball %d", record->time, i);
+        for (int k = 0; k < 3; k++)
+            kt_worst_near(user, p[1 + k], sin(half) * ball_axis[i][k], 2e-13, "t = %g, ball %d, %d", record->time, i,
+                          k);
+    }
+    return 0;
+}
+
+/* Of a rotation's two quaternions the one that is nearer to the last, over more than two turns: 4 pi of the angle are
+ * one turn of the quaternion. 3e-14 was measured. */
+KT_TEST(quaternions_go_on_without_a_jump) {
+    kt_body bodies[BALLS];
+    kt_error error;
+    kt_model *model = make_balls(bodies);
+    kt_run run = kt_run_fixed("dop853", 0.025, 1.5);
+    kt_worst worst = kt_worst_make("quaternion");
+    run.formulation = KT_FORMULATION_ABSOLUTE;
+    run.interval = 0.05;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    if (simulation)
+        (void)kt_fine("run", kt_simulation_run(simulation, watch_balls, &worst, &error), &error);
+    kt_check_worst(&worst);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
 /* What is set is what is seen, turns included, as in the tree formulation, but for the last bit of a quaternion's norm;

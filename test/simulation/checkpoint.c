@@ -156,3 +156,72 @@ KT_TEST(wrong_checkpoint_is_refused_and_changes_nothing) {
     kt_model_free(model);
     kt_model_free(another);
 }
+
+/* Beside its kind and its method a checkpoint begins with four numbers of its model. */
+KT_TEST(damaged_checkpoint_is_refused_and_changes_nothing) {
+    enum { NUMBERS = 48 };
+    const double mark = 0.123456789;
+    kt_lone lone;
+    kt_pendulum_make(&lone, mark, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    const size_t size = kt_simulation_state_size(simulation);
+    char *block = malloc(size), *before = malloc(size), *after = malloc(size);
+    kt_error error = {KT_OK, "", ""};
+    if (!kt_check_true("memory", block != NULL && before != NULL && after != NULL))
+        return;
+    kt_simulation_save(simulation, before);
+    for (size_t k = 0; k < 4; k++) {
+        memcpy(block, before, size);
+        block[NUMBERS + 8 * k] = (char)(block[NUMBERS + 8 * k] + 1);
+        kt_check_equal_int("a number", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
+        kt_check_contains("message", error.message, "it is of another model");
+    }
+    int found = 0;
+    const double nan = (double)NAN;
+    memcpy(block, before, size);
+    for (size_t at = 0; at + sizeof mark <= size; at += sizeof mark)
+        if (memcmp(block + at, &mark, sizeof mark) == 0) {
+            memcpy(block + at, &nan, sizeof nan);
+            found++;
+        }
+    kt_check_above("places of the angle", found, 1.0);
+    kt_check_equal_int("NaN in the state", kt_simulation_restore(simulation, block, &error), KT_ERROR_NOT_FINITE);
+    kt_simulation_save(simulation, after);
+    kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    (void)kt_fine("undamaged, before any step", kt_simulation_restore(simulation, before, &error), &error);
+    free(block);
+    free(before);
+    free(after);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A method of the caller's need not have a name. */
+KT_TEST(checkpoint_of_a_method_without_a_name_goes_on) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_method nameless = *kt_method_find("rk4");
+    kt_simulation_options options = kt_simulation_options_default();
+    const kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
+    kt_error error;
+    nameless.name = NULL;
+    options.method = &nameless;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options),
+                  *other = kt_scene_simulate(model, &run, &options), *named = kt_scene_simulate(model, &run, NULL);
+    if (simulation == NULL)
+        return;
+    void *block = malloc(kt_simulation_state_size(simulation));
+    (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    kt_simulation_save(simulation, block);
+    (void)kt_fine("restore", kt_simulation_restore(other, block, &error), &error);
+    kt_check_equal_bits("angle", kt_simulation_positions(other), kt_simulation_positions(simulation), 1);
+    kt_check_equal_int("one with a name", kt_simulation_restore(named, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "another integrator");
+    free(block);
+    kt_simulation_free(simulation);
+    kt_simulation_free(other);
+    kt_simulation_free(named);
+    kt_model_free(model);
+}

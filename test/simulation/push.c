@@ -106,6 +106,27 @@ KT_TEST(wrench_pushes_and_turns_a_free_body) {
     kt_model_free(model);
 }
 
+/* One second of each. */
+KT_TEST(wrench_gives_way_to_the_next_one) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_FREE, mass);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 0.25, 3.0);
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_error error;
+    const double forces[3] = {1.0, -4.0, 8.0};
+    double velocity = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const kt_wrench wrenches[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0}, {forces[k], 0.0, 0.0}}};
+        (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, wrenches, &error), &error);
+        (void)kt_fine("advance", kt_simulation_advance(simulation, k + 1.0, &error), &error);
+        velocity += forces[k] / mass;
+        kt_check_near("velocity", kt_simulation_velocities(simulation)[0], velocity, 16.0 * DBL_EPSILON);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* A recorder may set the torque: it holds from the next step on, and not in the step whose records are being read. */
 typedef struct kt_controller {
     kt_simulation *simulation;

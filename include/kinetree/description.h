@@ -1,0 +1,372 @@
+/* A mechanism in plain structs: functions of time, joints, bodies, loops, effects.
+ *
+ * Start every struct from its _default() call and fill in what is there. Nothing here allocates but for
+ * kt_description_check, and nothing is owned: names, lists and numbers stay the caller's. kt_model_compile copies what
+ * it needs, and the description may go.
+ *
+ * SI units and radians. A body bears one joint, the one that carries it on its parent, and the joint bears the body's
+ * name. The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the
+ * parent of bodies that have none. What has a name in scene files has it in scene-files.md.
+ */
+#ifndef KINETREE_DESCRIPTION_H
+#define KINETREE_DESCRIPTION_H
+
+#include "kinetree/algebra.h"
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- functions of time ------------------------------------------------------------------------------------------- */
+
+/* How a kt_function depends on time. */
+typedef enum kt_function_type {
+    KT_FUNCTION_NONE = 0,   /* not given: the default of the place where it stands */
+    KT_FUNCTION_CONSTANT,   /* always `value` */
+    KT_FUNCTION_SINE,       /* about an offset */
+    KT_FUNCTION_RAMP,       /* from one value to another, smoothly */
+    KT_FUNCTION_POLYNOMIAL, /* coefficients of powers of t */
+    KT_FUNCTION_TABLE,      /* interpolated between rows */
+} kt_function_type;
+
+/* Between the rows of a table: straight lines, or a natural spline. */
+typedef enum kt_interpolation {
+    KT_INTERPOLATION_LINEAR = 0 /* lines */,
+    KT_INTERPOLATION_CUBIC /* spline */
+} kt_interpolation;
+
+/* A scalar function of time; only the members of its type are read. */
+typedef struct kt_function {
+    kt_function_type type;                      /* KT_FUNCTION_NONE: not given */
+    double value;                               /* constant */
+    double amplitude, frequency, phase, offset; /* offset + amplitude sin(2 pi frequency t + phase); Hz, rad */
+    double from, to, start, end;                /* C1 ramp: `from` up to t = start, `to` from t = end on */
+    const double *numbers;                      /* polynomial: c0, c1, ... of t; table: t0, y0, t1, y1, ... */
+    int number_count;                           /* length of numbers */
+    kt_interpolation interpolation;             /* of a table */
+} kt_function;
+
+/* Functions of each type. Lists of numbers stay the caller's; kt_model_compile copies them.
+ *   constant: value, always;
+ *   sine: offset + amplitude sin(2 pi frequency t + phase), frequency in Hz, phase in rad;
+ *   ramp: `from` until t = start, `to` from t = end on, between them from + (to - from) s^2 (3 - 2 s) with
+ *     s = (t - start) / (end - start): value and slope are continuous, the second derivative jumps at both ends;
+ *   polynomial: coefficients[0] + coefficients[1] t + ...;
+ *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
+ *     or the natural cubic spline, which is twice continuously differentiable and has no curvature at its ends. Outside
+ *     its rows a table keeps its first or last value, with no slope. */
+KT_API kt_function kt_function_constant(double value);
+KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
+KT_API kt_function kt_function_ramp(double from, double to, double start, double end);
+KT_API kt_function kt_function_polynomial(const double *coefficients, int count);
+KT_API kt_function kt_function_table(const double *rows, int number_count, kt_interpolation interpolation);
+
+/* ---- joints and bodies ------------------------------------------------------------------------------------------- */
+
+/* Types of joints. X(type, name in scene files, positions, velocities) */
+#define KT_JOINT_LIST(X)                                                                                               \
+    X(KT_JOINT_FIXED, fixed, 0, 0)             /* no motion */                                                         \
+    X(KT_JOINT_REVOLUTE, revolute, 1, 1)       /* a turn about axis */                                                 \
+    X(KT_JOINT_PRISMATIC, prismatic, 1, 1)     /* a slide along axis */                                                \
+    X(KT_JOINT_SCREW, screw, 1, 1)             /* a turn that slides, by pitch */                                      \
+    X(KT_JOINT_CYLINDRICAL, cylindrical, 2, 2) /* a turn and a slide, on one axis */                                   \
+    X(KT_JOINT_PLANAR, planar, 3, 3)           /* in the plane normal to axis */                                       \
+    X(KT_JOINT_UNIVERSAL, universal, 2, 2)     /* a turn about axis, then about axis2 */                               \
+    X(KT_JOINT_SPHERICAL, spherical, 4, 3)     /* every turn */                                                        \
+    X(KT_JOINT_FREE, free, 7, 6)               /* all six */
+
+/* How a body can be joined to its parent; kt_joint has their coordinates. */
+typedef enum kt_joint_type {
+#define KT_JOINT_ENUM(id, name, nq, nv) id,
+    KT_JOINT_LIST(KT_JOINT_ENUM)
+#undef KT_JOINT_ENUM
+        KT_JOINT_TYPE_COUNT /* how many */
+} kt_joint_type;
+
+/* The most coordinates that a joint has. */
+enum { KT_JOINT_NQ_MAX = 7 /* positions */, KT_JOINT_NV_MAX = 6 /* velocities */ };
+
+/* How a body moves on its parent. Coordinates, in this order:
+ *   revolute, screw: angle; prismatic: length; cylindrical: angle, length; universal: angle about axis, about axis2;
+ *   planar: x, y, angle (x, y along the in-plane axes of kt_triad_from_axis(axis, 2), in the joint frame);
+ *   spherical: quaternion; angular velocity in the body frame;
+ *   free: x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular in the body frame.
+ * A quaternion of four zeros stands for no rotation. */
+typedef struct kt_joint {
+    kt_joint_type type;   /* default: fixed */
+    kt_vec3 axis;         /* in the joint frame; any non-zero length */
+    kt_vec3 axis2;        /* universal: second axis, carried along; zero: the axis after `axis` (z, x, y, z ...) */
+    double pitch;         /* screw: m per radian */
+    kt_vec3 at;           /* origin of the joint frame in the parent's body frame, m */
+    kt_rotation rotation; /* joint frame against the parent's body frame */
+    double position[7];   /* initial positions, as many as the type has */
+    double velocity[6];   /* initial velocities */
+} kt_joint;
+
+/* A named point of a body. */
+typedef struct kt_marker {
+    const char *name; /* as a body's; the only one of its name on its body */
+    kt_vec3 at;       /* body frame, m */
+} kt_marker;
+
+/* Types of shapes. X(type, name in scene files) */
+#define KT_SHAPE_LIST(X)                                                                                               \
+    X(KT_SHAPE_NONE, none)         /* nothing to be seen */                                                            \
+    X(KT_SHAPE_POINT, point)       /* a point mass */                                                                  \
+    X(KT_SHAPE_ROD, rod)           /* between two points */                                                            \
+    X(KT_SHAPE_BOX, box)           /* edges along the axes */                                                          \
+    X(KT_SHAPE_SPHERE, sphere)     /* a ball */                                                                        \
+    X(KT_SHAPE_CYLINDER, cylinder) /* about its axis */
+
+/* The solids that a body can be. */
+typedef enum kt_shape_type {
+#define KT_SHAPE_ENUM(id, name) id,
+    KT_SHAPE_LIST(KT_SHAPE_ENUM)
+#undef KT_SHAPE_ENUM
+        KT_SHAPE_TYPE_COUNT /* how many */
+} kt_shape_type;
+
+/* What a picture shows, and the uniform solid whose com and inertia a body may take. */
+typedef struct kt_shape {
+    kt_shape_type type;   /* default: none */
+    kt_vec3 from, to;     /* rod: its ends, body frame, m */
+    kt_vec3 at;           /* others: centre, body frame, m */
+    kt_rotation rotation; /* box, cylinder: solid's axes against the body's */
+    kt_vec3 size;         /* box: edge lengths, m */
+    double radius;        /* rod (0: slender), sphere, cylinder, m */
+    double length;        /* cylinder, m */
+    kt_vec3 axis;         /* cylinder: its axis, in the solid's axes */
+} kt_shape;
+
+/* A rigid body, and the joint that carries it. */
+typedef struct kt_body {
+    const char *name;         /* [A-Za-z_][A-Za-z0-9_-]* */
+    const char *parent;       /* name of a body; NULL or "world": the world */
+    kt_joint joint;           /* on the parent */
+    double mass;              /* kg */
+    kt_vec3 com;              /* centre of mass, body frame, m */
+    kt_sym3 inertia;          /* about the com, body axes, kg m^2 */
+    bool com_of_shape;        /* take the com from the shape and `mass`, and ignore `com` */
+    bool inertia_of_shape;    /* take the inertia from the shape and `mass`, and ignore `inertia` */
+    kt_shape shape;           /* for pictures, and where it is asked for, for com and inertia */
+    const kt_marker *markers; /* the caller's; NULL where there are none */
+    int marker_count;         /* length of markers */
+} kt_body;
+
+/* ---- loops and effects ------------------------------------------------------------------------------------------- */
+
+/* A frame on a body: at a marker, or at `at` in the body frame, turned by `rotation` against the body frame. */
+typedef struct kt_end {
+    const char *body;     /* NULL or "world": the world */
+    const char *marker;   /* NULL: `at` counts */
+    kt_vec3 at;           /* body frame, m */
+    kt_rotation rotation; /* of the end's frame against the body frame */
+} kt_end;
+
+/* Types of loops. X(type, name in scene files) */
+#define KT_LOOP_LIST(X)                                                                                                \
+    X(KT_LOOP_SPHERICAL, spherical)     /* 3 equations: the two points coincide */                                     \
+    X(KT_LOOP_INLINE, inline)           /* 2: the second point stays on the line along axis */                         \
+    X(KT_LOOP_INPLANE, inplane)         /* 1: the second point stays in the plane normal to axis */                    \
+    X(KT_LOOP_DISTANCE, distance)       /* 1: the points keep a distance */                                            \
+    X(KT_LOOP_PARALLEL, parallel)       /* 3: equal orientation */                                                     \
+    X(KT_LOOP_COAXIAL, coaxial)         /* 2: axis of both ends parallel */                                            \
+    X(KT_LOOP_ORTHOGONAL, orthogonal)   /* 1: axis normal to axis2 */                                                  \
+    X(KT_LOOP_REVOLUTE, revolute)       /* 5: free to turn about axis */                                               \
+    X(KT_LOOP_PRISMATIC, prismatic)     /* 5: free to slide along axis */                                              \
+    X(KT_LOOP_SCREW, screw)             /* 5: free to turn and slide by pitch */                                       \
+    X(KT_LOOP_CYLINDRICAL, cylindrical) /* 4: free to turn about and slide along axis */                               \
+    X(KT_LOOP_PLANAR, planar)           /* 3: free in the plane normal to axis */                                      \
+    X(KT_LOOP_WELD, weld)               /* 6: one rigid part */                                                        \
+    X(KT_LOOP_UNIVERSAL, universal)     /* 4: Cardan joint */                                                          \
+    X(KT_LOOP_COUPLING, coupling)       /* 1: terms = offset, as of gears */                                           \
+    X(KT_LOOP_MOTION, motion)           /* 1: a joint's position is a function of time */                              \
+    X(KT_LOOP_ROLLING, rolling)         /* 2 of velocities, and 1 where holonomic */
+
+/* What a loop can ask of its two ends, or of joints; how many equations that is. */
+typedef enum kt_loop_type {
+#define KT_LOOP_ENUM(id, name) id,
+    KT_LOOP_LIST(KT_LOOP_ENUM)
+#undef KT_LOOP_ENUM
+        KT_LOOP_TYPE_COUNT /* how many */
+} kt_loop_type;
+
+/* One term of a coupling: coefficient * position of a scalar joint. */
+typedef struct kt_term {
+    const char *joint;  /* a body whose joint has one coordinate */
+    double coefficient; /* of its position, rad or m */
+} kt_term;
+
+/* A constraint that the tree cannot carry; only the members of its type are read. */
+typedef struct kt_loop {
+    const char *name;     /* as a body's; the only loop of its name */
+    kt_loop_type type;    /* how many equations it is, and of what */
+    kt_end between[2];    /* rolling: the wheel's centre, and the surface it rolls on */
+    kt_vec3 axis;         /* in both ends' frames; rolling: the wheel's axle, in the wheel's frame */
+    kt_vec3 axis2;        /* orthogonal, universal: in the second end's frame; rolling: the surface's normal */
+    double pitch;         /* screw, m per radian */
+    double radius;        /* rolling, m */
+    bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation; default true */
+    kt_function function; /* distance: the length (not given: the initial one); motion: the joint's position */
+    const char *joint;    /* motion: that is driven */
+    const kt_term *terms; /* coupling: sum of terms = offset */
+    int term_count;       /* coupling: length of terms */
+    double offset;        /* coupling: what the terms add up to */
+} kt_loop;
+
+/* Types of effects. X(type, name in scene files) */
+#define KT_EFFECT_LIST(X)                                                                                              \
+    X(KT_EFFECT_SPRING, spring)                 /* between two points, with damping */                                 \
+    X(KT_EFFECT_JOINT_SPRING, joint_spring)     /* in a joint, with damping */                                         \
+    X(KT_EFFECT_JOINT_DAMPER, joint_damper)     /* in a joint */                                                       \
+    X(KT_EFFECT_JOINT_FRICTION, joint_friction) /* in a joint, with Stribeck's curve */                                \
+    X(KT_EFFECT_JOINT_LIMIT, joint_limit)       /* elastic stops of a joint */                                         \
+    X(KT_EFFECT_BUSHING, bushing)               /* six stiffnesses between two frames */                               \
+    X(KT_EFFECT_MOTOR, motor)                   /* a function of time in a joint */                                    \
+    X(KT_EFFECT_FORCE, force)                   /* on a point */                                                       \
+    X(KT_EFFECT_TORQUE, torque)                 /* on a body */                                                        \
+    X(KT_EFFECT_DRAG, drag)                     /* against the velocity of a point */                                  \
+    X(KT_EFFECT_ATTRACTION, attraction)         /* by inverse squares */                                               \
+    X(KT_EFFECT_CONTACT, contact)               /* a sphere and a half-space */
+
+/* What can push; kt_effect has the formulas. */
+typedef enum kt_effect_type {
+#define KT_EFFECT_ENUM(id, name) id,
+    KT_EFFECT_LIST(KT_EFFECT_ENUM)
+#undef KT_EFFECT_ENUM
+        KT_EFFECT_TYPE_COUNT, /* how many in scene files */
+    KT_EFFECT_CUSTOM = 1000   /* a caller's own (effect.h); not in scene files */
+} kt_effect_type;
+
+/* What a caller's own effect does: a wrench at each of its ends (moment about the end's point, world axes), or the
+ * force of a scalar joint with position q and velocity v. Outputs come as zeros; balance may be NULL. effect.h has the
+ * structs, an example, and what the returned number means. */
+typedef struct kt_effect_end kt_effect_end;
+typedef struct kt_effect_balance kt_effect_balance;
+typedef int kt_effect_push(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
+                           kt_effect_balance *balance);
+typedef int kt_effect_drive(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
+
+/* Whose axes the components of a force or torque are along. */
+typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
+
+/* Something that pushes; only the members of its type are read. Each type's file in lib/effect has its formula.
+ *   spring: pulls its ends together with stiffness (distance - length) + damping (rate of the distance);
+ *   joint_spring: -stiffness (q - rest) - damping v in a joint; joint_damper: -damping v;
+ *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v;
+ *   joint_limit: nothing between lower and upper; beyond, stiffness times the excess back, and damping that grows from
+ *     zero with it, so that the force is continuous and never pulls back;
+ *   bushing: -stiffnesses of displacement and rotation (Euler vector) of the second frame, -dampings of their rates,
+ *     along and about the first end's axes; for less than half a turn between the ends;
+ *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
+ *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
+ *   contact: a sphere on a plane that bears a half-space; where it is x deep, a normal force that never pulls,
+ *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
+ *     sphere's lowest point, against the slip.
+ * All forces are continuous, for the integrator's error control. Friction is a function of the speed, smooth over
+ * `smoothing` or `slip`: a load below it creeps instead of resting, and the smaller they are, the smaller the steps
+ * must be. Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N where
+ * the joint slides. */
+typedef struct kt_effect {
+    const char *name;      /* may be NULL */
+    kt_effect_type type;   /* which members are read */
+    kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
+                              second a frame in the plane */
+    const char *joint;     /* joint_*, motor, custom with drive */
+    double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
+    double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
+    double length;         /* spring: rest length, m */
+    bool initial_length;   /* spring: the rest length is the distance at the start, and `length` is ignored */
+    double rest;           /* joint_spring: position without force, rad or m; default 0 */
+    double coulomb;        /* joint_friction: in motion, N (m) */
+    double viscous;        /* joint_friction: N (m) s per rad or m */
+    double breakaway;      /* joint_friction: at rest, N (m); not below coulomb; default (0): as coulomb */
+    double stribeck;       /* joint_friction: speed over which breakaway falls to coulomb, rad/s or m/s; default 0.01 */
+    double smoothing;      /* joint_friction: speed over which the force changes sign; default 1e-3 */
+    double lower, upper;   /* joint_limit: rad or m; default: infinite, which is none; at least one is needed */
+    double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
+    double dampings[6];    /* bushing: N s/m, N m s/rad; default 0 */
+    kt_function torque;    /* motor: N (m) */
+    kt_function value[3];  /* force, torque: components, N or N m */
+    kt_frame frame;        /* force, torque: the axes of its components: the world's, or the end's */
+    double linear;         /* drag: N s/m */
+    double quadratic;      /* drag: N s^2/m^2 */
+    double strength;       /* attraction: N m^2; negative: repulsion */
+    kt_vec3 axis;          /* contact: the plane's normal in the second end's frame, out of the half-space; default z */
+    double radius;         /* contact: of the sphere, m; default 0, a point */
+    double exponent;       /* contact: 1 or more; default 1.5, Hertz's */
+    double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
+    double friction;       /* contact: coefficient; default 0 */
+    double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
+    kt_effect_push *push;  /* custom: at `end_count` ends, */
+    int end_count;         /* custom: 1 or 2; */
+    kt_effect_drive *drive; /* custom: or in `joint` */
+    void *user;             /* custom: handed to the callback; must outlive the model */
+} kt_effect;
+
+/* ---- the description --------------------------------------------------------------------------------------------- */
+
+/* A mechanism. All that it points to stays the caller's, and may go once the model is compiled. */
+typedef struct kt_description {
+    const char *name;         /* free text; may be NULL */
+    kt_vec3 gravity;          /* m/s^2, world frame */
+    const kt_body *bodies;    /* in any order; the world is none of them */
+    int body_count;           /* length of bodies */
+    const kt_loop *loops;     /* constraints that the tree cannot carry */
+    int loop_count;           /* length of loops */
+    const kt_effect *effects; /* what pushes, besides gravity */
+    int effect_count;         /* length of effects */
+    const char *const *hold;  /* joints whose given position and velocity the assembly keeps */
+    int hold_count;           /* length of hold */
+} kt_description;
+
+/* Structs to start from: no motion (fixed joint), axes z, no mass, no shape. */
+KT_API kt_joint kt_joint_default(void);
+KT_API kt_shape kt_shape_default(void);
+KT_API kt_body kt_body_default(void);
+KT_API kt_end kt_end_default(void);
+KT_API kt_loop kt_loop_default(void);
+KT_API kt_effect kt_effect_default(void);
+KT_API kt_description kt_description_default(void);
+
+/* The name of a type in scene files ("revolute", "rod"); NULL for a value that is none. */
+KT_API const char *kt_joint_type_name(kt_joint_type type);
+KT_API const char *kt_shape_type_name(kt_shape_type type);
+KT_API const char *kt_loop_type_name(kt_loop_type type);
+KT_API const char *kt_effect_type_name(kt_effect_type type);
+
+/* Arrays of a description in which a fault may lie. */
+typedef enum kt_item {
+    KT_ITEM_SCENE = 0, /* the whole */
+    KT_ITEM_BODY,      /* bodies */
+    KT_ITEM_LOOP,      /* loops */
+    KT_ITEM_EFFECT,    /* effects */
+    KT_ITEM_HOLD,      /* hold */
+} kt_item;
+
+/* The place of a fault. */
+typedef struct kt_place {
+    kt_item item;      /* which array */
+    int index;         /* in the description's array of that item */
+    int sub;           /* in a list within the item (marker, term, end); -1: none */
+    const char *field; /* the key in a scene file ("parent", "joint.axis", "markers"); static storage */
+} kt_place;
+
+/* Called once for each fault that kt_description_check finds. */
+typedef void kt_report(void *user, const kt_place *place, const kt_error *error);
+
+/* Checks a description: names, parents, numbers, masses, inertias, axes, references. Calls report (may be NULL) for
+ * every fault. Returns KT_OK, or the code of the first fault with that fault in *error. May allocate. O(size). */
+KT_API KT_CHECKED kt_status kt_description_check(const kt_description *description, kt_report *report, void *user,
+                                                 kt_error *error);
+
+/* The mass properties that a body has in the end, its shape's put in where they are asked for.
+ * Returns KT_ERROR_MODEL where the shape cannot have a mass (none, or of negative size). */
+KT_API KT_CHECKED kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

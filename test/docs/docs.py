@@ -1,0 +1,92 @@
+"""Every public name is documented, and Doxygen has nothing to say against it.
+
+docs.py INCLUDE-DIRECTORY C-COMPILER...
+"""
+import html
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as xml
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+# What the headers hold for the compiler alone.
+OURS = r"\b(?:kt|KT)_\w+\b"
+
+
+def preprocess(compiler, include, *options):
+    run = subprocess.run([*compiler, "-E", *options, f"-I{include}", "-x", "c", "-"], input="#include <kinetree/kinetree.h>\n",
+                         capture_output=True, text=True, check=True, env={**os.environ, "LC_ALL": "C"})
+    return run.stdout
+
+
+def members(body):
+    """Names in what stands between the braces of a struct."""
+    for declaration in filter(None, map(str.strip, body.split(";"))):
+        pointer = re.search(r"\(\*(\w+)\)", declaration)
+        if pointer:
+            yield pointer[1]
+        else:
+            for part in declaration.split(","):
+                yield re.search(r"(\w+)\s*(?:\[[^]]*\]\s*)*$", part)[1]
+
+
+def declared(compiler, include):
+    """Names in the order of C, without any help of Doxygen's: all, and (struct, member)."""
+    text = preprocess(compiler, include, "-P")
+    macros = re.findall(rf"^#define ({OURS})", preprocess(compiler, include, "-dM"), flags=re.M)
+    structs = re.findall(r"\bstruct (kt_\w+) \{([^{}]*)\}", text)
+    return {*re.findall(OURS, text), *macros}, {(name, member) for name, body in structs for member in members(body)}
+
+
+def documented(path):
+    """The same from Doxygen's list of what has been written about."""
+    names, fields = set(), set()
+    for compound in xml.parse(path).getroot().iter("compound"):
+        own = compound.findtext("name")
+        names.add(own)
+        for member in compound.iter("member"):
+            (fields if compound.get("kind") == "struct" else names).add(
+                (own, member.findtext("name")) if compound.get("kind") == "struct" else member.findtext("name"))
+        names.update(value.text for value in compound.iter("enumvalue"))
+    return names, fields
+
+
+def left_over(folder):
+    """Orders to Doxygen that it has taken for text."""
+    for path in sorted(folder.glob("*.html")):
+        text = html.unescape(re.sub(r"<script.*?</script>|<[^>]*>", "", path.read_text(), flags=re.S))
+        for found in re.finditer(r"\\(?:ref|copy\w+|name|defgroup|brief|endcode|endverbatim|header)\b.{0,40}", text):
+            yield f"{path.name}: {found[0]}"
+
+
+def main():
+    include, compiler = pathlib.Path(sys.argv[1]), sys.argv[2:]
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        run = subprocess.run([sys.executable, include / "document.py", "build", folder], capture_output=True, text=True)
+        said = (run.stdout + run.stderr).splitlines()
+        claim("doxygen_warns_of_nothing", said + ([f"status {run.returncode}"] if run.returncode else []))
+        names, fields = declared(compiler, include)
+        known, known_fields = documented(folder / "names.xml") if (folder / "names.xml").exists() else (set(), set())
+        note(f"{len(names)} names, {len(fields)} members of structs")
+        claim("there_are_names", [] if len(names) > 300 and len(fields) > 200 else ["hardly any"])
+        claim("every_name_is_documented", sorted(names - known))
+        claim("every_member_is_documented", sorted(f"{name}.{field}" for name, field in fields - known_fields))
+        claim("nothing_is_documented_that_is_not_there",
+              sorted(name for name in known - names if re.fullmatch(OURS, name or "")))
+        pages = {path.stem for path in (include / "pages").glob("*.md")}
+        claim("every_page_is_made",
+              sorted(page for page in pages if not (folder / "html" / f"{page}.html").exists() and page != "kinetree"))
+        claim("every_page_is_linked_from_the_first",
+              sorted(page for page in pages - {"kinetree"}
+                     if f"({page}.md)" not in (include / "pages/kinetree.md").read_text()))
+        claim("no_order_is_left_as_text", list(left_over(folder / "html")))
+    finish()
+
+
+main()

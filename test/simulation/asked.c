@@ -1,0 +1,183 @@
+/* Pushes that are refused or set again alike, works under equations of the caller's, runs that make no sense, and the
+ * names of what a run chooses.
+ */
+#include "scenes.h"
+
+#include <float.h>
+#include <math.h>
+
+/* ---- pushes ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(wrench_that_is_not_finite_anywhere_is_refused) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    double a[6];
+    for (int i = 0; i < 6; i++) {
+        kt_error error = {KT_OK, "", ""};
+        double wrenches[2][6] = {{0.0}};
+        wrenches[1][i] = i % 2 == 0 ? (double)NAN : HUGE_VAL;
+        kt_wrench given[2] = {
+            {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
+            {{wrenches[1][0], wrenches[1][1], wrenches[1][2]}, {wrenches[1][3], wrenches[1][4], wrenches[1][5]}}};
+        kt_check_equal_int("status", kt_simulation_set_wrenches(simulation, given, &error), KT_ERROR_NOT_FINITE);
+        kt_check_text("where", error.where, "body 'block'");
+        kt_check_text("message", error.message, "the wrench is not finite");
+    }
+    const kt_wrench force[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0}, {4.0, 0.0, 0.0}}};
+    kt_check_equal_int("a force", kt_simulation_set_wrenches(simulation, force, NULL), KT_OK);
+    kt_check_equal_int("acceleration", kt_simulation_acceleration(simulation, a, NULL), KT_OK);
+    kt_check_near("under it", a[0], 2.0, 4.0 * DBL_EPSILON);
+    kt_check_equal_int("none", kt_simulation_set_wrenches(simulation, NULL, NULL), KT_OK);
+    kt_check_equal_int("acceleration", kt_simulation_acceleration(simulation, a, NULL), KT_OK);
+    kt_check_near("without", a[0], 0.0, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* Six evaluations a step of dopri5, whose last slope is the first of the next, and one more where that was in vain. */
+static int evaluations_with(const kt_wrench *first, const kt_wrench *second) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_fixed("dopri5", 0.5, 10.0);
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_error error;
+    (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, first, &error), &error);
+    (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    const uint64_t before = kt_simulation_counts_get(simulation).evaluations;
+    (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, second, &error), &error);
+    (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    const int count = (int)(kt_simulation_counts_get(simulation).evaluations - before);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    return count;
+}
+
+KT_TEST(push_that_is_set_again_alike_costs_nothing) {
+    const kt_wrench one[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0}, {4.0, 0.0, 0.0}}};
+    const kt_wrench other[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0}, {4.0, 1.0, 0.0}}};
+    kt_check_equal_int("alike", evaluations_with(one, one), 6);
+    kt_check_equal_int("another", evaluations_with(one, other), 7);
+    kt_check_equal_int("none", evaluations_with(one, NULL), 7);
+}
+
+/* ---- works under equations of the caller's ------------------------------------------------------------------------
+ */
+
+static int push_alone(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    (void)rate;
+    (void)error;
+    (void)user;
+    a[0] = at->tau[0] / kt_body_mass(at->model, 1);
+    return 0;
+}
+
+/* F = 3 N on 2 kg over 2 s from rest: v = 3 m/s, W = m v^2 / 2. The integrand is linear in t, which rk4 has exactly. */
+KT_TEST(works_are_kept_under_the_callers_equations) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 0.125, 2.0);
+    kt_simulation_options options = kt_simulation_options_default();
+    const double force = 3.0;
+    kt_error error;
+    run.record = KT_RECORD_BALANCE;
+    options.acceleration = push_alone;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    (void)kt_fine("force", kt_simulation_set_torque(simulation, &force, &error), &error);
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 2.0, &error), &error);
+    kt_check_near("supplied", kt_simulation_work(simulation).supplied, 9.0, 64.0 * DBL_EPSILON * 9.0);
+    kt_check_near("dissipated", kt_simulation_work(simulation).dissipated, 0.0, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+KT_TEST(what_does_not_move_does_no_work) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_FIXED, 2.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 0.25, 1.0);
+    kt_error error;
+    run.record = KT_RECORD_BALANCE;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_near("dissipated", kt_simulation_work(simulation).dissipated, 0.0, 0.0);
+    kt_check_near("supplied", kt_simulation_work(simulation).supplied, 0.0, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- what is asked for ------------------------------------------------------------------------------------------- */
+
+static void check_run(kt_run run, const char *where, const char *message) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = NULL;
+    kt_error error = {KT_OK, "", ""};
+    kt_check_equal_int("status", kt_simulation_create(model, &run, NULL, &simulation, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("where", error.where, where);
+    kt_check_contains("message", error.message, message);
+    kt_check_true("no simulation", simulation == NULL);
+    kt_model_free(model);
+}
+
+KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
+    kt_run run = kt_run_default();
+    run.step = (double)NAN;
+    check_run(run, "step", "nan s: must be above zero");
+    run = kt_run_default();
+    run.interval = -0.5;
+    check_run(run, "interval", "-0.5 s: must be above zero");
+    run = kt_run_default();
+    run.relative = -1.0;
+    check_run(run, "options", "tolerances must be finite and not negative");
+}
+
+KT_TEST(run_without_a_method_has_that_of_the_defaults) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
+    lone.body.joint.velocity[0] = 1.0;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    const kt_run standard = kt_run_default();
+    kt_error error;
+    run.integrator = NULL;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL),
+                  *other = kt_scene_simulate(model, &standard, NULL);
+    (void)kt_fine("step", kt_simulation_step(simulation, 1.0, &error), &error);
+    (void)kt_fine("step", kt_simulation_step(other, 1.0, &error), &error);
+    kt_check_equal_bits("q", kt_simulation_positions(simulation), kt_simulation_positions(other), 1);
+    kt_check_equal_bits("t", &(double){kt_simulation_time(simulation)}, &(double){kt_simulation_time(other)}, 1);
+    kt_simulation_free(simulation);
+    kt_simulation_free(other);
+    kt_simulation_free(NULL);
+    kt_model_free(model);
+}
+
+KT_TEST(every_choice_of_a_run_has_its_name) {
+#define CHECK_NAME(id, word) kt_check_text(#id, NAME_OF(id), #word);
+#define CHECK_RECORD(id, bit, word) kt_check_text(#id, kt_record_name(bit), #word);
+#define NAME_OF kt_formulation_name
+    KT_FORMULATION_LIST(CHECK_NAME)
+#undef NAME_OF
+#define NAME_OF kt_reduction_name
+    KT_REDUCTION_LIST(CHECK_NAME)
+#undef NAME_OF
+#define NAME_OF kt_metric_name
+    KT_METRIC_LIST(CHECK_NAME)
+#undef NAME_OF
+#define NAME_OF kt_plan_name
+    KT_PLAN_LIST(CHECK_NAME)
+#undef NAME_OF
+    KT_RECORD_LIST(CHECK_RECORD)
+    kt_check_true("no formulation", kt_formulation_name(KT_FORMULATION_COUNT) == NULL);
+    kt_check_true("none below", kt_formulation_name((kt_formulation)-1) == NULL);
+    kt_check_true("no reduction", kt_reduction_name((kt_reduction)99) == NULL);
+    kt_check_true("no metric", kt_metric_name((kt_metric)99) == NULL);
+    kt_check_true("no plan", kt_plan_name(KT_PLAN_COUNT) == NULL);
+    kt_check_true("none below", kt_plan_name((kt_plan)-1) == NULL);
+    kt_check_true("no record", kt_record_name(3) == NULL);
+}

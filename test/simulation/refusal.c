@@ -1,0 +1,343 @@
+/* Where a caller's equations, its projection or an effect refuse: whose words are told, when, and what is left behind.
+ */
+#include "scenes.h"
+
+#include <float.h>
+#include <math.h>
+
+/* A slider that refuses where its owner wants it to. */
+typedef struct owner {
+    double from; /* its equations, or its projection, refuse from this time on */
+    int code;    /* with this result */
+    bool in_projection, in_effect;
+    bool records_only; /* refuses in records alone: the recorder says when */
+    bool recording;
+} owner;
+
+static bool refuses(const owner *o, double t) {
+    return o->code != 0 && t >= o->from && (!o->records_only || o->recording);
+}
+
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
+static int stand_still(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    const owner *o = user;
+    (void)rate;
+    (void)error;
+    a[0] = 0.0;
+    return !o->in_projection && !o->in_effect && refuses(o, at->t) ? o->code : 0;
+}
+
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
+static int leave_it(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
+    const owner *o = user;
+    (void)q;
+    (void)v;
+    (void)error;
+    *changed = false;
+    return o->in_projection && refuses(o, at->t) ? o->code : 0;
+}
+
+static int drive_nothing(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    const owner *o = user;
+    (void)q;
+    (void)v;
+    (void)balance;
+    *force = 0.0;
+    return o->in_effect && refuses(o, t) ? o->code : 0;
+}
+
+typedef struct stand {
+    kt_lone lone;
+    kt_effect effect;
+    kt_model *model;
+    kt_simulation *simulation;
+} stand;
+
+/* A block that slides at 1 m/s from 0; own: by the caller's equations and projection, else by the engine's. */
+static bool make_stand(stand *s, owner *o, kt_run run, bool own) {
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_lone_make(&s->lone, KT_JOINT_PRISMATIC, 2.0);
+    s->lone.body.joint.velocity[0] = 1.0;
+    s->effect = kt_effect_default();
+    s->effect.name = "hand";
+    s->effect.type = KT_EFFECT_CUSTOM;
+    s->effect.joint = s->lone.body.name;
+    s->effect.drive = drive_nothing;
+    s->effect.user = o;
+    s->lone.description.effects = &s->effect;
+    s->lone.description.effect_count = 1;
+    s->model = kt_scene_compile(&s->lone.description);
+    if (own) {
+        options.acceleration = stand_still;
+        options.projection = leave_it;
+        options.user = o;
+    }
+    s->simulation = kt_scene_simulate(s->model, &run, &options);
+    return s->simulation != NULL;
+}
+
+static void free_stand(stand *s) {
+    kt_simulation_free(s->simulation);
+    kt_model_free(s->model);
+}
+
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
+
+/* The step from 0.5 s on fails, and the simulation stays there. */
+static void check_step(owner o, bool own, unsigned record, kt_status expected, const char *where, const char *message) {
+    stand s;
+    kt_error error = {KT_OK, "", ""};
+    kt_run run = kt_run_fixed("rk4", 0.25, 10.0);
+    run.record = record;
+    if (!make_stand(&s, &o, run, own))
+        return;
+    (void)kt_fine("advance", kt_simulation_advance(s.simulation, 0.5, &error), &error);
+    const double before[2] = {kt_simulation_positions(s.simulation)[0], kt_simulation_velocities(s.simulation)[0]};
+    kt_check_equal_int("status", kt_simulation_advance(s.simulation, 1.0, &error), expected);
+    kt_check_text("where", error.where, where);
+    kt_check_contains("message", error.message, message);
+    const double after[2] = {kt_simulation_positions(s.simulation)[0], kt_simulation_velocities(s.simulation)[0]};
+    kt_check_equal_bits("state", after, before, 2);
+    kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
+    free_stand(&s);
+}
+
+KT_TEST(projection_that_refuses_is_told_and_leaves_the_state) {
+    check_step((owner){.from = 0.6, .code = 2, .in_projection = true}, true, KT_RECORD_POSITION, KT_ERROR_CALLBACK,
+               "t = 0.5 s", "a projection of the caller's returned 2");
+    check_step((owner){.from = 0.6, .code = -4, .in_projection = true}, true, KT_RECORD_POSITION, KT_ERROR_CALLBACK,
+               "t = 0.5 s", "a projection of the caller's returned -4");
+}
+
+/* Its first stage after 0.5 s is that at 0.625 s. Where a balance is kept its power is asked for, too, and so it is
+ * under equations of the caller's. */
+KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
+    static const char where[] = "effect 'hand' (custom) on joint 'block', t = 0.625 s";
+    static const char small[] = "its callback cannot tell its force here (code 1) (the step is fixed at 0.25 s: a "
+                                "smaller one may help, or an adaptive method)";
+    static const char never[] = "its callback asked to stop (code -1)";
+    const owner here = {.from = 0.6, .code = 1, .in_effect = true}, stop = {.from = 0.6, .code = -1, .in_effect = true};
+    check_step(here, false, KT_RECORD_POSITION, KT_ERROR_EFFECT, where, small);
+    check_step(stop, false, KT_RECORD_POSITION, KT_ERROR_CALLBACK, where, never);
+    check_step(here, false, KT_RECORD_BALANCE, KT_ERROR_EFFECT, where, small);
+    check_step(stop, false, KT_RECORD_BALANCE, KT_ERROR_CALLBACK, where, never);
+    check_step(here, true, KT_RECORD_BALANCE, KT_ERROR_EFFECT, where, small);
+}
+
+/* An adaptive method goes around a projection that refuses after long steps only; it stops at one that refuses for
+ * good.
+ */
+static int refuse_long_steps(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
+    double *last = user;
+    (void)q;
+    (void)v;
+    (void)error;
+    *changed = false;
+    if (at->t - *last > 0.05)
+        return 1;
+    *last = at->t;
+    return 0;
+}
+
+KT_TEST(projection_that_refuses_long_steps_shortens_them) {
+    kt_lone lone;
+    double last = 0.0;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
+    lone.body.joint.velocity[0] = 1.0;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error;
+    options.projection = refuse_long_steps;
+    options.user = &last;
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, &options);
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
+    kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
+    kt_check_near("q", kt_simulation_positions(simulation)[0], 1.0, 64.0 * DBL_EPSILON);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A state is projected, too; nobody need hear why it was refused. */
+KT_TEST(state_that_the_callers_projection_refuses_is_not_taken) {
+    stand s;
+    owner o = {.from = 2.0, .code = -1, .in_projection = true};
+    const double q = 3.0, v = 4.0;
+    if (!make_stand(&s, &o, kt_run_fixed("rk4", 0.25, 10.0), true))
+        return;
+    kt_check_equal_int("status", kt_simulation_set_state(s.simulation, 2.0, &q, &v, NULL), KT_ERROR_CALLBACK);
+    o.code = 1;
+    kt_check_equal_int("status", kt_simulation_set_state(s.simulation, 2.0, &q, &v, NULL), KT_ERROR_CONSTRAINT);
+    kt_check_near("q", kt_simulation_positions(s.simulation)[0], 0.0, 0.0);
+    kt_check_near("v", kt_simulation_velocities(s.simulation)[0], 1.0, 0.0);
+    free_stand(&s);
+}
+
+KT_TEST(state_at_no_time_is_refused) {
+    stand s;
+    owner o = {0};
+    kt_error error = {KT_OK, "", ""};
+    const double q = 3.0, v = 4.0;
+    if (!make_stand(&s, &o, kt_run_fixed("rk4", 0.25, 10.0), true))
+        return;
+    kt_check_equal_int("status", kt_simulation_set_state(s.simulation, HUGE_VAL, &q, &v, &error), KT_ERROR_NOT_FINITE);
+    kt_check_text("message", error.message, "the time is inf");
+    kt_check_near("q", kt_simulation_positions(s.simulation)[0], 0.0, 0.0);
+    free_stand(&s);
+}
+
+KT_TEST(acceleration_that_is_refused_is_told_with_the_time) {
+    stand s;
+    owner o = {.code = -7};
+    kt_error error = {KT_OK, "", ""};
+    double a = 5.0;
+    if (!make_stand(&s, &o, kt_run_fixed("rk4", 0.25, 10.0), true))
+        return;
+    kt_check_equal_int("status", kt_simulation_acceleration(s.simulation, &a, &error), KT_ERROR_CALLBACK);
+    kt_check_text("where", error.where, "t = 0 s");
+    kt_check_text("message", error.message, "a right-hand side of the caller's returned -7");
+    kt_check_near("the acceleration is not touched", a, 5.0, 0.0);
+    free_stand(&s);
+}
+
+/* ---- records ----------------------------------------------------------------------------------------------------- */
+
+/* Refusals begin after this record. */
+typedef struct watcher {
+    owner *owner;
+    int seen, last;
+} watcher;
+
+static int watch(const kt_record *record, void *user) {
+    watcher *w = user;
+    w->seen++;
+    w->owner->recording = record->index >= w->last;
+    return 0;
+}
+
+/* Steps of 0.25 s and records of 0.1 s: after that at 0.2 s, that at 0.3 s is refused, to which the step to 0.5 s has
+ * led before. Once nothing is refused any more the run goes on with it. */
+static void check_record(owner o, unsigned record, kt_status expected, const char *message) {
+    stand s;
+    watcher w = {&o, 0, 2};
+    kt_error error = {KT_OK, "", ""};
+    kt_run run = kt_run_fixed("rk4", 0.25, 1.0);
+    run.interval = 0.1;
+    run.record = record;
+    o.records_only = true;
+    if (!make_stand(&s, &o, run, true))
+        return;
+    /* the step to 0.5 s is taken while nothing is refused */
+    w.last = 3;
+    kt_check_equal_int("status", kt_simulation_run(s.simulation, watch, &w, &error), expected);
+    kt_check_equal_int("records", w.seen, 4);
+    kt_check_contains("where", error.where, "t = 0.");
+    kt_check_contains("message", error.message, message);
+    kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
+    o.code = 0;
+    (void)kt_fine("the rest", kt_simulation_run(s.simulation, watch, &w, &error), &error);
+    kt_check_equal_int("records", w.seen, 11);
+    free_stand(&s);
+}
+
+KT_TEST(record_that_is_refused_comes_when_it_no_longer_is) {
+    const owner equations = {.code = -1}, projection = {.code = -1, .in_projection = true},
+                effect = {.code = 1, .in_effect = true};
+    check_record(equations, KT_RECORD_ACCELERATION, KT_ERROR_CALLBACK, "a right-hand side of the caller's returned -1");
+    check_record(projection, KT_RECORD_POSITION, KT_ERROR_CALLBACK, "a projection of the caller's returned -1");
+    check_record(effect, KT_RECORD_REACTION, KT_ERROR_EFFECT, "its callback cannot tell its force here (code 1)");
+}
+
+static int count_records(const kt_record *record, void *user) {
+    (void)record;
+    ++*(int *)user;
+    return 0;
+}
+
+/* Euler's method needs no slope at the end of a step; what is between two steps does. */
+KT_TEST(records_within_a_step_to_where_there_is_no_acceleration_are_missing) {
+    stand s;
+    owner o = {.from = 0.5, .code = -1};
+    int records = 0;
+    kt_error error = {KT_OK, "", ""};
+    kt_run run = kt_run_fixed("euler", 0.25, 1.0);
+    run.interval = 0.1;
+    run.record = KT_RECORD_POSITION;
+    if (!make_stand(&s, &o, run, true))
+        return;
+    kt_check_equal_int("status", kt_simulation_run(s.simulation, count_records, &records, &error), KT_ERROR_CALLBACK);
+    kt_check_equal_int("records: those up to 0.2 s", records, 3);
+    kt_check_text("where", error.where, "t = 0.5 s");
+    kt_check_contains("message", error.message, "a right-hand side of the caller's returned -1");
+    kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
+    free_stand(&s);
+}
+
+KT_TEST(records_that_nobody_asked_for_in_time_are_gone) {
+    stand s;
+    owner o = {0};
+    int records = 0;
+    kt_error error;
+    kt_run run = kt_run_fixed("rk4", 0.25, 1.0);
+    run.interval = 0.5;
+    if (!make_stand(&s, &o, run, true))
+        return;
+    (void)kt_fine("run", kt_simulation_run(s.simulation, count_records, &records, &error), &error);
+    kt_check_equal_int("records", records, 3);
+    (void)kt_fine("on", kt_simulation_advance(s.simulation, 2.0, &error), &error);
+    (void)kt_fine("run", kt_simulation_run(s.simulation, count_records, &records, &error), &error);
+    kt_check_equal_int("records after all", records, 3);
+    kt_check_near("clock", kt_simulation_time(s.simulation), 2.0, 0.0);
+    free_stand(&s);
+
+    run.duration = run.interval = 0.0;
+    records = 0;
+    if (!make_stand(&s, &o, run, true))
+        return;
+    kt_check_equal_int("of a run without duration", kt_simulation_record_count(s.simulation), 1);
+    (void)kt_fine("on", kt_simulation_advance(s.simulation, 0.5, &error), &error);
+    (void)kt_fine("run", kt_simulation_run(s.simulation, count_records, &records, &error), &error);
+    kt_check_equal_int("records after its end", records, 0);
+    free_stand(&s);
+}
+
+/* ---- the absolute formulation --------------------------------------------------------------------------------------
+ */
+
+static kt_simulation *simulate_absolute(const kt_lone *lone, kt_model **model) {
+    kt_model_options options = kt_model_options_default();
+    kt_run run = kt_run_default();
+    kt_error error;
+    options.formulation = run.formulation = KT_FORMULATION_ABSOLUTE;
+    if (!kt_fine("model", kt_model_compile(&lone->description, &options, model, &error), &error))
+        return NULL;
+    return kt_scene_simulate(*model, &run, NULL);
+}
+
+/* A quaternion of zeros is no state of the tree; a screw so fast that its slide overflows has no free bodies. */
+KT_TEST(state_that_free_bodies_cannot_have_is_refused) {
+    kt_lone lone;
+    kt_model *model = NULL;
+    kt_error error = {KT_OK, "", ""};
+    const double zeros[7] = {0.0}, still[6] = {0.0}, q = 0.0, v = 1e300;
+    kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
+    kt_simulation *simulation = simulate_absolute(&lone, &model);
+    if (simulation == NULL)
+        return;
+    kt_check_equal_int("quaternion", kt_simulation_set_state(simulation, 0.0, zeros, still, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "its quaternion is zero, which is no rotation");
+    kt_check_near("w", kt_simulation_positions(simulation)[3], 1.0, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+
+    kt_lone_make(&lone, KT_JOINT_SCREW, 2.0);
+    lone.body.joint.pitch = 1e10;
+    simulation = simulate_absolute(&lone, &model);
+    if (simulation == NULL)
+        return;
+    kt_check_equal_int("screw", kt_simulation_set_state(simulation, 0.0, &q, &v, &error), KT_ERROR_NOT_FINITE);
+    kt_note("%s: %s", error.where, error.message);
+    kt_check_near("velocity", kt_simulation_velocities(simulation)[0], 0.0, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
