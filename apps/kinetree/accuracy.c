@@ -126,8 +126,8 @@ int kt_command_accuracy(int argc, char **argv) {
             kt_say("accuracy: %s is what the study is made from; give its results another file", results[i]);
             return KT_EXIT_USAGE;
         }
-    for (size_t i = 1; i < sizeof results / sizeof results[0]; i++) {
-        code = results[i] != NULL ? kt_plot_check(results[i]) : -1;
+    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
+        code = i > 0 && results[i] != NULL ? kt_plot_check(results[i]) : kt_check_writable(results[i]);
         if (code >= 0)
             return code;
     }

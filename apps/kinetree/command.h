@@ -70,6 +70,10 @@ int kt_load_model(const char *path, kt_scene *scene, kt_model **model);
  * The caller frees it. NULL where there is no memory. */
 char *kt_base_name(const char *path);
 
+/* Says where a result (NULL: none; "-": a stream) could not be written in the end, before the work that leads to it:
+ * returns KT_EXIT_INTEGRATION, or -1 where nothing speaks against it. */
+int kt_check_writable(const char *path);
+
 /* Whether two names (NULL: none; "-": a stream) are of one file: a result that lands on the scene would be the end of
  * it. */
 bool kt_is_same_file(const char *a, const char *b);

@@ -110,8 +110,8 @@ static int read_accelerations(const char *list, kt_evaluation *e) {
     }
     if (count == e->nv)
         return -1;
-    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d freedoms", count, count == 1 ? "" : "s",
-           e->nv);
+    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d freedom%s", count, count == 1 ? "" : "s",
+           e->nv, e->nv == 1 ? "" : "s");
     return KT_EXIT_USAGE;
 }
 

@@ -30,6 +30,8 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path) {
     if (code != KT_EXIT_DONE)
         return code;
     const kt_model *model = motion->model;
+    const char *name = kt_model_name(model);
+    motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
     if (kt_model_nv(model) > FREEDOMS_MOST) {
         kt_say("the scene has %d freedoms; small motions are computed with dense matrices, for up to %d",
                kt_model_nv(model), FREEDOMS_MOST);
@@ -37,7 +39,7 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path) {
     }
     motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
     motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
-    if (motion->q == NULL || motion->v == NULL)
+    if (motion->q == NULL || motion->v == NULL || motion->name == NULL)
         return say_memory();
     kt_status status = kt_linearization_create(model, NULL, &motion->linearization, &error);
     if (status == KT_OK)
@@ -56,6 +58,7 @@ void kt_small_motion_close(kt_small_motion *motion) {
     kt_linearization_free(motion->linearization);
     free(motion->q);
     free(motion->v);
+    free(motion->name);
     if (motion->model != NULL) {
         kt_model_free(motion->model);
         kt_scene_free(&motion->scene);

@@ -10,6 +10,7 @@
 typedef struct kt_small_motion {
     kt_scene scene;
     kt_model *model;
+    char *name; /* the scene's, or the file's where it has none */
     kt_linearization *linearization;
     kt_modes *modes;
     kt_data *data;

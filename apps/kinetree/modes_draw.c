@@ -41,7 +41,7 @@ int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *
         kt_say("there is not enough memory for the picture");
         return KT_EXIT_INTEGRATION;
     }
-    kt_shape_plot plot = {.title = kt_model_name(motion->model),
+    kt_shape_plot plot = {.title = motion->name,
                           .subtitle = subtitle,
                           .names = shapes->text,
                           .count = system->coordinates < NAMES_MOST ? system->coordinates : NAMES_MOST,

@@ -90,7 +90,7 @@ static bool ends_in(const char *path, const char *ending) {
 
 int kt_plot_check(const char *path) {
     if (ends_in(path, ".svg") || ends_in(path, ".png"))
-        return -1;
+        return kt_check_writable(path);
     kt_say("%s cannot be drawn: a picture's name ends in .svg or .png", path);
     return KT_EXIT_USAGE;
 }

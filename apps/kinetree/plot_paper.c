@@ -8,6 +8,7 @@
 #include "command.h"
 
 #include <cairo-svg.h>
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -152,6 +153,7 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     const size_t length = strlen(path);
     const bool is_svg = length >= 4 && strcmp(path + length - 4, ".svg") == 0;
     const int scale = is_svg ? 1 : 2;
+    errno = 0;
     cairo_surface_t *surface = is_svg ? cairo_svg_surface_create(path, width, height)
                                       : cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
     cairo_t *c = cairo_create(surface);
@@ -164,9 +166,11 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     cairo_surface_finish(surface);
     if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_status(surface);
+    const int reason = errno;
     cairo_surface_destroy(surface);
     if (status == CAIRO_STATUS_SUCCESS)
         return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, cairo_status_to_string(status));
+    const bool by_system = status == CAIRO_STATUS_WRITE_ERROR && reason != 0;
+    kt_say("%s cannot be written: %s", path, by_system ? strerror(reason) : cairo_status_to_string(status));
     return KT_EXIT_INTEGRATION;
 }

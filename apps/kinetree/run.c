@@ -108,22 +108,22 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
             kt_say("run: %s is the scene itself; give the results another file", results[i]);
             return KT_EXIT_USAGE;
         }
-    return arguments->plot != NULL ? kt_plot_check(arguments->plot) : -1;
+    const int code = arguments->plot != NULL ? kt_plot_check(arguments->plot) : -1;
+    return code < 0 ? kt_check_writable(arguments->summary) : code;
 }
 
 /* ---- the parts in turn ------------------------------------------------------------------------------------------- */
 
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_plot_run *plot) {
-    int code = KT_EXIT_DONE;
+    int picture = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (plot != NULL)
-        code = kt_plot_run_write(plot, outcome, arguments->plot, arguments->dark);
-    if (arguments->summary != NULL) {
-        int summary = kt_summary_write(outcome, arguments->summary);
-        code = code == KT_EXIT_DONE ? summary : code;
-    }
-    if (!arguments->quiet)
-        kt_report_outcome(outcome, out, arguments->summary, arguments->plot);
-    return code;
+        picture = kt_plot_run_write(plot, outcome, arguments->plot, arguments->dark);
+    if (arguments->summary != NULL)
+        summary = kt_summary_write(outcome, arguments->summary);
+    if (!arguments->quiet) /* of what has been written */
+        kt_report_outcome(outcome, out, summary == KT_EXIT_DONE ? arguments->summary : NULL,
+                          picture == KT_EXIT_DONE ? arguments->plot : NULL);
+    return picture != KT_EXIT_DONE ? picture : summary;
 }
 
 /* The file of records: a new one, or the one that a checkpoint belongs to. */
@@ -164,6 +164,18 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     return code;
 }
 
+/* Joints and loops share the names of columns. */
+static int check_columns(const kt_model *model, const kt_run *run) {
+    for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
+        if (kt_body_find(model, kt_loop_name(model, i)) > 0) {
+            kt_say("run: loop '%s' bears the name of a body, and with 'reaction' recorded both would have the same "
+                   "columns; rename one of them",
+                   kt_loop_name(model, i));
+            return KT_EXIT_SCENE;
+        }
+    return -1;
+}
+
 /* With the scene compiled: makes the simulation. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
                      const char *base) {
@@ -180,6 +192,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
         snprintf(csv_name, room, "%s.csv", base);
     const char *out = arguments->out != NULL ? arguments->out : csv_name;
     code = csv_name == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, out);
+    code = code < 0 ? check_columns(model, &run) : code;
 
     kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
@@ -82,7 +83,10 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     options.formulation = scene->run.formulation;
     options.plan = scene->run.plan;
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
-    if (status != KT_OK)
+    kt_told told = {0};
+    if (status == KT_ERROR_MODEL && kt_scene_locate(scene, &error))
+        tell(&told, &error);
+    else if (status != KT_OK)
         kt_say_error(&error);
     return kt_exit_code(status);
 }
@@ -105,6 +109,30 @@ char *kt_base_name(const char *path) {
     const char *dot = strrchr(name, '.');
     size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
     return strndup(name, length);
+}
+
+int kt_check_writable(const char *path) {
+    struct stat status;
+    if (path == NULL || strcmp(path, "-") == 0)
+        return -1;
+    errno = 0;
+    if (stat(path, &status) == 0) {
+        if (S_ISDIR(status.st_mode))
+            errno = EISDIR;
+        else if (access(path, W_OK) == 0)
+            return -1;
+    } else if (errno == ENOENT && *path != '\0') { /* a new file, in a folder that must be there */
+        const char *slash = strrchr(path, '/');
+        char *folder = slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
+        const int refused = folder == NULL ? 0 : access(folder, W_OK | X_OK);
+        const int reason = errno;
+        free(folder);
+        if (refused == 0)
+            return -1;
+        errno = reason;
+    }
+    kt_say("%s cannot be written: %s", *path != '\0' ? path : "a file without a name", strerror(errno));
+    return KT_EXIT_INTEGRATION;
 }
 
 bool kt_is_same_file(const char *a, const char *b) {

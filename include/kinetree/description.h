@@ -56,7 +56,8 @@ typedef struct kt_function {
  *   polynomial: coefficients[0] + coefficients[1] t + ...;
  *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
  *     or the natural cubic spline, which is twice continuously differentiable and has no curvature at its ends. Outside
- *     its rows a table keeps its first or last value, with no slope. */
+ *     its rows a table keeps its first or last value, with no slope; at the first and the last it has that of the
+ * inside. */
 KT_API kt_function kt_function_constant(double value);
 KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
 KT_API kt_function kt_function_ramp(double from, double to, double start, double end);
@@ -278,7 +279,8 @@ typedef struct kt_effect {
     double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
     double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
     double length;         /* spring: rest length, m */
-    bool initial_length;   /* spring: the rest length is the distance at the start, and `length` is ignored */
+    bool initial_length;   /* spring: the rest length is the distance in the given positions, before loops are closed,
+                              and `length` is ignored */
     double rest;           /* joint_spring: position without force, rad or m; default 0 */
     double coulomb;        /* joint_friction: in motion, N (m) */
     double viscous;        /* joint_friction: N (m) s per rad or m */

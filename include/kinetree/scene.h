@@ -27,6 +27,8 @@
  * - Com and inertia are those of the shape where `mass` and `shape` both stand there and `com` or `inertia`
  *   does not.
  * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
+ * - Loops have a `name`; effects may have one. Rolling without the contact has `holonomic: false`.
+ * - Lengths that are initial by default are those of the given positions, before loops are closed.
  * - Where `simulate` or `output`, or one of their keys, is missing, kt_run_default stands.
  * What the format has and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
  */
@@ -41,11 +43,15 @@
 extern "C" {
 #endif
 
+/* Where the items of a scene stand in its file. */
+typedef struct kt_scene_marks kt_scene_marks;
+
 /* What a scene file says. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
-    kt_description description; /* the mechanism */
-    kt_run run;                 /* `simulate` and `output` */
-    void *memory;               /* where the arrays and strings live; for kt_scene_free */
+    kt_description description;  /* the mechanism */
+    kt_run run;                  /* `simulate` and `output` */
+    void *memory;                /* where the arrays and strings live; for kt_scene_free */
+    const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
 } kt_scene;
 
 /* No mechanism, and kt_run_default. */
@@ -67,6 +73,11 @@ KT_API KT_CHECKED kt_status kt_scene_read(const char *path, kt_scene *scene, kt_
                                           kt_error *error);
 KT_API KT_CHECKED kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene,
                                            kt_scene_report *report, void *user, kt_error *error);
+
+/* Puts the place in the file before a fault that shows only in kt_model_compile: where "body 'crank'" or "loop 'close'"
+ * becomes "FILE:LINE:COLUMN", and the message begins with what it was. False, with the error untouched, where that is
+ * no body or loop of the scene, or the scene was not read. Allocates nothing. O(bodies + loops). */
+KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 
 /* Releases what reading took, and makes *scene that of kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);

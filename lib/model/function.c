@@ -14,8 +14,9 @@
  *                 = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
  *             (diagonally dominant: elimination needs no pivots), and from them
  *               b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6
- * h_k). Outside its rows a table keeps its first or last value, with no slope. The spline: de Boor, A Practical Guide
- * to Splines (1978), chapter IV.
+ * h_k). Outside its rows a table keeps its first or last value, with no slope. The first and the last row belong to
+ * the inside: a motion whose table begins with the run begins at the table's rate, and ends at it. The spline: de Boor,
+ * A Practical Guide to Splines (1978), chapter IV.
  */
 #include "model/function.h"
 
@@ -186,11 +187,11 @@ static void evaluate_polynomial(const double *c, int count, double t, double out
 
 static void evaluate_table(const double *rows, int count, double t, double out[3]) {
     const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
-    if (t <= rows[ROW_T]) {
+    if (t < rows[ROW_T]) {
         set(out, rows[ROW_Y], 0.0, 0.0);
         return;
     }
-    if (t >= last[ROW_T]) {
+    if (t > last[ROW_T]) {
         set(out, last[ROW_Y], 0.0, 0.0);
         return;
     }
@@ -205,6 +206,8 @@ static void evaluate_table(const double *rows, int count, double t, double out[3
     const double *row = rows + (size_t)low * ROW_SIZE;
     const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
     set(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), 2.0 * c + 6.0 * s * d);
+    if (t == last[ROW_T]) /* to the bit what comes after */
+        out[0] = last[ROW_Y];
 }
 
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]) {

@@ -132,9 +132,11 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
                                      kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
+    double given = 0.0;     /* what is left of a speed that loops forbid is rounding of it, not of itself */
     for (int i = 0;; i++) { /* once would do but for rounding */
         if (!kernels->look(model, data, t, q, v, model->held, &violation))
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
+        given = violation.speed = fmax(violation.speed, given);
         if (i == 2 || violation.slip <= KT_CLOSED * violation.speed)
             break;
         if (!kernels->factor(model, data, KT_ROWS_ALL, false) ||
@@ -159,8 +161,7 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
         return status;
     memcpy(new_q, q, model->n.q * sizeof *q);
     memcpy(new_v, v, model->n.v * sizeof *v);
-    if (!kt_unit_quaternions(model, new_q))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an initial quaternion is zero or too large");
+    (void)kt_unit_quaternions(model, new_q); /* none is zero */
     memcpy(given, new_q, model->n.q * sizeof *q);
     if (model->n.group) {
         status = assemble_positions(model, data, t, given, new_q, error);

@@ -104,15 +104,38 @@ static bool is_faulty_at(const kt_node *map, const char *const *keys) {
     return false;
 }
 
-/* Whether the fault is, or may come from, one of form. */
+/* Whether a key of a mapping in the item has a fault of form. */
+static bool is_faulty_in(const kt_node *item, const char *map, const char *key) {
+    const kt_node *in = kt_node_find(item, map);
+    return in != NULL && in->kind == KT_NODE_MAP && kt_node_is_faulty(kt_node_find(in, key));
+}
+
+/* Whether the keys of a loop or effect were read at all. */
+static bool has_type(const kt_node *item) {
+    const kt_node *type = kt_node_find(item, "type");
+    return type != NULL && !kt_node_is_faulty(type);
+}
+
+/* Whether the fault compares its key with another one that could not be read. */
+static bool leans_on_faulty(const kt_place *place, const kt_node *item) {
+    static const char *const pairs[][3] = {{"joint.axis2", "joint", "axis"}, {"shape.to", "shape", "from"}};
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
+        if (strcmp(place->field, pairs[i][0]) == 0 && is_faulty_in(item, pairs[i][1], pairs[i][2]))
+            return true;
+    return false;
+}
+
+/* Whether the fault is, or may come from, one of form. A key that stands there and can be read speaks for itself; one
+ * that does not may stand there misspelt. */
 static bool is_known(const kt_reader *r, const kt_place *place, const kt_node *item, const kt_node *node) {
     static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
     size_t length = strcspn(place->field, ".");
-    if (node->faulty || refers_to_hidden(r, place, node))
+    if (node->faulty || refers_to_hidden(r, place, node) || leans_on_faulty(place, item))
         return true;
-    if (place->item == KT_ITEM_LOOP || place->item == KT_ITEM_EFFECT)
-        return kt_node_is_faulty(item);
-    if (place->item != KT_ITEM_BODY)
+    if ((place->item == KT_ITEM_LOOP || place->item == KT_ITEM_EFFECT) && !has_type(item) &&
+        strcmp(place->field, "name") != 0)
+        return true;
+    if (place->item != KT_ITEM_BODY || node != item)
         return kt_node_is_faulty(node);
     if (length == 5 && strncmp(place->field, "joint", length) == 0)
         return is_faulty_at(item, joint);

@@ -84,8 +84,7 @@ static void read_scene(kt_reader *r, const char *text, size_t size, kt_scene *sc
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-/* "FILE:LINE:COLUMN", the file's name cut at its beginning where it is too long: the end tells more. */
-static void make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
+void kt_make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
     enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
     size_t length = strlen(path);
     const char *dots = "";
@@ -104,18 +103,18 @@ static kt_status tell(const kt_reader *r, const char *path, kt_scene_report *rep
     kt_error one;
     for (size_t i = 0; report != NULL && i < r->fault_count; i++) {
         const kt_fault *fault = &r->faults[i];
-        make_where(where, path, fault->line, fault->column);
+        kt_make_where(where, path, fault->line, fault->column);
         (void)kt_error_set(&one, fault->code, where, "%s", fault->message);
         report(user, &one);
     }
     if (report != NULL && r->fault_dropped > 0) {
         const kt_fault *last = &r->faults[r->fault_count - 1];
-        make_where(where, path, last->line, last->column);
+        kt_make_where(where, path, last->line, last->column);
         (void)kt_error_set(&one, last->code, where, "%zu more faults are not listed; mend these first",
                            r->fault_dropped);
         report(user, &one);
     }
-    make_where(where, path, r->faults[0].line, r->faults[0].column);
+    kt_make_where(where, path, r->faults[0].line, r->faults[0].column);
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
 }
 
@@ -144,6 +143,8 @@ kt_status kt_scene_parse_without(const char *const *refused, const char *path, c
     kt_scene read = kt_scene_default();
     kt_reader r = {.effort = EFFORT, .refused = refused, .names_are_known = true};
     read_scene(&r, text == NULL ? "" : text, size, &read);
+    if (!r.out_of_memory && r.fault_count == 0)
+        (void)kt_scene_mark(&r, path, &read);
     kt_fault_sort(&r);
     (void)uselocale(before);
     freelocale(plain);

@@ -75,6 +75,24 @@ KT_TEST(modes_gives_matrices_with_names_as_json) {
     json_decref(root);
 }
 
+KT_TEST(scene_without_a_name_goes_by_its_file) {
+    kt_write_file("cart.yaml", cart);
+    kt_expect(0, NULL, "grep -v '^name' cart.yaml >nameless.yaml");
+    kt_ran ran = kt_shell("$K modes nameless.yaml");
+    kt_check_contains("table", ran.out, "nameless: 4 states about its equilibrium\n");
+    static const char *const commands[] = {"modes", "equilibrium"};
+    for (int i = 0; i < 2; i++) {
+        ran = kt_shell("$K %s nameless.yaml --json 2>/dev/null", commands[i]);
+        json_t *root = kt_json(ran.out);
+        kt_check_text(commands[i], json_string_value(kt_json_find(root, "scene")), "nameless");
+        json_decref(root);
+    }
+#ifdef KT_HAS_CAIRO
+    kt_expect(0, NULL, "$K modes nameless.yaml --plot s.svg >/dev/null && $K modes cart.yaml --plot t.svg >/dev/null");
+    kt_expect(0, NULL, "test $(wc -c <s.svg) -ge $(wc -c <t.svg)"); /* with a title, which is longer */
+#endif
+}
+
 #ifdef KT_HAS_CAIRO
 KT_TEST(modes_draws_shapes) {
     kt_write_file("cart.yaml", cart);

@@ -45,6 +45,35 @@ KT_TEST(write_errors_are_said_and_end_in_four) {
               "$K run p.yaml --quiet --out o.csv --summary none/o.json");
 }
 
+/* Not after hours of work. */
+KT_TEST(results_that_have_no_place_are_refused_before_the_run) {
+    static const struct {
+        const char *file, *why;
+    } wrong[] = {{"none/o.svg", "none/o.svg cannot be written: No such file or directory"},
+                 {"folder.svg", "folder.svg cannot be written: Is a directory"},
+                 {"p.yaml/o.svg", "p.yaml/o.svg cannot be written: Not a directory"}};
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml; mkdir -p folder.svg; rm -f r.csv");
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        kt_expect(4, wrong[i].why, "$K run p.yaml --quiet --out r.csv --summary %s", wrong[i].file);
+        kt_expect(4, wrong[i].why, "$K accuracy p.yaml --quiet --out %s", wrong[i].file);
+#ifdef KT_HAS_CAIRO
+        kt_expect(4, wrong[i].why, "$K run p.yaml --quiet --out r.csv --plot %s", wrong[i].file);
+        kt_expect(4, wrong[i].why, "$K stability p.yaml --plot %s", wrong[i].file);
+#endif
+    }
+    kt_expect(0, NULL, "test ! -e r.csv");
+    kt_expect(4, "a file without a name cannot be written", "$K run p.yaml --quiet --out r.csv --summary=");
+}
+
+/* What could not be written is not among the results. */
+KT_TEST(report_lists_what_was_written) {
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
+    const kt_ran ran = kt_shell("$K run p.yaml --out o.csv --summary /dev/full");
+    kt_check_equal_int("code", ran.code, 4);
+    kt_check_contains("records", ran.err, "records: o.csv");
+    kt_check_true("no summary", strstr(ran.err, "summary: ") == NULL);
+}
+
 /* The file system gives out in the middle of a line. 40 blocks of 512 bytes are some hundred records. */
 KT_TEST(disk_that_fills_up_leaves_whole_lines) {
     kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");

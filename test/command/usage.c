@@ -84,11 +84,32 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "--angle takes an angle", "$K make chain --angle 3turns");
     kt_expect(1, "--branching is for a tree", "$K make chain --branching 3");
     kt_expect(1, "point masses", "$K make chain --joint spherical --shape point");
-    kt_expect(1, "has 2 numbers, and the scene has 1 freedoms", "$K evaluate p.yaml --acceleration=1,2");
+    kt_expect(1, "has 2 numbers, and the scene has 1 freedom", "$K evaluate p.yaml --acceleration=1,2");
     kt_expect(1, "'x' is none", "$K evaluate p.yaml --acceleration=x");
 }
 
 /* Faults of the scene: status 2, every one with its place, as compilers tell them. */
+KT_TEST(fault_that_compiling_finds_has_its_place) {
+    kt_write_file("still.yaml", "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}}\n");
+    static const char *const commands[] = {"run", "check", "info", "evaluate", "modes"};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        const kt_ran ran = kt_shell("$K %s still.yaml", commands[i]);
+        kt_check_equal_int(commands[i], ran.code, 2);
+        kt_check_equal_int("begins with the place", strncmp(ran.err, "still.yaml:3:22: body 'a': its revolute ", 40),
+                           0);
+    }
+}
+
+/* Joints and loops share the names of columns. */
+KT_TEST(reactions_of_a_loop_and_a_body_of_one_name_are_refused) {
+    kt_write_file("twice.yaml", "kinetree: 1\nbodies:\n"
+                                "  - {name: a, joint: {type: revolute}, mass: 1, com: [1, 0, 0]}\n"
+                                "loops:\n  - {name: a, type: motion, joint: a, position: 1}\n");
+    kt_expect(2, "loop 'a' bears the name of a body, and with 'reaction' recorded both would have the same columns",
+              "$K run twice.yaml --quiet --record reaction");
+    kt_expect(0, NULL, "$K run twice.yaml --quiet --duration 0.1");
+}
+
 KT_TEST(wrong_scene_ends_in_two_with_all_its_faults) {
     kt_write_file("w.yaml", "kinetree: 1\n"
                             "bodies:\n"

@@ -323,6 +323,34 @@ KT_TEST(held_joints_that_prevent_closure_are_an_error) {
     linkage_free(&l);
 }
 
+/* Frames that nothing can move, given speeds: what is left of them after the first correction is rounding of those,
+ * not of itself. */
+KT_TEST(speed_that_loops_forbid_altogether_is_taken_away) {
+    static linkage l;
+    kt_random random = kt_random_of_test();
+    kt_worst left = kt_worst_make("speed left");
+    int refused = 0;
+    for (int i = 0; i < 100; i++) {
+        const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0),
+                      bar = kt_vec3_make(kt_random_uniform(&random, 0.8, 2.0), 0, 0);
+        const kt_vec3 brace = kt_vec3_make(kt_random_uniform(&random, 0.8, 2.0), 0.0, 0.0);
+        kt_error e = {0};
+        linkage_begin(&l);
+        linkage_bar(&l, "bar", NULL, none, bar, 1.0, kt_random_normal(&random));
+        linkage_bar(&l, "brace", NULL, kt_vec3_make(1.5, 0.0, 0.0), brace, 2.0, kt_random_normal(&random));
+        linkage_close(&l, "top", KT_LOOP_SPHERICAL, "bar", bar, "brace", brace);
+        if (!linkage_compile(&l))
+            break;
+        refused += kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e) != KT_OK;
+        for (int k = 0; k < 2; k++)
+            kt_worst_near(&left, l.v[k], 0.0, 1e-14, "frame %d", i);
+        linkage_free(&l);
+    }
+    kt_check_equal_int("refused", refused, 0);
+    kt_check_worst(&left);
+    linkage_free(&l);
+}
+
 /* Positions fit, and the velocities that are held do not. */
 KT_TEST(held_velocities_that_contradict_are_an_error) {
     static linkage l;

@@ -276,3 +276,53 @@ KT_TEST(records_are_bits) {
     kt_check_equal_int("all", scene.run.record, 63);
     kt_scene_free(&scene);
 }
+
+/* ---- faults that only compiling finds ---------------------------------------------------------------------------- */
+
+/* Compiles what must be refused there, and puts the place before the words. */
+static void check_located(const char *path, const char *text, const char *where, const char *message) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_error error = {0}, plain;
+    if (kt_scene_parse(path, text, strlen(text), &scene, NULL, NULL, &error) != KT_OK) {
+        kt_check_text("reading", error.message, "nothing wrong");
+        return;
+    }
+    kt_check_equal_int("status", kt_model_compile(&scene.description, NULL, &model, &error), KT_ERROR_MODEL);
+    plain = error;
+    kt_check_true("located", kt_scene_locate(&scene, &error));
+    kt_check_text("where", error.where, where);
+    kt_check_contains("message", error.message, message);
+    kt_check_contains("the words are kept", error.message, plain.message);
+    kt_check_equal_int("code", error.code, KT_ERROR_MODEL);
+    kt_scene_free(&scene);
+    kt_check_true("no place any more", !kt_scene_locate(&scene, &plain));
+}
+
+KT_TEST(fault_that_compiling_finds_is_put_where_it_stands) {
+    check_located("a.yaml", "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n  - name: b\n    joint: {type: revolute}\n",
+                  "a.yaml:5:12", "body 'b': its revolute joint moves nothing");
+    check_located(NULL,
+                  "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n  - {name: b, mass: 1}\nloops:\n"
+                  "  - {name: x, type: weld, between: [a, b]}\n",
+                  "scene:6:36", "loop 'x': both its ends are on the same rigid part");
+}
+
+KT_TEST(fault_of_nothing_in_the_scene_is_not_put_anywhere) {
+    kt_scene scene;
+    kt_error error, before;
+    if (!kt_parse_right(false, "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n", &scene))
+        return;
+    static const char *const elsewhere[] = {"", "t = 0 s", "body 'b'", "loop 'a'", "body 'a"};
+    for (size_t i = 0; i < sizeof elsewhere / sizeof elsewhere[0]; i++) {
+        (void)kt_error_set(&error, KT_ERROR_MODEL, elsewhere[i], "words");
+        before = error;
+        kt_check_true(elsewhere[i], !kt_scene_locate(&scene, &error));
+        kt_check_true("untouched", kt_same_bytes(&error, &before, sizeof error));
+    }
+    kt_scene made = kt_scene_default();
+    made.description = scene.description;
+    (void)kt_error_set(&error, KT_ERROR_MODEL, "body 'a'", "words");
+    kt_check_true("a scene that was made, not read", !kt_scene_locate(&made, &error));
+    kt_scene_free(&scene);
+}

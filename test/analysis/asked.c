@@ -1,0 +1,386 @@
+/* Linearisations, modes, spectra and sets asked for what they cannot do, or for nothing: words, and nothing touched. */
+#include "../reduction/linkage.h"
+#include "small.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const kt_vec3 none = {0.0, 0.0, 0.0}, down = {0.0, -1.0, 0.0};
+
+static void check_words(const char *what, kt_status status, const kt_error *error, kt_status expected,
+                        const char *words) {
+    kt_check_equal_int(what, status, expected);
+    kt_check_contains("message", error->message, words);
+}
+
+/* A bar that hangs from a revolute joint. */
+static bool make_bar(linkage *l, double angle) {
+    linkage_begin(l);
+    linkage_bar(l, "bar", NULL, none, down, angle, 0.0);
+    return linkage_compile(l);
+}
+
+/* ---- what is laid out ---------------------------------------------------------------------------------------------
+ */
+
+KT_TEST(indices_below_zero_and_memory_that_is_none_are_refused) {
+    static linkage l;
+    const int below = -1;
+    const kt_marker_index body = {-1, 0}, marker = {1, -1};
+    kt_linearization_options wish = kt_linearization_options_default();
+    kt_linearization *linearization = NULL;
+    kt_modes *modes = NULL;
+    kt_spectrum *spectrum = NULL;
+    kt_error e = {KT_OK, "", ""};
+    if (!make_bar(&l, 0.3))
+        return;
+    wish.inputs = &below;
+    wish.input_count = 1;
+    check_words("input", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+                "-1 is no velocity coordinate: they go from 0 to 0");
+    wish = (kt_linearization_options){.outputs = &body, .output_count = 1};
+    check_words("body", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+                "there is no body -1");
+    wish.outputs = &marker;
+    check_words("marker", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+                "body 'bar' has no marker -1");
+    wish = (kt_linearization_options){.input_count = -1};
+    check_words("count", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+                "a count is negative");
+    wish = (kt_linearization_options){.output_count = -1};
+    check_words("count", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+                "a count is negative");
+    check_words("samples", kt_spectrum_create(l.model, 0, &spectrum, &e), &e, KT_ERROR_ARGUMENT,
+                "0: at least one state is needed");
+    check_words("samples", kt_spectrum_create(l.model, -3, &spectrum, &e), &e, KT_ERROR_ARGUMENT,
+                "-3: at least one state is needed");
+
+    const size_t size = kt_spectrum_size(l.model, 2); /* the largest of them */
+    char *memory = aligned_alloc(KT_ALIGNMENT, size);
+    if (!kt_check_true("memory", memory != NULL))
+        return;
+    check_words("none", kt_linearization_place(l.model, NULL, NULL, size, &linearization, &e), &e, KT_ERROR_MEMORY,
+                "bytes");
+    check_words("none", kt_modes_place(l.model, NULL, size, &modes, &e), &e, KT_ERROR_MEMORY, "modes take");
+    check_words("small", kt_modes_place(l.model, memory, kt_modes_size(l.model) - 1, &modes, &e), &e, KT_ERROR_MEMORY,
+                "modes take");
+    check_words("askew", kt_modes_place(l.model, memory + 8, size - 8, &modes, &e), &e, KT_ERROR_MEMORY, "misaligned");
+    check_words("none", kt_spectrum_place(l.model, 2, NULL, size, &spectrum, &e), &e, KT_ERROR_MEMORY,
+                "given: 0 bytes");
+    check_words("small", kt_spectrum_place(l.model, 2, memory, size - 1, &spectrum, &e), &e, KT_ERROR_MEMORY,
+                "a spectrum takes");
+    check_words("askew", kt_spectrum_place(l.model, 2, memory + 8, size, &spectrum, &e), &e, KT_ERROR_MEMORY,
+                "misaligned");
+    kt_check_true("nothing was handed out", linearization == NULL && modes == NULL && spectrum == NULL);
+    free(memory);
+    kt_linearization_free(NULL);
+    kt_modes_free(NULL);
+    kt_spectrum_free(NULL);
+    kt_set_free(NULL);
+    linkage_free(&l);
+}
+
+/* ---- linearisations ------------------------------------------------------------------------------------------------
+ */
+
+/* A spring in a joint that can be told within `reach` of the angle 0.3 alone. */
+typedef struct elastic {
+    double reach;
+    int code;
+} elastic;
+
+static int drive(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    const elastic *s = user;
+    (void)t;
+    (void)v;
+    (void)balance;
+    if (!(fabs(q - 0.3) <= s->reach))
+        return s->code;
+    *force = -50.0 * q;
+    return 0;
+}
+
+/* Without gravity: q'' = -50 q / I, I = 1/3 of a bar of 1 kg and 1 m about its end. */
+KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
+    static linkage l;
+    elastic spring = {0.01, 1};
+    kt_effect effect = kt_effect_default();
+    kt_error e = {KT_OK, "", ""};
+    small s = {0};
+    linkage_begin(&l);
+    l.description.gravity = none;
+    linkage_bar(&l, "bar", NULL, none, down, 0.3, 0.0);
+    effect.name = "spring";
+    effect.type = KT_EFFECT_CUSTOM;
+    effect.joint = "bar";
+    effect.drive = drive;
+    effect.user = &spring;
+    l.description.effects = &effect;
+    l.description.effect_count = 1;
+    if (!linkage_compile(&l))
+        return;
+    if (small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
+        const double stiffness = small_at(s.system->state, 2, 1, 0);
+        kt_check_near("-k / I", stiffness, -150.0, fmax(4.0 * small_at(s.system->state_error, 2, 1, 0), 1e-10));
+        kt_check_below("and it knows how well", small_at(s.system->state_error, 2, 1, 0), 1e-8);
+        spring.reach = 0.0;
+        check_words("told nowhere beside", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, &e), &e,
+                    KT_ERROR_EFFECT, "its callback cannot tell its force here (code 1)");
+        kt_check_contains("where", e.where, "effect 'spring'");
+        kt_check_equal_bits("what was known stays", s.system->state + 1, &stiffness, 1);
+        check_words("no time", kt_linearization_evaluate(s.linearization, HUGE_VAL, l.q, l.v, NULL, &e), &e,
+                    KT_ERROR_NOT_FINITE, "the time is inf");
+        const double tau = (double)NAN;
+        spring.reach = 1.0;
+        check_words("torque", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, &tau, &e), &e,
+                    KT_ERROR_NOT_FINITE, "force or torque");
+        double q = 0.3;
+        spring.reach = 0.01; /* rest is at zero, which cannot be told */
+        kt_equilibrium found;
+        kt_check_true("no equilibrium", kt_equilibrium_find(s.linearization, NULL, 0.0, &q, NULL, &found, &e) != KT_OK);
+        kt_note("%s: %s", e.where, e.message);
+        kt_check_near("the position is untouched", q, 0.3, 0.0);
+        q = (double)NAN;
+        check_words("nowhere", kt_equilibrium_find(s.linearization, NULL, 0.0, &q, NULL, &found, &e), &e,
+                    KT_ERROR_NOT_FINITE, "position");
+    }
+    small_free(&s);
+    linkage_free(&l);
+}
+
+KT_TEST(equilibrium_that_takes_more_steps_than_allowed_names_the_joint) {
+    static linkage l;
+    kt_error e = {KT_OK, "", ""};
+    small s = {0};
+    if (make_bar(&l, 2.0) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
+        kt_equilibrium_options options = kt_equilibrium_options_default();
+        double q = 2.0;
+        options.most = 1;
+        check_words("one step", kt_equilibrium_find(s.linearization, &options, 0.0, &q, NULL, NULL, &e), &e,
+                    KT_ERROR_STEP, "steps");
+        kt_note("%s: %s", e.where, e.message);
+        kt_check_contains("where", e.where, "bar");
+        kt_check_near("the position is untouched", q, 2.0, 0.0);
+        options.most = 0;
+        kt_check_equal_int("as many as it takes",
+                           kt_equilibrium_find(s.linearization, &options, 0.0, &q, NULL, NULL, &e), KT_OK);
+        kt_check_near("hanging", q, 0.0, 1e-18);
+    }
+    small_free(&s);
+    linkage_free(&l);
+}
+
+/* ---- modes ----------------------------------------------------------------------------------------------------------
+ */
+
+KT_TEST(modes_of_a_strange_system_are_refused) {
+    static linkage bar, bars;
+    kt_error e = {KT_OK, "", ""};
+    small s = {0}, other = {0};
+    linkage_begin(&bars);
+    linkage_bar(&bars, "upper", NULL, none, down, 0.3, 0.0);
+    linkage_bar(&bars, "lower", "upper", down, down, 0.1, 0.0);
+    if (make_bar(&bar, 0.3) && linkage_compile(&bars) && small_open(&s, bar.model, NULL, 0.0, bar.q, bar.v, NULL) &&
+        small_open(&other, bars.model, NULL, 0.0, bars.q, bars.v, NULL)) {
+        const kt_mode before = kt_modes_at(s.modes, 0);
+        kt_check_equal_int("another's", kt_modes_evaluate(s.modes, other.system, &e), KT_ERROR_ARGUMENT);
+        kt_note("%s", e.message);
+        kt_linear_system broken = *s.system;
+        double state[4];
+        memcpy(state, broken.state, sizeof state);
+        state[2] = (double)NAN;
+        broken.state = state;
+        check_words("NaN", kt_modes_evaluate(s.modes, &broken, &e), &e, KT_ERROR_NOT_FINITE,
+                    "the eigenvalues of the state matrix cannot be found");
+        (void)linkage_fine("again", kt_modes_evaluate(s.modes, s.system, &e), &e);
+        const kt_mode after = kt_modes_at(s.modes, 0);
+        kt_check_equal_bits("frequency", &after.frequency, &before.frequency, 1);
+    }
+    small_free(&s);
+    small_free(&other);
+    linkage_free(&bar);
+    linkage_free(&bars);
+}
+
+/* Nothing moves: no states, no modes, nothing that bounds a step. */
+KT_TEST(mechanism_without_freedoms_has_no_modes) {
+    static linkage l;
+    small s = {0};
+    kt_spectrum *spectrum = NULL;
+    kt_error e = {KT_OK, "", ""};
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0)->joint.type = KT_JOINT_FIXED;
+    if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL) &&
+        linkage_fine("spectrum", kt_spectrum_create(l.model, 2, &spectrum, &e), &e)) {
+        kt_check_equal_int("states", s.system->states, 0);
+        kt_check_equal_int("modes", kt_modes_count(s.modes), 0);
+        kt_check_near("error", s.system->error, 0.0, 0.0);
+        (void)linkage_fine("add", kt_spectrum_add(spectrum, 0.0, l.q, l.v, NULL, &e), &e);
+        kt_check_equal_int("fastest", kt_spectrum_fastest(spectrum), -1);
+        const kt_step_limit limit = kt_spectrum_limit(spectrum, kt_method_find("rk4"), 1.0, 0.1);
+        kt_check_true("no limit", isinf(limit.step) && limit.mode == -1);
+    }
+    kt_spectrum_free(spectrum);
+    small_free(&s);
+    linkage_free(&l);
+}
+
+/* ---- spectra along a motion -----------------------------------------------------------------------------------------
+ */
+
+/* A bar that swings by little: cos-like with frequency w = sqrt(3 g / 2 l) / (2 pi), at every state. */
+static void check_along(kt_spectrum *spectrum, const kt_run *run, const char *what) {
+    kt_error e = {KT_OK, "", ""};
+    if (!linkage_fine(what, kt_spectrum_along(spectrum, run, &e), &e))
+        return;
+    kt_check_equal_int("states", kt_spectrum_samples(spectrum), 3);
+    for (int i = 0; i < kt_spectrum_count(spectrum); i++)
+        kt_check_near("frequency", kt_spectrum_at(spectrum, i).mode.imaginary, sqrt(1.5 * 9.81), 1e-5);
+}
+
+KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
+    static linkage l;
+    kt_spectrum *spectrum = NULL;
+    kt_error e = {KT_OK, "", ""};
+    kt_run run = kt_run_default();
+    if (!make_bar(&l, 1e-3) || !linkage_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &e), &e))
+        return;
+    run.duration = 0.5;
+    check_along(spectrum, &run, "adaptive");
+    run.integrator = "rk4";
+    run.step = 0.4; /* far too long for a look at the motion */
+    check_along(spectrum, &run, "fixed");
+    run.step = 0.0;
+    check_along(spectrum, &run, "a method that needs a step");
+    run.integrator = NULL;
+    check_along(spectrum, &run, "no method");
+    run.integrator = "leapfrog";
+    check_along(spectrum, &run, "an unknown method");
+    run.duration = (double)NAN;
+    check_words("no duration", kt_spectrum_along(spectrum, &run, &e), &e, KT_ERROR_ARGUMENT, "must be zero or more");
+    kt_check_equal_int("nothing is kept", kt_spectrum_samples(spectrum), 0);
+    const double q = (double)NAN;
+    check_words("nowhere", kt_spectrum_add(spectrum, 0.0, &q, l.v, NULL, &e), &e, KT_ERROR_NOT_FINITE, "position");
+    kt_check_equal_int("nothing is kept", kt_spectrum_count(spectrum), 0);
+
+    /* of rk4 an undamped mode may grow by no more than it is told to; at a step that is too long the mode is named */
+    run = kt_run_default();
+    run.duration = 0.5;
+    check_along(spectrum, &run, "again");
+    const kt_step_limit limit = kt_spectrum_limit(spectrum, kt_method_find("rk4"), 100.0, 2.0);
+    kt_check_true("a limit", limit.step < 2.0 && limit.mode >= 0);
+    kt_check_above("growth", limit.growth, 1e3);
+    kt_spectrum_free(spectrum);
+    linkage_free(&l);
+}
+
+/* The spring cannot be told once the bar has left its reach: the states up to there are kept. */
+KT_TEST(motion_that_ends_leaves_the_modes_up_to_there) {
+    static linkage l;
+    elastic spring = {0.2, -1};
+    kt_effect effect = kt_effect_default();
+    kt_spectrum *spectrum = NULL;
+    kt_error e = {KT_OK, "", ""};
+    kt_run run = kt_run_default();
+    linkage_begin(&l);
+    l.description.gravity = none;
+    linkage_bar(&l, "bar", NULL, none, down, 0.3, 0.0);
+    effect.name = "spring";
+    effect.type = KT_EFFECT_CUSTOM;
+    effect.joint = "bar";
+    effect.drive = drive;
+    effect.user = &spring;
+    l.description.effects = &effect;
+    l.description.effect_count = 1;
+    if (!linkage_compile(&l) || !linkage_fine("spectrum", kt_spectrum_create(l.model, 20, &spectrum, &e), &e))
+        return;
+    run.duration = 1.0;
+    check_words("along", kt_spectrum_along(spectrum, &run, &e), &e, KT_ERROR_CALLBACK,
+                "its callback asked to stop (code -1)");
+    /* 0.3 cos(w t) leaves 0.1 after acos(1/3) / w = 0.1005 s: two of 0, 0.0526, 0.105, ... */
+    kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
+    kt_spectrum_free(spectrum);
+    linkage_free(&l);
+}
+
+/* ---- sets -----------------------------------------------------------------------------------------------------------
+ */
+
+/* Without loops every set is the tree; without freedoms there is nothing to it. */
+KT_TEST(sets_of_what_has_no_loops_accelerate_as_the_tree) {
+    for (int fixed = 0; fixed < 2; fixed++) {
+        static linkage l;
+        linkage_begin(&l);
+        kt_body *bar = linkage_bar(&l, "bar", NULL, none, down, 0.4, 1.0);
+        if (fixed)
+            bar->joint.type = KT_JOINT_FIXED;
+        if (!linkage_compile(&l))
+            return;
+        for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
+            const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
+            kt_set *set = NULL;
+            kt_error e = {KT_OK, "", ""};
+            double a = 77.0, expected = 77.0, rate = 77.0;
+            if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
+                continue;
+            (void)linkage_fine("set", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, &rate, &a, &e), &e);
+            if (!fixed) {
+                (void)linkage_accelerate(&l, 0.0, &expected);
+                kt_check_near("rate", rate, 1.0, 0.0);
+            }
+            kt_check_near("acceleration", a, expected, 16.0 * DBL_EPSILON * fabs(expected));
+            (void)linkage_fine("verdict", kt_set_verdict(set, &e), &e);
+            kt_set_free(set);
+        }
+        linkage_free(&l);
+    }
+    kt_check_true("no name", kt_set_type_name(KT_SET_TYPE_COUNT) == NULL && kt_set_type_name((kt_set_type)-1) == NULL);
+}
+
+KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
+    static linkage l;
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    if (!linkage_build(&l, 0.0))
+        return;
+    for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
+        kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
+        kt_set *set = NULL;
+        kt_error e = {KT_OK, "", ""};
+        double v[3] = {1e200, 0.0, 0.0}, a[3] = {77.0, 77.0, 77.0};
+        if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
+            return;
+        kt_check_equal_int("overflow", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
+                           KT_ERROR_NOT_FINITE);
+        kt_note("%s: %s", e.where, e.message);
+        v[0] = (double)NAN;
+        kt_check_equal_int("NaN", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
+                           KT_ERROR_NOT_FINITE);
+        kt_check_near("nothing is written", a[0], 77.0, 0.0);
+        kt_set_free(set);
+        set = NULL;
+        options.penalty = HUGE_VAL;
+        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
+        options.penalty = 0.0;
+        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
+        kt_check_true("no set", set == NULL);
+    }
+    linkage_free(&l);
+}
+
+/* The start is assembled, for the penalty to be chosen. */
+KT_TEST(set_of_what_cannot_be_assembled_is_refused) {
+    static linkage l;
+    four_bar f = four_bar_default();
+    const kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
+    kt_set *set = NULL;
+    kt_error e = {KT_OK, "", ""};
+    f.ground = 10.0;
+    linkage_four_bar(&l, &f);
+    if (linkage_compile(&l))
+        check_words("out of reach", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_CONSTRAINT, "'close' by ");
+    kt_check_true("no set", set == NULL);
+    linkage_free(&l);
+}

@@ -1,0 +1,139 @@
+/* Every allocation of setting up an analysis fails once: the call says so, nothing leaks, and nothing is handed out. */
+#include "../reduction/linkage.h"
+#include "interpose.h"
+
+#include "kinetree/accuracy.h"
+#include "kinetree/analysis.h"
+
+#include <stdlib.h>
+
+static linkage l;
+
+/* Makes and releases something; returns the status of making, and whether it was handed out on failure. */
+typedef kt_status attempt(bool *handed_out, kt_error *error);
+
+static kt_status make_linearization(bool *handed_out, kt_error *error) {
+    kt_linearization *made = NULL;
+    const kt_status status = kt_linearization_create(l.model, NULL, &made, error);
+    *handed_out = made != NULL;
+    kt_linearization_free(made);
+    return status;
+}
+
+static kt_status make_modes(bool *handed_out, kt_error *error) {
+    kt_modes *made = NULL;
+    const kt_status status = kt_modes_create(l.model, &made, error);
+    *handed_out = made != NULL;
+    kt_modes_free(made);
+    return status;
+}
+
+static kt_status make_spectrum(bool *handed_out, kt_error *error) {
+    kt_spectrum *made = NULL;
+    const kt_status status = kt_spectrum_create(l.model, 3, &made, error);
+    *handed_out = made != NULL;
+    kt_spectrum_free(made);
+    return status;
+}
+
+static kt_status make_set(bool *handed_out, kt_error *error) {
+    const kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 1e-2);
+    kt_set *made = NULL;
+    const kt_status status = kt_set_create(l.model, &options, &made, error);
+    *handed_out = made != NULL;
+    kt_set_free(made);
+    return status;
+}
+
+static kt_spectrum *spectrum;
+
+static kt_status look_along(bool *handed_out, kt_error *error) {
+    kt_run run = kt_run_default();
+    run.duration = 0.01;
+    const kt_status status = kt_spectrum_along(spectrum, &run, error);
+    *handed_out = kt_spectrum_samples(spectrum) > 0;
+    return status;
+}
+
+/* Without a failure it succeeds; with one it says KT_ERROR_MEMORY. As many frees as allocations that were had. */
+static void check_each(const char *what, attempt *call, int least) {
+    int tried = 0, wrong = 0, silent = 0, leaks = 0, kept = 0;
+    kt_note("%s", what);
+    for (int failed = 1; failed && tried < 1000; tried++) {
+        kt_error error = {KT_OK, "", ""};
+        bool handed_out = false;
+        kt_interpose_start_failing(tried + 1);
+        const kt_status status = call(&handed_out, &error);
+        const long allocations = kt_interpose_stop();
+        failed = kt_interpose_has_failed();
+        wrong += status != (failed ? KT_ERROR_MEMORY : KT_OK);
+        silent += failed && (error.code != status || error.message[0] == '\0');
+        leaks += kt_interpose_frees() != allocations - failed;
+        kept += failed ? handed_out : !handed_out;
+    }
+    kt_check_above("allocations that were made to fail", tried - 1, least);
+    kt_check_equal_int("calls that did not say so", wrong, 0);
+    kt_check_equal_int("calls without words", silent, 0);
+    kt_check_equal_int("calls that leaked", leaks, 0);
+    kt_check_equal_int("calls that handed out something, or nothing", kept, 0);
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_setting_up) {
+    const four_bar f = four_bar_default();
+    kt_error error = {0};
+    linkage_four_bar(&l, &f);
+    if (!linkage_build(&l, 0.0))
+        return;
+    check_each("linearisation", make_linearization, 1);
+    check_each("modes", make_modes, 1);
+    check_each("spectrum", make_spectrum, 1);
+    check_each("set", make_set, 2);
+    if (linkage_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &error), &error))
+        check_each("spectrum along a motion", look_along, 1);
+    kt_spectrum_free(spectrum);
+    linkage_free(&l);
+}
+
+/* ---- a study --------------------------------------------------------------------------------------------------------
+ */
+
+/* One run of rk4. What a failure costs may be its growth alone, which is then unknown. */
+static kt_status study(bool *is_whole, kt_error *error) {
+    kt_run run = kt_run_default();
+    kt_accuracy_options options = kt_accuracy_options_default();
+    const kt_method *const methods[] = {kt_method_find("rk4")};
+    const double step = 0.01;
+    kt_accuracy *made = NULL;
+    run.duration = 0.1;
+    options.records = 4;
+    options.methods = methods;
+    options.method_count = options.step_count = 1;
+    options.steps = &step;
+    const kt_status status = kt_accuracy_create(&l.description, &run, &options, &made, error);
+    *is_whole = made != NULL && kt_accuracy_get(made)->amplification > 0.0;
+    kt_accuracy_free(made);
+    return status;
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_a_study_or_leaves_growth_unknown) {
+    const four_bar f = four_bar_default();
+    int tried = 0, wrong = 0, unknown = 0, leaks = 0;
+    linkage_four_bar(&l, &f);
+    for (int failed = 1; failed && tried < 1000; tried++) {
+        kt_error error = {KT_OK, "", ""};
+        bool is_whole = false;
+        kt_interpose_start_failing(tried + 1);
+        const kt_status status = study(&is_whole, &error);
+        const long allocations = kt_interpose_stop();
+        failed = kt_interpose_has_failed();
+        if (failed && status == KT_OK && !is_whole)
+            unknown++;
+        else
+            wrong += status != (failed ? KT_ERROR_MEMORY : KT_OK) || is_whole == failed;
+        leaks += kt_interpose_frees() != allocations - failed;
+    }
+    kt_check_above("allocations that were made to fail", tried - 1, 10.0);
+    kt_check_equal_int("calls that did not say so", wrong, 0);
+    kt_check_equal_int("studies without growth", unknown, 1);
+    kt_check_equal_int("calls that leaked", leaks, 0);
+}
