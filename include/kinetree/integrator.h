@@ -283,7 +283,8 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *
  * Stabilised (rkc2, rkc4): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an
  * adaptive step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at
- * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations.
+ * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations. One
+ * that has not settled to a hundredth after eight is taken as it is, with the margin of all, and counted (capped).
  *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
@@ -299,6 +300,13 @@ KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double
 KT_CHECKED KT_API kt_status kt_integrator_interpolate(kt_integrator *integrator, double t, double *y_out,
                                                       kt_error *error);
 
+/* f(t, y) at the current time and state, n values, valid until the next call that takes a non-const integrator. Where
+ * the last step has left it (fsal, and its projection moved nothing) or a call before this one, it is that; else it is
+ * evaluated here, and the next step need not: no evaluation is made twice, and no bit of any later step changes.
+ *
+ * Errors: KT_ERROR_ARGUMENT (not started), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; the integrator is then as before. */
+KT_CHECKED KT_API kt_status kt_integrator_slope(kt_integrator *integrator, const double **slope, kt_error *error);
+
 /* In turn: the current time; the current state (n values, valid until the next call that takes a non-const integrator);
  * the time where the last step began (the current time before any); n; the method. O(1). */
 KT_API double kt_integrator_time(const kt_integrator *integrator);
@@ -312,6 +320,7 @@ typedef struct kt_integrator_counts {
     uint64_t steps;       /* accepted */
     uint64_t rejected;    /* tries */
     uint64_t evaluations; /* of the right-hand side, rejected tries and interpolation included */
+    uint64_t capped;      /* stabilised: estimates of the decay that had not settled when they had taken all they may */
 } kt_integrator_counts;
 
 /* What has been done since the start. */

@@ -13,6 +13,7 @@
 #include "kinetree/description.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -169,6 +170,19 @@ KT_API KT_CHECKED kt_status kt_data_place(const kt_model *model, void *memory, s
 /* The same in memory of its own, released with kt_data_free. */
 KT_API KT_CHECKED kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error);
 KT_API void kt_data_free(kt_data *data);
+
+/* How far iterations have gone with these data. Each of them has a cap (reduction.h), and none goes beyond it. */
+typedef struct kt_iterations {
+    uint32_t
+        position; /* the most steps that a projection has taken to close positions: at most KT_POSITION_STEPS_MAX */
+    uint32_t velocity; /* ... and velocities: at most KT_VELOCITY_STEPS_MAX */
+    uint32_t assembly; /* the most steps of an assembly: at most KT_ASSEMBLY_STEPS_MAX */
+    uint32_t capped;   /* how often one of these ended at its cap, whether it had got there (what it leaves open is an
+                          error) or not; or none of the states beside a singular position told the acceleration there */
+} kt_iterations;
+
+/* Since the data were placed or this was last asked. */
+KT_API kt_iterations kt_data_iterations(kt_data *data);
 
 #ifdef __cplusplus
 }

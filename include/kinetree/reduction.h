@@ -106,15 +106,29 @@ typedef struct kt_residual {
 KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, kt_residual *residual, kt_error *error);
 
+/* The caps of iterations; kt_data_iterations tells how near to them it has come, and whether one was hit. An evaluation
+ * of accelerations iterates nowhere but near a singular position: there it takes at most 5 times 6 states beside, each
+ * closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has caps of its own.) */
+enum {
+    KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two do after a usual step */
+    KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two goes; one does */
+    KT_ASSEMBLY_STEPS_MAX = 200 /* of an assembly, along the manifold to the nearest state */
+};
+
 /* Moves q by the least step, and then v, until all loops are closed to rounding, and renormalises quaternions [MSD 7.55
- * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. Errors:
- * KT_ERROR_CONSTRAINT where loops do not close, which names them and the gap left; KT_ERROR_NOT_FINITE. */
+ * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. At most
+ * KT_POSITION_STEPS_MAX and KT_VELOCITY_STEPS_MAX steps; what they leave open is an error, for whose words (which
+ * loops, and by how much) at most 400 steps more are taken. Errors: KT_ERROR_CONSTRAINT where loops do not close, which
+ * names them and the gap left; KT_ERROR_NOT_FINITE. */
 KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                              bool *changed, kt_error *error);
 
 /* Closes the loops of a state that may be far from closed [MSD 8.5]: positions, then velocities, move least, those of
- * held joints (the description's `hold`) not at all. q and v are untouched on failure. Errors: KT_ERROR_CONSTRAINT
- * names the loops that stay open and by how much, or the equations that contradict each other. */
+ * held joints (the description's `hold`) not at all. q and v are untouched on failure. For set-up: it may take 400
+ * steps from each of 5 starts to close the loops, and as many at each of up to 12 tries of each of at most
+ * KT_ASSEMBLY_STEPS_MAX steps to the nearest state. Where these do not get there, the state is closed, but another may
+ * be nearer, and kt_data_iterations says so (capped). Errors: KT_ERROR_CONSTRAINT names the loops that stay open and by
+ * how much, or the equations that contradict each other. */
 KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               kt_error *error);
 

@@ -15,7 +15,7 @@
  *     kt_simulation_free(simulation);
  *
  * In control code: kt_simulation_place in memory of one's own, then, with no allocation from there on,
- * kt_simulation_set_torque and kt_simulation_advance in turn.
+ * kt_simulation_set_torque, kt_simulation_advance and kt_simulation_sense in turn.
  *
  * A simulation belongs to one thread at a time; any number of them may share a model.
  */
@@ -281,12 +281,36 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 
+/* What sensors show: a record of the current time, under the torques and wrenches that the next step will have. It
+ * holds what run and options ask of records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and loops
+ * with KT_RECORD_REACTION, and with `kinematics` the places, velocities and (with either) accelerations of points,
+ * which kt_point_position and its like read from record->data. Its index is -1. All that it points to is the
+ * simulation's and valid until the next call that takes it and is not const. Errors: as for a step; *record is then
+ * untouched.
+ *
+ *     kt_simulation_set_torque, kt_simulation_sense, kt_simulation_advance    in turn
+ *
+ * computes no evaluation more than without sensors: the accelerations are those that the step ended with (fsal), or
+ * else those that the next one begins with and then need not find again; the rest follows from what that evaluation or
+ * the projection left in memory. Torques that are set only after sensing make the next step begin with an evaluation of
+ * its own: one more a step, unless the method ends its steps with one (fsal) and the projection moved nothing. One more
+ * is also made for reactions in planar loops, and for all reactions where a balance or KT_RECORD_CONSTRAINT is recorded
+ * or the right-hand side is the caller's. No bit of the motion changes by sensing. (An adaptive method forgets its last
+ * error when torques change; that sensing under torques that never come into force makes it do, too.)
+ *
+ * Accelerations are those of the motion, zero at rest. An accelerometer shows kt_point_acceleration less
+ * kt_model_gravity, in its body's axes. In the absolute formulation sensors show the model's own bodies and joints,
+ * whose kinematics are then swept once more. Not for recorders, whose record it would overwrite. */
+KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
+
 /* What has been done since the start. */
 typedef struct kt_simulation_counts {
-    uint64_t steps;          /* accepted */
-    uint64_t rejected;       /* tried in vain */
-    uint64_t evaluations;    /* of the right-hand side; those for records' accelerations are not counted */
-    uint64_t factorizations; /* of loop matrices: one a group at each evaluation and each projection */
+    uint64_t steps;           /* accepted */
+    uint64_t rejected;        /* tried in vain */
+    uint64_t evaluations;     /* of the right-hand side; those for records' accelerations are not counted */
+    uint64_t factorizations;  /* of loop matrices: one a group at each evaluation and each projection */
+    kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts what ended at its
+                                 cap, estimates of the decay (rkc2, rkc4; kt_integrator_counts) among them */
 } kt_simulation_counts;
 
 /* What has been done since the start, or the last kt_simulation_set_state. */

@@ -23,6 +23,8 @@ typedef struct kt_kernels {
     /* Motion and places of all links; accelerations without gravity. Returns 0 where all of it is finite, else the
      * first link whose motion is not. */
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
+    /* The same where data hold the poses of q already, from whatever recursion or projection at q; with equal bits. */
+    size_t (*follow)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
     /* Motion of the links that effects ask for. */
     void (*bearers)(const kt_model *model, kt_data *data, const double *q, const double *v);
 } kt_kernels;
@@ -38,6 +40,7 @@ typedef struct kt_kernels {
                             const kt_wrench *, double *);                                                              \
     size_t kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                     \
     size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);         \
+    size_t kt_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);             \
     void kt_bearers_##level(const kt_model *, kt_data *, const double *, const double *);                              \
     size_t kt_planar_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
                                      const kt_wrench *, double *);                                                     \
@@ -45,7 +48,8 @@ typedef struct kt_kernels {
                                    const kt_wrench *, double *);                                                       \
     size_t kt_planar_compose_##level(const kt_model *, kt_data *, const double *);                                     \
     void kt_planar_columns_##level(const kt_model *, const kt_data *, double *);                                       \
-    size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+    size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);  \
+    size_t kt_planar_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
 
 bool kt_all_finite(const double *x, size_t n);
 
@@ -71,6 +75,10 @@ kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double 
 
 /* Copies a result of nv numbers that is finite; else says of which joint it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
+
+/* kt_kinematics_update where data hold the poses of q already. */
+KT_CHECKED kt_status kt_kinematics_follow(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                          const double *a, kt_error *error);
 
 /* kt_kinematics_update without accelerations and without a look at the numbers. */
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);

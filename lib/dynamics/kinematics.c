@@ -11,20 +11,23 @@ KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_place *p) {
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
 
-size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                const double *a) {
+/* posed: the poses are there. */
+KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                       bool posed) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_link_motion *motion = data->motion;
     kt_link_place *place = data->place;
     kt_v4 sum = none;
-    kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
+    if (!posed)
+        kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(none, &motion[0]);
     place[0] = (kt_link_place){none, none};
     for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
         kt_link_motion *m = &motion[i];
-        kt_link_pose(link, parent, q, data->cosine, data->sine, m);
+        if (!posed)
+            kt_link_pose(link, parent, q, data->cosine, data->sine, m);
         kt_link_velocity(link, parent, v, m);
         kt_link_acceleration(link, parent, a, m);
         kt_v4 angular, linear;
@@ -37,4 +40,13 @@ size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const doub
     while (failed && is_zero(excess(&motion[failed], &place[failed])))
         failed++;
     return failed;
+}
+
+size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                const double *a) {
+    return sweep(model, data, q, v, a, false);
+}
+
+size_t KT_KERNEL(kt_follow)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+    return sweep(model, data, q, v, a, true);
 }

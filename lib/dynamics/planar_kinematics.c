@@ -32,9 +32,9 @@ KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_place *p) {
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
 
-/* One plane's links; returns what is in excess. */
-static inline kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
-                                const double *v, const double *a) {
+/* One plane's links; returns what is in excess. posed: the poses in the plane are there. */
+KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
+                            const double *v, const double *a, bool posed) {
     static const double none[2] = {0.0, 0.0};
     kt_planar_motion *flat = data->planar;
     kt_v4 basis[3], sum = kt_v4_splat(0.0);
@@ -47,7 +47,8 @@ static inline kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_p
         kt_link_motion *m = &data->motion[i];
         kt_link_place *place = &data->place[i];
         const kt_link_place *up = &data->place[model->link[i].parent];
-        kt_planar_pose(link, parent, q, data->planar_cosine, data->planar_sine, &flat[k]);
+        if (!posed)
+            kt_planar_pose(link, parent, q, data->planar_cosine, data->planar_sine, &flat[k]);
         kt_planar_velocity(link, parent, v, &flat[k]);
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], model->link[i].axis, &flat[k], m);
@@ -63,17 +64,28 @@ static inline kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_p
     return sum;
 }
 
-size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                       const double *a) {
+KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                       bool posed) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_v4 sum = none;
-    kt_planar_gather(model, data, q);
+    if (!posed)
+        kt_planar_gather(model, data, q);
     kt_ground_set(none, &data->motion[0]);
     data->place[0] = (kt_link_place){none, none};
     for (size_t p = 0; p < model->n.plane; p++)
-        sum += sweep_plane(model, data, &model->plane[p], q, v, a);
+        sum += sweep_plane(model, data, &model->plane[p], q, v, a, posed);
     size_t failed = is_zero(sum) ? 0 : model->n.spatial;
     while (failed && is_zero(excess(&data->motion[failed], &data->place[failed])))
         failed++;
     return failed;
+}
+
+size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                       const double *a) {
+    return sweep(model, data, q, v, a, false);
+}
+
+size_t KT_KERNEL(kt_planar_follow)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                   const double *a) {
+    return sweep(model, data, q, v, a, true);
 }

@@ -43,23 +43,31 @@ static size_t mixed_kinematics(const kt_model *model, kt_data *data, const doubl
     return failed ? failed : KT_KERNEL(kt_planar_kinematics)(model, data, q, v, a);
 }
 
+static size_t mixed_follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+    const size_t failed = KT_KERNEL(kt_follow)(model, data, q, v, a);
+    return failed ? failed : KT_KERNEL(kt_planar_follow)(model, data, q, v, a);
+}
+
 const kt_kernels KT_KERNEL(kt_kernels)[KT_SWEEP_COUNT] = {
     [KT_SWEEP_SPATIAL] = {.name = KT_TEXT(KT_LEVEL),
                           .forward = KT_KERNEL(kt_forward),
                           .inverse = KT_KERNEL(kt_inverse),
                           .mass = KT_KERNEL(kt_mass),
                           .kinematics = KT_KERNEL(kt_kinematics),
+                          .follow = KT_KERNEL(kt_follow),
                           .bearers = KT_KERNEL(kt_bearers)},
     [KT_SWEEP_PLANAR] = {.name = KT_TEXT(KT_LEVEL),
                          .forward = KT_KERNEL(kt_planar_forward),
                          .inverse = KT_KERNEL(kt_planar_inverse),
                          .mass = planar_mass,
                          .kinematics = KT_KERNEL(kt_planar_kinematics),
+                         .follow = KT_KERNEL(kt_planar_follow),
                          .bearers = KT_KERNEL(kt_bearers)},
     [KT_SWEEP_MIXED] = {.name = KT_TEXT(KT_LEVEL),
                         .forward = mixed_forward,
                         .inverse = mixed_inverse,
                         .mass = mixed_mass,
                         .kinematics = mixed_kinematics,
+                        .follow = mixed_follow,
                         .bearers = KT_KERNEL(kt_bearers)},
 };

@@ -108,18 +108,20 @@ static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result)
     const double size = sqrt(product(it->y, it->y, n)), delta = sqrt(DBL_EPSILON) * (size > 0.0 ? size : 1.0);
     hessenberg matrix = {{{0.0}}};
     double last = HUGE_VAL, left = 1.0;
+    bool settled = false;
     first_direction(it->krylov, n, it->memory.counts.steps);
     for (size_t i = n; i < it->sizes.n; i++)
         it->trial[i] = it->y[i];
     *radius = 0.0;
-    for (int j = 0; j < N && (size_t)j < n && left > 1e-5; j++) {
+    int j = 0;
+    for (; j < N && (size_t)j < n && left > 1e-5 && !settled; j++) {
         if (extend(it, &matrix, j, delta, &left, result) != KT_TRY_PASSED)
             return result->result;
         *radius = j < 3 && left > 1e-5 && (size_t)j + 1 < n ? HUGE_VAL : radius_of(&matrix, j + 1);
-        if (fabs(*radius - last) <= 0.01 * *radius)
-            break;
+        settled = fabs(*radius - last) <= 0.01 * *radius;
         last = *radius;
     }
+    it->memory.counts.capped += j == N && (size_t)N < n && left > 1e-5 && !settled;
     return KT_TRY_PASSED;
 }
 

@@ -98,6 +98,20 @@ static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
     return result->result;
 }
 
+kt_status kt_integrator_slope(kt_integrator *it, const double **slope, kt_error *error) {
+    kt_try r;
+    if (!it->started)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_slope", "call kt_integrator_start first");
+    if (it->slope_slot < 0) { /* beside the stages of the last step, which its dense output may need */
+        if (kt_evaluate(it, it->memory.t, it->y, it->fresh, &r) != KT_TRY_PASSED)
+            return kt_try_report(&r, "the motion cannot go on from this state: look at what the model does here",
+                                 error);
+        it->slope_slot = (int)it->fresh;
+    }
+    *slope = it->k[it->slope_slot];
+    return KT_OK;
+}
+
 /* The caller's projection of the trial state. */
 static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try *result) {
     *changed = false;

@@ -414,6 +414,10 @@ struct kt_data {
     size_t bytes;
     const kt_model *model;
     void *owned; /* memory of kt_data_create, or NULL */
+    bool beside; /* the last accelerations are those of states beside a singular position of the loops: poses and
+                    equations are not those of the state that was asked for */
+    kt_iterations iterations; /* since they were last asked for (kt_data_iterations) */
+    kt_iterations closing;    /* of the last projection alone */
 #define KT_DATA_DECLARE(type, name, count, meaning) type *name;
     KT_DATA_FIELDS(KT_DATA_DECLARE)
 #undef KT_DATA_DECLARE

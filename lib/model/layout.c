@@ -44,3 +44,9 @@ kt_status kt_data_place(const kt_model *model, void *memory, size_t size, kt_dat
     *data = d;
     return KT_OK;
 }
+
+kt_iterations kt_data_iterations(kt_data *data) {
+    const kt_iterations none = {0, 0, 0, 0}, seen = data->iterations;
+    data->iterations = none;
+    return seen;
+}

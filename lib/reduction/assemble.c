@@ -14,7 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { NEAREST_MOST = 200, SHORTER_MOST = 12 };
+enum { SHORTER_MOST = 12 };
 
 static double square(const double *x, size_t n) {
     double sum = 0.0;
@@ -95,8 +95,9 @@ static double reach(const approach *a) {
 /* From q, closed, to the closed state nearest to `given` around it. */
 static void come_nearer(const approach *a, double *before) {
     const size_t nv = a->model->n.v;
+    kt_iterations *taken = &a->data->iterations;
     double part = 1.0;
-    for (int i = 0; i < NEAREST_MOST && look_ahead(a); i++) {
+    for (uint32_t i = 0; look_ahead(a); i++) {
         const double most = reach(a);
         if (i) { /* the step that would have brought the way to nothing, had it changed as it did */
             double change = 0.0;
@@ -107,7 +108,14 @@ static void come_nearer(const approach *a, double *before) {
         memcpy(before, a->way, nv * sizeof *before);
         if (most * part > 0.2) /* the linearisation reaches no farther */
             part = 0.2 / most;
-        if (!(most > 1e-11) || !go(a, part))
+        if (!(most > 1e-11))
+            return;
+        if (i == KT_ASSEMBLY_STEPS_MAX) { /* closed, but another state may be nearer */
+            taken->capped++;
+            return;
+        }
+        taken->assembly = i + 1 > taken->assembly ? i + 1 : taken->assembly;
+        if (!go(a, part))
             return;
     }
 }

@@ -136,22 +136,35 @@ KT_INLINE bool push_all(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
+<<<<<<< HEAD
 /* s->power and s->own are known where this is expanded. */
+=======
+/* Whether there are effects on joints; with ends. */
+KT_INLINE bool has_driven(const kt_model *model) { return model->n.effect > 0 && model->batch[0].ends == 0; }
+KT_INLINE bool has_pushed(const kt_model *model) { return model->n.bearer > 0; }
+
+void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external) {
+    if (has_driven(model))
+        *tau = data->tau;
+    if (has_pushed(model))
+        *external = data->pushed;
+}
+
+/* s->power is known where this is expanded. */
+>>>>>>> main
 KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
-    if (model->batch[0].ends == 0) { /* there are some on joints */
+    if (has_driven(model))
         memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
-        *tau = data->tau;
-    }
-    if (model->n.bearer > 0) { /* and some with ends */
+    if (has_pushed(model)) {
         if (*external)
             memcpy(data->pushed, *external, model->n.body * sizeof *data->pushed);
         else
             memset(data->pushed, 0, model->n.body * sizeof *data->pushed);
-        *external = data->pushed;
         kt_bearers_sweep(model, data, s->q, s->v);
     }
+    kt_effects_recall(model, data, tau, external);
     for (size_t i = 0; i < model->n.batch; i++)
         if ((!s->own || model->batch[i].type == KT_EFFECT_CUSTOM) &&
             !(model->batch[i].ends ? push_all(s, &model->batch[i]) : drive_all(s, &model->batch[i])))

@@ -131,6 +131,7 @@ static bool cross(crossing *c, double *a) {
         memcpy(a, try, c->model->n.v * sizeof *a);
         return true;
     }
+    c->data->iterations.capped++;
     return false;
 }
 
@@ -148,22 +149,20 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
 }
 
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, bool *crossed, kt_error *error) {
+                            const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    bool beside = false;
+    data->beside = false;
     size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     if (is_near_singular(model, data) && (!failed || is_singular(model, data))) {
         crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
         failed = kernels->forward(model, data, t, q, v, tau, external, true, data->scratch);
-        beside = !failed && cross(&c, data->scratch);
-        if (!failed && !beside)
+        data->beside = !failed && cross(&c, data->scratch);
+        if (!failed && !data->beside)
             failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     }
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
     if (failed)
         return refuse_singular(model, failed, t, &input, error);
-    if (crossed)
-        *crossed = beside;
     const kt_status status = kt_commit(model, data->scratch, a, "acceleration", error);
     if (status == KT_OK)
         return KT_OK;
@@ -187,5 +186,5 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
         return status;
     if (!model->n.group)
         return kt_forward_trusted(model, data, q, v, tau, external, a, error);
-    return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, NULL, error);
+    return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, error);
 }

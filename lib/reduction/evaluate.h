@@ -19,10 +19,21 @@ KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, do
                                         const double *v, const double **tau, const kt_wrench **external,
                                         kt_power *power, kt_error *error);
 
-/* kt_acceleration_evaluate for a model with loops, effects not included. *crossed (may be NULL): whether a comes from
- * beside a singular position; the groups' matrices are then not those of (t, q, v). */
+/* Points *tau and *external at the sums that kt_effects_apply has left in data, where there is something to sum. */
+void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
+
+/* kt_acceleration_evaluate for a model with loops, effects not included; data->beside tells whether a comes from beside
+ * a singular position. */
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, bool *crossed, kt_error *error);
+                            const double *tau, const kt_wrench *external, double *a, kt_error *error);
+
+/* What the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), has left in
+ * data, taken on to the kinematics of the motion, and to reactions (where either is not NULL). Nothing is computed
+ * again but what a singular position or a plane leave no trace of. The bits are those of kt_kinematics_update with a
+ * and of kt_reaction_evaluate. */
+KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, const double *tau, const kt_wrench *external, const double *a,
+                                        kt_wrench *joints, kt_wrench *loops, kt_error *error);
 
 /* Whether the wrenches that a caller gives are finite: recursions in a plane read of them what lies in it
  * alone, and would not notice. */

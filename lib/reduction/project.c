@@ -16,7 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { POSITION_MOST = 30, VELOCITY_MOST = 3 };
+enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* of each of two goes */
 
 void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal) {
     for (size_t g = 0; g < model->n.group; g++) {
@@ -42,6 +42,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
     double before = (double)INFINITY;
     bool regular = true, near = false;
     for (int i = 0;; i++) {
+        data->closing.position = (uint32_t)i;
         if (!kernels->look(model, data, t, q, v, NULL, violation))
             return KT_CLOSURE_NOT_FINITE;
         /* stop where rounding rules: it is small, and a further step has not halved it. (One that left a direction out
@@ -81,9 +82,12 @@ static kt_closure push_velocities(const kt_model *model, kt_data *data, bool reg
         return KT_CLOSURE_NOT_FINITE;
     const double given = violation->speed;
     double before = (double)INFINITY;
-    for (int i = 0;
-         i < VELOCITY_MOST && violation->slip > 10.0 * KT_CLOSED * violation->speed && violation->slip < 0.5 * before;
-         i++) {
+    for (int i = 0; violation->slip > 10.0 * KT_CLOSED * violation->speed && violation->slip < 0.5 * before; i++) {
+        if (i == VELOCITY_MOST) {
+            data->closing.capped = 1;
+            break;
+        }
+        data->closing.velocity++;
         before = violation->slip;
         if (!kernels->close(model, data, KT_METRIC_MASS, data->delta))
             return KT_CLOSURE_SINGULAR;
@@ -112,13 +116,12 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
 
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation) {
+    data->closing = (kt_iterations){0, 0, 0, 0};
     kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
     if (!(violation->gap <= tolerance))
         return KT_CLOSURE_OPEN;
-    if (!v)
-        return KT_CLOSURE_DONE;
     closure = close_velocities(model, data, v, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
@@ -248,6 +251,15 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
     return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
 }
 
+/* Adds what the last projection took to what has been taken. */
+static void remember(kt_data *data) {
+    kt_iterations *most = &data->iterations;
+    const kt_iterations *last = &data->closing;
+    most->position = last->position > most->position ? last->position : most->position;
+    most->velocity = last->velocity > most->velocity ? last->velocity : most->velocity;
+    most->capped += last->capped + (last->position == KT_POSITION_STEPS_MAX ? 1U : 0U);
+}
+
 kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
                            kt_error *error) {
     bool moved = false;
@@ -259,8 +271,9 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     if (!kt_unit_quaternions(model, new_q))
         return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
     if (model->n.group) {
-        const kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, POSITION_MOST, KT_CLOSED,
+        const kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, KT_POSITION_STEPS_MAX, KT_CLOSED,
                                                        KT_CLOSED_NEAR, &moved, &violation);
+        remember(data);
         if (closure != KT_CLOSURE_DONE)
             return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_NEAR, error);
     }

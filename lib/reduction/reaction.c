@@ -12,40 +12,44 @@
 
 #include <string.h>
 
-kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const double *tau, const kt_wrench *external, kt_wrench *joints, kt_wrench *loops,
-                               kt_error *error) {
-    const size_t bodies = model->n.body;
-    double *a = data->side + 2 * kt_lanes8(model->n.v);
-    kt_wrench *on_bodies = data->loaded;
-    bool crossed = false;
-    kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
-    if (status == KT_OK && model->n.effect)
-        status = kt_effects_apply(model, data, t, q, v, &tau, &external, error);
-    if (status != KT_OK)
-        return status;
+/* The wrenches on bodies into data: external ones, and the loops', which go into data as well. Data hold the equations
+ * of the last evaluation, but where that went beside the state or through a plane. */
+static void load(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const double *tau,
+                 const kt_wrench *external, const double *a) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    kt_effects_recall(model, data, &tau, &external);
     if (external)
-        memcpy(on_bodies, external, bodies * sizeof *on_bodies);
+        memcpy(data->loaded, external, model->n.body * sizeof *external);
     else
-        memset(on_bodies, 0, bodies * sizeof *on_bodies);
-    status = model->n.group
-                 ? kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, &crossed, error)
-                 : kt_forward_trusted(model, data, q, v, tau, external, a, error);
-    if (status == KT_OK && model->n.group) {
-        const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
-        if (crossed ||
-            model->sweep != KT_SWEEP_SPATIAL) /* the equations are those of a position beside, or in a plane */
-            (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
-        kernels->multipliers(model, data, v, a);
-        kernels->react(model, data, t, on_bodies, data->loop_wrench);
-    }
-    if (status == KT_OK)
-        status = kt_kinematics_update(model, data, q, v, a, error);
+        memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
+    if (!model->n.group)
+        return;
+    if (data->beside || model->sweep != KT_SWEEP_SPATIAL)
+        (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
+    kernels->multipliers(model, data, v, a);
+    kernels->react(model, data, t, data->loaded, data->loop_wrench);
+}
+
+kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double *tau, const kt_wrench *external, const double *a, kt_wrench *joints,
+                             kt_wrench *loops, kt_error *error) {
+    if (joints || loops)
+        load(model, data, t, q, v, tau, external, a);
+    const kt_status status = data->beside ? kt_kinematics_update(model, data, q, v, a, error)
+                                          : kt_kinematics_follow(model, data, q, v, a, error);
     if (status != KT_OK)
         return status;
     if (loops)
         memcpy(loops, data->loop_wrench, model->n.loop * sizeof *loops);
     if (joints)
-        kt_joint_reactions(model, data, on_bodies, joints);
+        kt_joint_reactions(model, data, data->loaded, joints);
     return KT_OK;
+}
+
+kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                               const double *tau, const kt_wrench *external, kt_wrench *joints, kt_wrench *loops,
+                               kt_error *error) {
+    double *a = data->side + 2 * kt_lanes8(model->n.v);
+    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, joints, loops, error) : status;
 }

@@ -131,5 +131,6 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(simulation->wrench_next, from + at.wrench_next, size->body * sizeof(kt_wrench));
     memcpy(simulation->seen, from + at.seen, size->seen * sizeof(double));
     kt_simulation_use_pushes(simulation);
+    simulation->held = KT_HELD_NOTHING;
     return KT_OK;
 }

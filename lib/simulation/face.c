@@ -3,6 +3,7 @@
  * `seen` is the tree's state at the current time. It is written after each step from that of the step before, so that
  * angles count whole turns; it is the one thing that a checkpoint holds besides the free state.
  */
+#include "reduction/evaluate.h"
 #include "simulation/absolute.h"
 #include "simulation/internal.h"
 
@@ -57,12 +58,15 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
     const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
     const kt_wrench *external = simulation->external;
     kt_simulation_push(simulation, q, &tau, &external);
-    if (!kt_simulation_is_absolute(simulation))
-        return kt_reaction_evaluate(simulation->model, simulation->data, t, q, v, tau, external, simulation->reaction,
-                                    simulation->loop_reaction, error);
-    kt_status status = kt_reaction_evaluate(simulation->model, simulation->data, t, q, v, tau, external, NULL,
-                                            simulation->free_reaction, error);
-    if (status == KT_OK)
+    const bool absolute = kt_simulation_is_absolute(simulation);
+    kt_wrench *joints = absolute ? NULL : simulation->reaction;
+    kt_wrench *loops = absolute ? simulation->free_reaction : simulation->loop_reaction;
+    const kt_status status =
+        simulation->held == KT_HELD_EVALUATION
+            ? kt_motion_complete(simulation->model, simulation->data, t, q, v, tau, external, simulation->a, joints,
+                                 loops, error)
+            : kt_reaction_evaluate(simulation->model, simulation->data, t, q, v, tau, external, joints, loops, error);
+    if (status == KT_OK && absolute)
         kt_absolute_reactions(simulation->face, q, simulation->tau, simulation->free_reaction, simulation->reaction,
                               simulation->loop_reaction);
     return status;

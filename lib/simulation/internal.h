@@ -18,7 +18,15 @@ typedef struct kt_simulation_memory {
     kt_pushes next;      /* what the next step will have */
     bool waits;          /* `next` was set since the last step */
     uint64_t factorizations;
+    kt_iterations iterations;
 } kt_simulation_memory;
+
+/* What data hold of the present state, and need not find again. */
+typedef enum kt_held {
+    KT_HELD_NOTHING = 0,
+    KT_HELD_POSES,      /* the poses, left by the projection or by kinematics */
+    KT_HELD_EVALUATION, /* all that is left by the evaluation that gave `slope`, if that is the present state's */
+} kt_held;
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
@@ -72,7 +80,9 @@ struct kt_simulation {
     unsigned record; /* KT_RECORD_ bits to compute */
     bool kinematics; /* a record's data are updated */
     kt_simulation_memory memory;
-    kt_error cause; /* of the last callback that failed; code KT_OK: none did in this step */
+    kt_held held;
+    const double *slope; /* as the integrator was given it by the last evaluation */
+    kt_error cause;      /* of the last callback that failed; code KT_OK: none did in this step */
 #define KT_SIMULATION_DECLARE(type, name, count, meaning) type *name;
     KT_SIMULATION_FIELDS(KT_SIMULATION_DECLARE)
 #undef KT_SIMULATION_DECLARE
@@ -122,17 +132,31 @@ void kt_simulation_show(kt_simulation *simulation, double t, const double *y, co
 /* The free state y of a closed state of the face (absolute formulation only). */
 KT_CHECKED kt_status kt_simulation_take_face(kt_simulation *simulation, double t, const double *q, const double *v,
                                              double *y, kt_error *error);
-/* The reactions of a record; leaves the kinematics of its motion in data. */
+/* The reactions of a record, as kt_simulation_tell; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Makes the pushes that wait those of the next step. */
 KT_CHECKED kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error);
+
+/* Takes over how far iterations have gone. */
+void kt_simulation_count(kt_simulation *simulation);
 
 /* One step; the records are left alone. */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
 /* Tells an error of the integrator or of a callback again, with the time in front. */
 kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt_error *error);
+
+/* A record of no state yet. */
+kt_record kt_record_empty(int64_t index, double time);
+
+/* All that is asked for of the state in y, whose accelerations are in `a`, where `accelerated`; data hold of it what
+ * `held` says. The kinematics come last: they stay in the data. */
+KT_CHECKED kt_status kt_simulation_tell(kt_simulation *simulation, bool accelerated, kt_record *record,
+                                        kt_error *error);
+
+/* Whether kt_simulation_run has not yet handed over all records before the current time. */
+bool kt_simulation_owes_records(const kt_simulation *simulation);
 
 /* Leaves out the records before the current time: nobody asked for them while it passed. */
 void kt_simulation_skip_records(kt_simulation *simulation);

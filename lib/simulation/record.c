@@ -4,6 +4,8 @@
  * Between a step's ends the interpolated quaternions are off unit norm by the interpolation's error: they are scaled in
  * the record, not in the state.
  */
+#include "dynamics/kernel.h"
+#include "reduction/evaluate.h"
 #include "simulation/internal.h"
 
 #include <float.h>
@@ -30,6 +32,11 @@ static double record_time(const kt_simulation *simulation, int64_t k) {
 }
 
 int64_t kt_simulation_record_count(const kt_simulation *simulation) { return simulation->record_count; }
+
+bool kt_simulation_owes_records(const kt_simulation *simulation) {
+    const int64_t k = simulation->memory.next_record;
+    return k < simulation->record_count && record_time(simulation, k) < kt_integrator_time(simulation->integrator);
+}
 
 void kt_simulation_skip_records(kt_simulation *simulation) {
     double t = kt_integrator_time(simulation->integrator);
@@ -61,6 +68,17 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
     return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
 }
 
+/* The kinematics of the state in y, from what data hold of it. */
+static kt_status move(kt_simulation *simulation, double t, const double *a, kt_error *error) {
+    const kt_model *model = simulation->model;
+    kt_data *data = simulation->data;
+    const double *q = simulation->y, *v = q + simulation->size.nq;
+    if (simulation->held == KT_HELD_EVALUATION)
+        return kt_motion_complete(model, data, t, q, v, NULL, NULL, a, NULL, NULL, error);
+    return simulation->held == KT_HELD_POSES ? kt_kinematics_follow(model, data, q, v, a, error)
+                                             : kt_kinematics_update(model, data, q, v, a, error);
+}
+
 /* Kinematics, and what is read from them. Energies are those of what is stepped. */
 static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
@@ -72,7 +90,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
         record->reactions = simulation->reaction;
         record->loop_reactions = simulation->loop_reaction;
     } else {
-        status = kt_kinematics_update(model, data, q, v, record->a != NULL ? simulation->a : NULL, error);
+        status = move(simulation, t, record->a != NULL ? simulation->a : NULL, error);
     }
     if (status != KT_OK)
         return status;
@@ -86,32 +104,45 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     return kt_kinematics_update(simulation->face, simulation->face_data, record->q, record->v, record->a, error);
 }
 
-/* Everything that is asked for, of the state in y. The kinematics come last: they stay in the data. */
-static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
-    const kt_model *model = simulation->model;
+kt_status kt_simulation_tell(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     kt_status status = KT_OK;
-    if (accelerates && kt_simulation_evaluate(simulation, t, q, simulation->tau, simulation->external, NULL,
-                                              simulation->a, NULL, error) != 0)
-        return error->code;
-    kt_simulation_show(simulation, t, q, accelerates ? simulation->a : NULL, &record->q, &record->v, &record->a);
-    if ((simulation->record & KT_RECORD_CONSTRAINT) != 0)
-        status = kt_loop_residual(model, simulation->data, t, q, v, &record->constraint, error);
+    record->work = kt_simulation_work_of(simulation, q);
+    kt_simulation_show(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
+    if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
+        status = kt_loop_residual(simulation->model, simulation->data, t, q, v, &record->constraint, error);
+        simulation->held = simulation->groups > 0 ? KT_HELD_POSES : simulation->held;
+    }
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
 
-static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+/* Everything that is asked for, of the state in y at any time. */
+static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
+    simulation->held = KT_HELD_NOTHING;
+    if (accelerates && kt_simulation_evaluate(simulation, record->time, simulation->y, simulation->tau,
+                                              simulation->external, NULL, simulation->a, NULL, error) != 0)
+        return error->code;
+    const kt_status status = kt_simulation_tell(simulation, accelerates, record, error);
+    simulation->held = KT_HELD_NOTHING;
+    return status;
+}
+
+kt_record kt_record_empty(int64_t index, double time) {
     kt_record record = {0};
-    record.index = simulation->memory.next_record;
-    record.time = record_time(simulation, record.index);
+    record.index = index;
+    record.time = time;
     record.kinetic = record.potential = (double)NAN;
     record.constraint.position = record.constraint.velocity = (double)NAN;
+    return record;
+}
 
+static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    const int64_t k = simulation->memory.next_record;
+    kt_record record = kt_record_empty(k, record_time(simulation, k));
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
-    record.work = kt_simulation_work_of(simulation, simulation->y);
     if (status == KT_OK) {
         status = evaluate_record(simulation, &record, &from);
         if (status != KT_OK)

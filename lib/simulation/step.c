@@ -78,6 +78,7 @@ KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, con
 
 int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
                            const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
+    simulation->held = KT_HELD_NOTHING;
     return evaluate(simulation, t, y, tau, external, slope, a, power, error);
 }
 
@@ -87,6 +88,9 @@ int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y,
 KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
     const int result = evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
                                 dydt + simulation->size.nq, power, &simulation->cause);
+    /* powers, and a right-hand side of the caller's, leave in data what they like */
+    simulation->held = power == NULL && simulation->acceleration == NULL ? KT_HELD_EVALUATION : KT_HELD_NOTHING;
+    simulation->slope = dydt;
     if (result != 0) /* at the present state every step begins: no smaller one helps */
         return result > 0 && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
     if (simulation->size.nq == 0)
@@ -165,6 +169,8 @@ static kt_status say_not_finite(const kt_simulation *simulation, int body, const
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
+    if ((simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected)
+        simulation->held = status == KT_OK && simulation->projection == NULL ? KT_HELD_POSES : KT_HELD_NOTHING;
     return status == KT_OK ? 0 : is_recoverable(status) ? 1 : -1;
 }
 
@@ -282,6 +288,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     kt_status status = kt_simulation_take_pushes(simulation, &from);
     if (status == KT_OK)
         status = kt_integrator_step(simulation->integrator, t_limit, &from);
+    if (simulation->groups > 0)
+        kt_simulation_count(simulation);
     if (status != KT_OK)
         return kt_simulation_fail(simulation, &from, error);
     kt_simulation_see(simulation, kt_integrator_time(simulation->integrator) - t);
@@ -339,6 +347,9 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     }
     if (status != KT_OK)
         return status;
+    simulation->held = KT_HELD_NOTHING;
+    simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
+    kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
 }
@@ -377,10 +388,4 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     kt_simulation_show(simulation, t, y, simulation->a, &q, &v, &shown);
     memcpy(a, shown, simulation->size.face_nv * sizeof(double));
     return KT_OK;
-}
-
-kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
-    kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
-    kt_simulation_counts counts = {from.steps, from.rejected, from.evaluations, simulation->memory.factorizations};
-    return counts;
 }

@@ -111,7 +111,7 @@ static void look(kt_integrator *it, snapshot *s) {
     kt_error error;
     memset(s, 0, sizeof *s);
     kt_integrator_save(it, &s->memory, s->y, NULL);
-    s->memory.counts = (kt_integrator_counts){0, 0, 0};
+    s->memory.counts = (kt_integrator_counts){0, 0, 0, 0};
     for (int i = 0; i < 3; i++) {
         const double t = s->memory.previous_t + (0.2 + 0.35 * i) * (s->memory.t - s->memory.previous_t);
         is_ok("value", kt_integrator_interpolate(it, t, s->within[i], &error), &error);

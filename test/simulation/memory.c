@@ -58,6 +58,7 @@ KT_TEST(nothing_allocates_after_placing) {
     kt_simulation *simulation = NULL;
     int records = 0;
     double torque[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_record sensed;
     run.record = KT_RECORD_ENERGY | KT_RECORD_REACTION;
     run.integrator = "dop853";
     size_t size = kt_simulation_size(model, &run, NULL);
@@ -69,6 +70,7 @@ KT_TEST(nothing_allocates_after_placing) {
     kt_interpose_start();
     kt_status status = kt_simulation_set_torque(simulation, torque, &error);
     status = status == KT_OK ? kt_simulation_advance(simulation, 1.0, &error) : status;
+    status = status == KT_OK ? kt_simulation_sense(simulation, &sensed, &error) : status;
     kt_simulation_save(simulation, block);
     status = status == KT_OK ? kt_simulation_run(simulation, count_records, &records, &error) : status;
     status = status == KT_OK ? kt_simulation_restore(simulation, block, &error) : status;

@@ -1,0 +1,448 @@
+/* Sensors: what a record of the present state shows is to the bit what a run that evaluates everything anew records,
+ * and showing it costs no evaluation and moves no bit. Every bundled scene is held to that.
+ */
+#include "scenes.h"
+
+#include "kinetree/scene.h"
+#include "model/internal.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEPS = 12, MOST = 4096, TREE = 60, FREE = 16 }; /* bodies: more take long */
+
+/* ---- scenes ------------------------------------------------------------------------------------------------------ */
+
+static int is_scene(const struct dirent *entry) {
+    const size_t length = strlen(entry->d_name);
+    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+typedef void visitor(const char *name, const kt_model *model, const kt_run *run, void *user);
+
+/* Every bundled scene, one after the other, compiled for `formulation`; run is the scene's own. */
+static void for_each_scene(kt_formulation formulation, visitor *visit, void *user) {
+    struct dirent **entries = NULL;
+    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    kt_check_above("scenes", count, 40);
+    for (int i = 0; i < count; i++) {
+        char path[1024];
+        kt_scene scene;
+        kt_error error;
+        kt_model *model = NULL;
+        kt_model_options options = kt_model_options_default();
+        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
+        if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
+            const bool large = scene.description.body_count > (formulation == KT_FORMULATION_ABSOLUTE ? FREE : TREE);
+            options.reduction = scene.run.reduction;
+            options.metric = scene.run.metric;
+            options.formulation = formulation;
+            if (!large &&
+                kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, &options, &model, &error), &error))
+                visit(entries[i]->d_name, model, &scene.run, user);
+            kt_model_free(model);
+            kt_scene_free(&scene);
+        }
+        free(entries[i]);
+    }
+    free(entries);
+}
+
+/* A fixed step that suits the scene; the governor's springs bear no more. */
+static kt_run run_of(const char *name, const kt_run *given, const char *method, unsigned record) {
+    const double part = strcmp(name, "flyball-governor.yaml") == 0 ? 1e-6 : 1e-4;
+    kt_run run = kt_run_fixed(method, part * given->duration, STEPS * (part * given->duration));
+    run.interval = run.step;
+    run.record = record;
+    return run;
+}
+
+static kt_simulation *simulate(const kt_model *model, const kt_run *run) {
+    kt_simulation_options options = kt_simulation_options_default();
+    options.kinematics = true;
+    return kt_scene_simulate(model, run, &options);
+}
+
+/* ---- what is shown ----------------------------------------------------------------------------------------------- */
+
+/* All numbers of a record and of its data, one after the other. */
+typedef struct numbers {
+    int count;
+    double x[MOST];
+} numbers;
+
+static void add(numbers *n, const double *x, int count) {
+    for (int i = 0; x != NULL && i < count && n->count < MOST; i++)
+        n->x[n->count++] = x[i];
+}
+
+static void add_bodies(numbers *n, const kt_model *model, const kt_data *data) {
+    const kt_vec3 at = {0.1, -0.2, 0.3};
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_pose pose = kt_body_pose(model, data, body);
+        const kt_twist velocity = kt_body_twist(model, data, body), change = kt_body_acceleration(model, data, body);
+        const kt_vec3 p[3] = {kt_point_position(model, data, body, at), kt_point_velocity(model, data, body, at),
+                              kt_point_acceleration(model, data, body, at)};
+        add(n, &pose.rotation.x.x, 9);
+        add(n, &velocity.angular.x, 6);
+        add(n, &change.angular.x, 6);
+        add(n, &p[0].x, 9);
+    }
+}
+
+static void collect(const kt_model *model, const kt_record *record, numbers *n) {
+    const double others[] = {record->time, record->kinetic, record->potential, record->constraint.position,
+                             record->constraint.velocity};
+    n->count = 0;
+    add(n, record->q, kt_model_nq(model));
+    add(n, record->v, kt_model_nv(model));
+    add(n, record->a, kt_model_nv(model));
+    add(n, others, 5);
+    if (record->reactions != NULL) {
+        add(n, &record->reactions[0].moment.x, 6 * kt_model_body_count(model));
+        add(n, &record->loop_reactions[0].moment.x, 6 * kt_loop_count(model));
+    }
+    if (record->data != NULL)
+        add_bodies(n, model, record->data);
+}
+
+typedef struct album {
+    const kt_model *model;
+    int count;
+    numbers *page; /* STEPS + 1 */
+} album;
+
+static int keep(const kt_record *record, void *user) {
+    album *a = user;
+    if (a->count > STEPS)
+        return -1;
+    collect(a->model, record, &a->page[a->count++]);
+    return 0;
+}
+
+/* ---- the same bits ----------------------------------------------------------------------------------------------- */
+
+typedef struct comparison {
+    kt_formulation formulation;
+    const char *method;
+    unsigned record;
+    long compared, differing;
+    char first[160];
+} comparison;
+
+static void compare(const char *name, const kt_model *model, const kt_run *given, void *user) {
+    static numbers pages[STEPS + 1], shown;
+    comparison *c = user;
+    kt_run run = run_of(name, given, c->method, c->record);
+    run.formulation = c->formulation;
+    kt_simulation *recorded = simulate(model, &run), *sensed = simulate(model, &run);
+    album a = {model, 0, pages};
+    kt_record record;
+    kt_error error;
+    bool fine =
+        recorded != NULL && sensed != NULL && kt_fine(name, kt_simulation_run(recorded, keep, &a, &error), &error);
+    for (int k = 0; k <= STEPS && fine; k++) {
+        fine = kt_fine(name, kt_simulation_sense(sensed, &record, &error), &error);
+        if (!fine)
+            break;
+        collect(model, &record, &shown);
+        c->compared += shown.count;
+        for (int i = 0; i < shown.count; i++) {
+            const bool same = memcmp(&shown.x[i], &pages[k].x[i], sizeof(double)) == 0;
+            if (!same && c->differing++ == 0)
+                snprintf(c->first, sizeof c->first, "%s: record %d, number %d of %d: %.17g, not %.17g", name, k, i,
+                         shown.count, shown.x[i], pages[k].x[i]);
+        }
+        c->differing += shown.count != pages[k].count;
+        if (k < STEPS)
+            fine = kt_fine(name, kt_simulation_step(sensed, HUGE_VAL, &error), &error);
+    }
+    kt_simulation_free(recorded);
+    kt_simulation_free(sensed);
+}
+
+static const unsigned every = KT_RECORD_ACCELERATION | KT_RECORD_REACTION | KT_RECORD_ENERGY;
+
+static void check_all(kt_formulation formulation, const char *method, unsigned record) {
+    comparison c = {.formulation = formulation, .method = method, .record = record};
+    for_each_scene(formulation, compare, &c);
+    if (c.differing > 0)
+        kt_note("%s, records %u: %s", method, record, c.first);
+    kt_check_above("numbers compared", (double)c.compared, 10000.0);
+    kt_check_equal_int(method, c.differing, 0);
+}
+
+KT_TEST(sensors_show_to_the_bit_what_a_run_records) {
+    static const char *const methods[] = {"rk4", "dopri5", "dop853", "rkc2"};
+    for (int i = 0; i < 4; i++)
+        check_all(KT_FORMULATION_TREE, methods[i], every);
+}
+
+/* Each part by itself: what the others leave or spoil is not there. */
+KT_TEST(sensors_show_to_the_bit_each_part_alone) {
+    static const unsigned parts[] = {KT_RECORD_POSITION,
+                                     KT_RECORD_ACCELERATION,
+                                     KT_RECORD_REACTION,
+                                     KT_RECORD_ACCELERATION | KT_RECORD_CONSTRAINT,
+                                     KT_RECORD_REACTION | KT_RECORD_CONSTRAINT,
+                                     KT_RECORD_BALANCE};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        check_all(KT_FORMULATION_TREE, "rk4", parts[i]);
+        check_all(KT_FORMULATION_TREE, "tsit5", parts[i]);
+    }
+}
+
+KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FORMULATION_ABSOLUTE, "rk4", every); }
+
+/* Through ten singular positions of two four-bars in a row, at and next to which accelerations are those of states
+ * beside: against an evaluation with data of its own. */
+KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
+    static kt_wrench joints[16], loops[16];
+    kt_scene scene;
+    kt_error error;
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_record record;
+    if (!kt_fine("scene", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error) ||
+        !kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error) ||
+        !kt_fine("data", kt_data_create(model, &data, &error), &error))
+        return;
+    kt_run run = kt_run_fixed("rk4", 2e-3, 10.0);
+    run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    int beside = 0, differing = 0;
+    for (int k = 0; k < 5000; k++) {
+        if (!kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error) ||
+            !kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error) ||
+            !kt_fine(
+                "reactions",
+                kt_reaction_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, joints, loops, &error),
+                &error))
+            break;
+        beside += data->beside;
+        differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
+        differing += memcmp(loops, record.loop_reactions, (size_t)kt_loop_count(model) * sizeof *loops) != 0;
+        for (int body = 1; body < kt_model_body_count(model); body++) {
+            const kt_twist a = kt_body_acceleration(model, record.data, body),
+                           b = kt_body_acceleration(model, data, body);
+            differing += memcmp(&a, &b, sizeof a) != 0;
+        }
+    }
+    kt_check_above("states at singular positions", beside, 10);
+    kt_check_equal_int("differing", differing, 0);
+    kt_simulation_free(simulation);
+    kt_data_free(data);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
+
+/* ---- what it costs ----------------------------------------------------------------------------------------------- */
+
+/* When torques are set. */
+typedef enum moment { NEVER, BEFORE_SENSING, AFTER_SENSING } moment;
+
+typedef struct price {
+    const char *method;
+    bool fixed;
+    moment order;
+    int scenes;
+    long more;        /* evaluations and factorisations that sensing has added, over all scenes */
+    long least, most; /* that it may add */
+    long moved;       /* scenes whose state differs */
+} price;
+
+static void set(kt_simulation *simulation, int nv, int k) {
+    double torque[MOST];
+    kt_error error;
+    for (int i = 0; i < nv && i < MOST; i++)
+        torque[i] = 1e-3 * sin(1.0 + k + 0.7 * i);
+    (void)kt_fine("torques", kt_simulation_set_torque(simulation, torque, &error), &error);
+}
+
+static bool go(const char *name, kt_simulation *simulation, int nv, bool senses, moment order) {
+    kt_record record;
+    kt_error error;
+    bool fine = true;
+    for (int k = 0; k < STEPS && fine; k++) {
+        if (order == BEFORE_SENSING)
+            set(simulation, nv, k);
+        fine = !senses || kt_fine(name, kt_simulation_sense(simulation, &record, &error), &error);
+        if (order == AFTER_SENSING)
+            set(simulation, nv, k);
+        fine = fine && kt_fine(name, kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+    }
+    return fine;
+}
+
+static void count(const char *name, const kt_model *model, const kt_run *given, void *user) {
+    price *p = user;
+    kt_run run = run_of(name, given, p->method, KT_RECORD_ACCELERATION | KT_RECORD_REACTION);
+    if (!p->fixed)
+        run.step = 0.0;
+    run.interval = 0.0;
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model);
+    kt_simulation *plain = simulate(model, &run), *sensed = simulate(model, &run);
+    if (plain != NULL && sensed != NULL && go(name, plain, nv, false, p->order) &&
+        go(name, sensed, nv, true, p->order)) {
+        const kt_simulation_counts a = kt_simulation_counts_get(plain), b = kt_simulation_counts_get(sensed);
+        const double *q[2] = {kt_simulation_positions(plain), kt_simulation_positions(sensed)};
+        const long more = (long)(b.evaluations - a.evaluations);
+        if (more > 0 && p->order != AFTER_SENSING)
+            kt_note("%s, %s: %ld evaluations more", name, p->method, more);
+        p->more += more + (p->order == AFTER_SENSING ? 0 : (long)(b.factorizations - a.factorizations));
+        p->moved += memcmp(q[0], q[1], (size_t)(nq + nv) * sizeof(double)) != 0;
+        /* what ends with an evaluation of the very state needs no other, if the projection lets that be */
+        const bool ends = kt_method_find(p->method)->fsal, stays = nq == nv && kt_loop_count(model) == 0;
+        p->least += p->order != AFTER_SENSING ? 0 : ends ? 1 : STEPS;
+        p->most += p->order != AFTER_SENSING ? 0 : ends && stays ? 1 : STEPS;
+        p->scenes++;
+    }
+    kt_simulation_free(plain);
+    kt_simulation_free(sensed);
+}
+
+static void check_price(price p) {
+    for_each_scene(KT_FORMULATION_TREE, count, &p);
+    kt_check_above("scenes", p.scenes, 40);
+    kt_check_above(p.method, (double)p.more, (double)p.least);
+    kt_check_below(p.method, (double)p.more, (double)p.most);
+    kt_check_equal_int("scenes that move otherwise", p.moved, 0);
+}
+
+KT_TEST(steps_with_sensors_evaluate_as_often_as_without) {
+    static const char *const methods[] = {"euler", "rk4", "bs32", "dopri5", "tsit5", "dop853", "rkc2", "rkc4"};
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
+        check_price((price){.method = methods[i], .fixed = true, .order = NEVER});
+        check_price((price){.method = methods[i], .fixed = true, .order = BEFORE_SENSING});
+    }
+}
+
+KT_TEST(adaptive_steps_with_sensors_are_the_same) {
+    check_price((price){.method = "dopri5", .order = NEVER});
+    check_price((price){.method = "dop853", .order = BEFORE_SENSING});
+}
+
+/* The first sensing always evaluates: there was no step before it. */
+KT_TEST(torques_set_after_sensing_cost_an_evaluation_where_no_step_ends_with_one) {
+    check_price((price){.method = "rk4", .fixed = true, .order = AFTER_SENSING});
+    check_price((price){.method = "dopri5", .fixed = true, .order = AFTER_SENSING});
+}
+
+/* ---- between the steps ------------------------------------------------------------------------------------------- */
+
+/* Stops within a step, sets a torque, looks or not, and goes on. */
+static void interrupt(const kt_model *model, bool looks, album *kept) {
+    kt_run run = kt_run_fixed("dopri5", 0.1, 0.1 * STEPS / 2.0);
+    run.interval = 0.05;
+    run.record = KT_RECORD_ACCELERATION;
+    const double torque = 3.0;
+    kt_simulation *simulation = simulate(model, &run);
+    kt_error error;
+    kt_record record;
+    kt_kept *stopper = kt_kept_empty(model);
+    stopper->stop_at = 4; /* at 0.2, where the step that ends at 0.3 is not yet made; 5 lies within it */
+    kt_check_equal_int("stopped", kt_simulation_run(simulation, kt_keep, stopper, &error), KT_ERROR_CALLBACK);
+    kt_check_true("step", kt_fine("step", kt_simulation_set_torque(simulation, &torque, &error), &error));
+    stopper->stop_at = 5;
+    kt_check_equal_int("stopped", kt_simulation_run(simulation, kt_keep, stopper, &error), KT_ERROR_CALLBACK);
+    kt_check_near("a record is owed before the time, s", kt_simulation_time(simulation) - stopper->time[5], 0.05,
+                  1e-15);
+    const double other = -2.0;
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, &other, &error), &error);
+    if (looks && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error)) {
+        double a;
+        kt_check_near("time, s", record.time, kt_simulation_time(simulation), 0.0);
+        (void)kt_fine("acceleration", kt_simulation_acceleration(simulation, &a, &error), &error);
+        kt_check_equal_bits("acceleration under the next torque", record.a, &a, 1);
+    }
+    kept->count = 0;
+    (void)kt_fine("run", kt_simulation_run(simulation, keep, kept, &error), &error);
+    kt_simulation_free(simulation);
+}
+
+KT_TEST(sensing_between_records_of_a_step_changes_none) {
+    static numbers pages[2][STEPS + 1];
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.5);
+    kt_model *model = kt_scene_compile(&lone.description);
+    album with = {model, 0, pages[0]}, without = {model, 0, pages[1]};
+    interrupt(model, true, &with);
+    interrupt(model, false, &without);
+    kt_check_equal_int("records", with.count, without.count);
+    kt_check_above("records", with.count, 5);
+    for (int i = 0; i < with.count; i++)
+        kt_check_equal_bits("record", with.page[i].x, without.page[i].x, (size_t)without.page[i].count);
+    kt_model_free(model);
+}
+
+static int refuse(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    (void)rate, (void)error;
+    a[0] = -at->q[0];
+    return *(int *)user;
+}
+
+KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.5);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
+    run.record = KT_RECORD_ACCELERATION;
+    kt_simulation_options options = kt_simulation_options_default();
+    int answer = 0;
+    options.acceleration = refuse;
+    options.user = &answer;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_error error = {0};
+    kt_record record = {.index = 77};
+    answer = -1;
+    kt_check_equal_int("refused", kt_simulation_sense(simulation, &record, &error), KT_ERROR_CALLBACK);
+    kt_check_contains("where", error.where, "t = 0 s");
+    kt_check_equal_int("record", record.index, 77);
+    answer = 0;
+    kt_check_true("sense", kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error));
+    kt_check_equal_int("no number", record.index, -1);
+    const double expected = -1.0;
+    kt_check_equal_bits("the caller's acceleration", record.a, &expected, 1);
+    kt_check_true("step", kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error));
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- what it means ----------------------------------------------------------------------------------------------- */
+
+/* A point mass on a link of 1 m: an accelerometer in it shows, along the link, what carries it: g cos x + x'^2, and
+ * across it nothing, whatever the motion; the joint bears the same, along the link. */
+KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.5);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
+    run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_worst along = kt_worst_make("along the link, m/s^2"), across = kt_worst_make("across it, m/s^2");
+    kt_worst borne = kt_worst_make("force in the joint, N");
+    kt_record record;
+    kt_error error;
+    for (int k = 0; k < 1000; k++) {
+        if (!kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error) ||
+            !kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
+            break;
+        const kt_mat3 axes = kt_body_pose(model, record.data, 1).rotation;
+        const kt_vec3 a = kt_point_acceleration(model, record.data, 1, kt_vec3_make(0.0, -1.0, 0.0));
+        const kt_vec3 felt = kt_mat3_apply_transposed(axes, kt_vec3_sub(a, kt_model_gravity(model)));
+        const kt_vec3 force = kt_mat3_apply_transposed(axes, record.reactions[1].force);
+        const double x = record.q[0], w = record.v[0], expected = 9.81 * cos(x) + w * w;
+        /* up to 30 m/s^2, a few roundings of it: measured 1.1e-14 at most */
+        kt_worst_near(&along, felt.y, expected, 2e-14, "step %d", k);
+        kt_worst_near(&across, felt.x, 0.0, 2e-14, "step %d", k);
+        kt_worst_near(&borne, force.y, expected, 2e-14, "step %d", k);
+    }
+    kt_check_worst(&along);
+    kt_check_worst(&across);
+    kt_check_worst(&borne);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
