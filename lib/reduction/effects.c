@@ -136,9 +136,6 @@ KT_INLINE bool push_all(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
-<<<<<<< HEAD
-/* s->power and s->own are known where this is expanded. */
-=======
 /* Whether there are effects on joints; with ends. */
 KT_INLINE bool has_driven(const kt_model *model) { return model->n.effect > 0 && model->batch[0].ends == 0; }
 KT_INLINE bool has_pushed(const kt_model *model) { return model->n.bearer > 0; }
@@ -150,8 +147,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
         *external = data->pushed;
 }
 
-/* s->power is known where this is expanded. */
->>>>>>> main
+/* s->power and s->own are known where this is expanded. */
 KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
