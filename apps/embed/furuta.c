@@ -278,7 +278,7 @@ int main(int argc, char **argv) {
     fixed.integrator = "rk4";
     fixed.step = 1e-3;
     controller c = {.x = {0.0, pi, 0.0, 0.0}};
-    findings f;
+    findings f = {0};
     if (csv != NULL)
         fprintf(csv, "time,position.arm,position.pendulum,velocity.arm,velocity.pendulum,torque.motor\n");
     kt_status status = describe(&model, &error);
