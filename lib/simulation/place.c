@@ -200,7 +200,7 @@ kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt
     measure(model, &wish, &sizes);
     size_t needed = lay_out(NULL, &sizes);
     bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
-    if (size < needed || misaligned)
+    if (memory == NULL || size < needed || misaligned)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL,
                             "a simulation takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed,
                             KT_ALIGNMENT, size, misaligned ? ", misaligned" : "");
