@@ -198,7 +198,7 @@ KT_TEST(sensors_show_to_the_bit_each_part_alone) {
 KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FORMULATION_ABSOLUTE, "rk4", every); }
 
 /* Through ten singular positions of two four-bars in a row, at and next to which accelerations are those of states
- * beside: against an evaluation with data of its own. */
+ * beside: against an evaluation, and kinematics from nothing, with data of their own. */
 KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     static kt_wrench joints[16], loops[16];
     kt_scene scene;
@@ -225,6 +225,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
         beside += data->beside;
         differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
         differing += memcmp(loops, record.loop_reactions, (size_t)kt_loop_count(model) * sizeof *loops) != 0;
+        (void)kt_fine("kinematics", kt_kinematics_update(model, data, record.q, record.v, record.a, &error), &error);
         for (int body = 1; body < kt_model_body_count(model); body++) {
             const kt_twist a = kt_body_acceleration(model, record.data, body),
                            b = kt_body_acceleration(model, data, body);
