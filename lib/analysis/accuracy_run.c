@@ -89,10 +89,8 @@ static int watch(const kt_record *record, void *user) {
     error->end_position = norm.position;
     error->end_velocity = norm.velocity;
     error->energy = larger(error->energy, fabs(record->kinetic + record->potential - study->reference.energy[row]));
-    if (!isnan(record->constraint.position)) {
-        error->constraint.position = larger(error->constraint.position, record->constraint.position);
-        error->constraint.velocity = larger(error->constraint.velocity, record->constraint.velocity);
-    }
+    error->constraint.position = larger(error->constraint.position, record->constraint.position);
+    error->constraint.velocity = larger(error->constraint.velocity, record->constraint.velocity);
     return 0;
 }
 

@@ -201,7 +201,13 @@ static void solve_column(work *w, double *d, const double *e) {
 
 /* ---- the call ---------------------------------------------------------------------------------------------------- */
 
-static kt_status refuse_singular(const work *w, kt_error *error) {
+/* The acceleration there may come from states beside, which are not near. */
+static kt_status refuse_singular(const work *w, const double *q, const double *v, kt_error *error) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    kt_violation violation;
+    if (w->model->n.group)
+        (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
+               kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
     for (size_t g = 0; g < w->model->n.group; g++)
         if (w->data->near[g])
             return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
@@ -217,7 +223,7 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
     const size_t n = w->n, size = kt_derivative_work_size(model);
     kt_status status = kt_acceleration_evaluate(model, w->data, w->t, q, v, tau, external, w->a, error);
     if (status == KT_OK)
-        status = refuse_singular(w, error);
+        status = refuse_singular(w, q, v, error);
     if (status == KT_OK)
         status = kt_dynamics_mass(model, w->data, q, w->mass, error);
     if (status == KT_OK)

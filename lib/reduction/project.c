@@ -122,8 +122,6 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
         return closure;
     if (!(violation->gap <= tolerance))
         return KT_CLOSURE_OPEN;
-    if (!v)
-        return KT_CLOSURE_DONE;
     closure = close_velocities(model, data, v, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;

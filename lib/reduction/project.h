@@ -26,7 +26,7 @@ void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal);
 
 /* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or what rounding leaves;
  * OPEN where q does not get closed to `tolerance`, or v does not (then *violation.gap is closed). *changed becomes true
- * where any number changed. v may be NULL. */
+ * where any number changed. */
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation);
 

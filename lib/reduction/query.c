@@ -27,8 +27,14 @@ kt_freedom kt_model_freedom(const kt_model *model) {
 }
 
 size_t kt_group_lay_out(kt_group *group) {
-    kt_group_work w;
-    return kt_group_layout(group, NULL, NULL, &w, group->at);
+    const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
+    size_t used = 0, *at = group->at;
+#define KT_GROUP_PLACE(name, count, meaning)                                                                           \
+    *at++ = used;                                                                                                      \
+    used += ((count) + 7) / 8 * 8;
+    KT_GROUP_FIELDS(KT_GROUP_PLACE)
+#undef KT_GROUP_PLACE
+    return used;
 }
 
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {

@@ -55,26 +55,6 @@ static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
 }
 
-/* Places a group's matrices at base (NULL: only measures), and keeps their places in `at` (NULL: not); returns the
- * numbers they take. */
-static inline size_t kt_group_layout(const kt_group *group, double *base, int32_t *pivot, kt_group_work *w,
-                                     size_t at[KT_GROUP_MATRICES]) {
-    const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
-    size_t used = 0, matrix = 0;
-    w->m = group->v_count;
-    w->k = group->count[KT_ROWS_ALL];
-    w->pivot = pivot;
-    w->weight = NULL;
-#define KT_GROUP_PLACE(name, count, meaning)                                                                           \
-    w->name = base ? base + used : NULL;                                                                               \
-    if (at)                                                                                                            \
-        at[matrix++] = used;                                                                                           \
-    used += ((count) + 7) / 8 * 8;
-    KT_GROUP_FIELDS(KT_GROUP_PLACE)
-#undef KT_GROUP_PLACE
-    return used;
-}
-
 /* Finds a group's matrices in the data. */
 KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
     const kt_group *group = &model->group[g];

@@ -1,4 +1,4 @@
-/* Linearisations, modes, spectra and sets asked for what they cannot do, or for nothing: words, and nothing touched. */
+/* Linearisations, modes and spectra asked for what they cannot do, or for nothing: words, and nothing touched. */
 #include "../reduction/linkage.h"
 #include "small.h"
 
@@ -129,6 +129,8 @@ KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
         check_words("told nowhere beside", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, &e), &e,
                     KT_ERROR_EFFECT, "its callback cannot tell its force here (code 1)");
         kt_check_contains("where", e.where, "effect 'spring'");
+        kt_check_equal_int("nobody need hear of it",
+                           kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, NULL), KT_ERROR_EFFECT);
         kt_check_equal_bits("what was known stays", s.system->state + 1, &stiffness, 1);
         check_words("no time", kt_linearization_evaluate(s.linearization, HUGE_VAL, l.q, l.v, NULL, &e), &e,
                     KT_ERROR_NOT_FINITE, "the time is inf");
@@ -172,6 +174,80 @@ KT_TEST(equilibrium_that_takes_more_steps_than_allowed_names_the_joint) {
     linkage_free(&l);
 }
 
+/* A free body of 2 kg on a bushing of 50 N/m to the world sinks by m g / k, and turns nowhere. */
+KT_TEST(free_body_sinks_into_its_bushing) {
+    static linkage l;
+    kt_effect bushing = kt_effect_default();
+    kt_error e = {KT_OK, "", ""};
+    small s = {0};
+    linkage_begin(&l);
+    kt_body *body = linkage_bar(&l, "block", NULL, none, down, 0.0, 0.0);
+    body->joint.type = KT_JOINT_FREE;
+    body->joint.position[3] = 1.0;
+    body->mass = 2.0;
+    body->com = none;
+    body->inertia = kt_sym3_make(1.0, 2.0, 3.0, 0.0, 0.0, 0.0);
+    bushing.type = KT_EFFECT_BUSHING;
+    bushing.between[1].body = "block";
+    for (int k = 0; k < 6; k++)
+        bushing.stiffnesses[k] = 50.0;
+    l.description.effects = &bushing;
+    l.description.effect_count = 1;
+    if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
+        double q[7];
+        memcpy(q, l.q, sizeof q);
+        if (linkage_fine("rests", kt_equilibrium_find(s.linearization, NULL, 0.0, q, NULL, NULL, &e), &e)) {
+            kt_check_near("y", q[1], -2.0 * 9.81 / 50.0, 1e-14);
+            kt_check_near("w", fabs(q[3]), 1.0, 4.0 * DBL_EPSILON);
+        }
+    }
+    small_free(&s);
+    linkage_free(&l);
+}
+
+/* At t = 0 the crank stands still, but is being accelerated: 1 + t^2. */
+KT_TEST(loop_that_is_about_to_move_has_no_equilibrium) {
+    static linkage l;
+    static const double numbers[3] = {1.0, 0.0, 1.0};
+    const four_bar f = four_bar_default();
+    kt_error e = {KT_OK, "", ""};
+    kt_linearization *linearization = NULL;
+    linkage_four_bar(&l, &f);
+    kt_loop *motion = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, none, NULL, none);
+    motion->joint = "crank";
+    motion->function = (kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = numbers, .number_count = 3};
+    l.body[0].joint.velocity[0] = 0.0;
+    if (linkage_build(&l, 0.0) &&
+        linkage_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
+        const double before = l.q[1];
+        check_words("driven", kt_equilibrium_find(linearization, NULL, 0.0, l.q, NULL, NULL, &e), &e,
+                    KT_ERROR_CONSTRAINT, "this loop is driven: at t = 0 s");
+        kt_check_text("where", e.where, "drive");
+        kt_check_equal_bits("the position is untouched", &l.q[1], &before, 1);
+    }
+    kt_linearization_free(linearization);
+    linkage_free(&l);
+}
+
+/* A parallelogram stretched flat may go on as one or crossed; it is alone, and named alone. */
+KT_TEST(change_point_is_refused_by_the_loop_s_name) {
+    static linkage l;
+    const four_bar f = {1.0, 2.0, 1.0, 2.0, {0.0, 0.0, 0.0}, 1.0, 1.0, KT_LOOP_REVOLUTE};
+    kt_error e = {KT_OK, "", ""};
+    kt_linearization *linearization = NULL;
+    linkage_four_bar(&l, &f);
+    if (linkage_compile(&l) &&
+        linkage_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
+        kt_check_equal_int("status", kt_linearization_evaluate(linearization, 0.0, l.q, l.v, NULL, &e),
+                           KT_ERROR_SINGULAR);
+        kt_note("%s: %s", e.where, e.message);
+        kt_check_contains("where", e.where, "close");
+        kt_check_true("no others", strstr(e.where, "share") == NULL && strstr(e.message, "share") == NULL);
+    }
+    kt_linearization_free(linearization);
+    linkage_free(&l);
+}
+
 /* ---- modes ----------------------------------------------------------------------------------------------------------
  */
 
@@ -194,6 +270,9 @@ KT_TEST(modes_of_a_strange_system_are_refused) {
         broken.state = state;
         check_words("NaN", kt_modes_evaluate(s.modes, &broken, &e), &e, KT_ERROR_NOT_FINITE,
                     "the eigenvalues of the state matrix cannot be found");
+        broken = *s.system;
+        broken.states = 3; /* of one coordinate there are two at most */
+        kt_check_equal_int("too many states", kt_modes_evaluate(s.modes, &broken, &e), KT_ERROR_ARGUMENT);
         (void)linkage_fine("again", kt_modes_evaluate(s.modes, s.system, &e), &e);
         const kt_mode after = kt_modes_at(s.modes, 0);
         kt_check_equal_bits("frequency", &after.frequency, &before.frequency, 1);
@@ -258,6 +337,9 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     check_along(spectrum, &run, "no method");
     run.integrator = "leapfrog";
     check_along(spectrum, &run, "an unknown method");
+    run.duration = 0.0; /* its start, three times */
+    check_along(spectrum, &run, "no time");
+    kt_check_near("time", kt_spectrum_at(spectrum, kt_spectrum_count(spectrum) - 1).time, 0.0, 0.0);
     run.duration = (double)NAN;
     check_words("no duration", kt_spectrum_along(spectrum, &run, &e), &e, KT_ERROR_ARGUMENT, "must be zero or more");
     kt_check_equal_int("nothing is kept", kt_spectrum_samples(spectrum), 0);
@@ -302,85 +384,5 @@ KT_TEST(motion_that_ends_leaves_the_modes_up_to_there) {
     /* 0.3 cos(w t) leaves 0.1 after acos(1/3) / w = 0.1005 s: two of 0, 0.0526, 0.105, ... */
     kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
     kt_spectrum_free(spectrum);
-    linkage_free(&l);
-}
-
-/* ---- sets -----------------------------------------------------------------------------------------------------------
- */
-
-/* Without loops every set is the tree; without freedoms there is nothing to it. */
-KT_TEST(sets_of_what_has_no_loops_accelerate_as_the_tree) {
-    for (int fixed = 0; fixed < 2; fixed++) {
-        static linkage l;
-        linkage_begin(&l);
-        kt_body *bar = linkage_bar(&l, "bar", NULL, none, down, 0.4, 1.0);
-        if (fixed)
-            bar->joint.type = KT_JOINT_FIXED;
-        if (!linkage_compile(&l))
-            return;
-        for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
-            const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
-            kt_set *set = NULL;
-            kt_error e = {KT_OK, "", ""};
-            double a = 77.0, expected = 77.0, rate = 77.0;
-            if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
-                continue;
-            (void)linkage_fine("set", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, &rate, &a, &e), &e);
-            if (!fixed) {
-                (void)linkage_accelerate(&l, 0.0, &expected);
-                kt_check_near("rate", rate, 1.0, 0.0);
-            }
-            kt_check_near("acceleration", a, expected, 16.0 * DBL_EPSILON * fabs(expected));
-            (void)linkage_fine("verdict", kt_set_verdict(set, &e), &e);
-            kt_set_free(set);
-        }
-        linkage_free(&l);
-    }
-    kt_check_true("no name", kt_set_type_name(KT_SET_TYPE_COUNT) == NULL && kt_set_type_name((kt_set_type)-1) == NULL);
-}
-
-KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
-    static linkage l;
-    const four_bar f = four_bar_default();
-    linkage_four_bar(&l, &f);
-    if (!linkage_build(&l, 0.0))
-        return;
-    for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
-        kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
-        kt_set *set = NULL;
-        kt_error e = {KT_OK, "", ""};
-        double v[3] = {1e200, 0.0, 0.0}, a[3] = {77.0, 77.0, 77.0};
-        if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
-            return;
-        kt_check_equal_int("overflow", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
-                           KT_ERROR_NOT_FINITE);
-        kt_note("%s: %s", e.where, e.message);
-        v[0] = (double)NAN;
-        kt_check_equal_int("NaN", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
-                           KT_ERROR_NOT_FINITE);
-        kt_check_near("nothing is written", a[0], 77.0, 0.0);
-        kt_set_free(set);
-        set = NULL;
-        options.penalty = HUGE_VAL;
-        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
-        options.penalty = 0.0;
-        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
-        kt_check_true("no set", set == NULL);
-    }
-    linkage_free(&l);
-}
-
-/* The start is assembled, for the penalty to be chosen. */
-KT_TEST(set_of_what_cannot_be_assembled_is_refused) {
-    static linkage l;
-    four_bar f = four_bar_default();
-    const kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
-    kt_set *set = NULL;
-    kt_error e = {KT_OK, "", ""};
-    f.ground = 10.0;
-    linkage_four_bar(&l, &f);
-    if (linkage_compile(&l))
-        check_words("out of reach", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_CONSTRAINT, "'close' by ");
-    kt_check_true("no set", set == NULL);
     linkage_free(&l);
 }

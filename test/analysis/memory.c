@@ -97,11 +97,12 @@ KT_TEST(each_failing_allocation_is_an_error_of_setting_up) {
 /* ---- a study --------------------------------------------------------------------------------------------------------
  */
 
-/* One run of rk4. What a failure costs may be its growth alone, which is then unknown. */
-static kt_status study(bool *is_whole, kt_error *error) {
+/* One run of rk4, or two curves whose settings are found. What a failure costs may be its growth alone, which is then
+ * unknown. */
+static kt_status study(bool finds, bool has_set, bool *is_whole, kt_error *error) {
     kt_run run = kt_run_default();
     kt_accuracy_options options = kt_accuracy_options_default();
-    const kt_method *const methods[] = {kt_method_find("rk4")};
+    const kt_method *const methods[] = {kt_method_find("rk4"), kt_method_find("dopri5")};
     const double step = 0.01;
     kt_accuracy *made = NULL;
     run.duration = 0.1;
@@ -109,21 +110,32 @@ static kt_status study(bool *is_whole, kt_error *error) {
     options.methods = methods;
     options.method_count = options.step_count = 1;
     options.steps = &step;
+    kt_variant variant = kt_variant_default(&run);
+    variant.has_set = true;
+    if (has_set) {
+        options.variants = &variant;
+        options.variant_count = 1;
+    }
+    if (finds) {
+        options.method_count = 2;
+        options.steps = NULL;
+        options.step_count = 0;
+        options.run_evaluations = 500;
+    }
     const kt_status status = kt_accuracy_create(&l.description, &run, &options, &made, error);
     *is_whole = made != NULL && kt_accuracy_get(made)->amplification > 0.0;
     kt_accuracy_free(made);
     return status;
 }
 
-KT_TEST(each_failing_allocation_is_an_error_of_a_study_or_leaves_growth_unknown) {
-    const four_bar f = four_bar_default();
+/* The first 40 allocations, and every `stride`-th from there on. */
+static void check_studies(bool finds, bool has_set, int stride, double least) {
     int tried = 0, wrong = 0, unknown = 0, leaks = 0;
-    linkage_four_bar(&l, &f);
-    for (int failed = 1; failed && tried < 1000; tried++) {
+    for (int n = 1, failed = 1; failed; n += n < 40 ? 1 : stride, tried++) {
         kt_error error = {KT_OK, "", ""};
         bool is_whole = false;
-        kt_interpose_start_failing(tried + 1);
-        const kt_status status = study(&is_whole, &error);
+        kt_interpose_start_failing(n);
+        const kt_status status = study(finds, has_set, &is_whole, &error);
         const long allocations = kt_interpose_stop();
         failed = kt_interpose_has_failed();
         if (failed && status == KT_OK && !is_whole)
@@ -132,8 +144,16 @@ KT_TEST(each_failing_allocation_is_an_error_of_a_study_or_leaves_growth_unknown)
             wrong += status != (failed ? KT_ERROR_MEMORY : KT_OK) || is_whole == failed;
         leaks += kt_interpose_frees() != allocations - failed;
     }
-    kt_check_above("allocations that were made to fail", tried - 1, 10.0);
+    kt_check_above("allocations that were made to fail", tried - 1, least);
     kt_check_equal_int("calls that did not say so", wrong, 0);
     kt_check_equal_int("studies without growth", unknown, 1);
     kt_check_equal_int("calls that leaked", leaks, 0);
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_a_study_or_leaves_growth_unknown) {
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    check_studies(false, false, 1, 10.0);
+    check_studies(false, true, 1, 12.0);
+    check_studies(true, false, 3, 40.0);
 }

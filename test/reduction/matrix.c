@@ -8,12 +8,16 @@ enum { CANARY = 16 };
 static const double guard = 1234.5;
 
 void matrix_set_up(matrix_bench *b, int m, int k) {
-    const kt_group group = {.v_count = m, .row_count = k, .count = {k, k}};
-    b->count = kt_group_layout(&group, NULL, NULL, &b->w, NULL);
+    kt_group group = {.v_count = m, .row_count = k, .count = {k, k}};
+    b->count = kt_group_lay_out(&group);
     b->memory = aligned_alloc(64, (b->count + CANARY) * sizeof(double));
     for (size_t i = 0; i < b->count + CANARY; i++)
         b->memory[i] = i < b->count ? (double)NAN : guard; /* nothing that has not been written may be read */
-    (void)kt_group_layout(&group, b->memory, b->pivot, &b->w, NULL);
+    const size_t *at = group.at;
+    b->w = (kt_group_work){.m = m, .k = k, .pivot = b->pivot};
+#define MATRIX_PLACE(name, count, meaning) b->w.name = b->memory + *at++;
+    KT_GROUP_FIELDS(MATRIX_PLACE)
+#undef MATRIX_PLACE
 }
 
 bool matrix_tear_down(matrix_bench *b) {

@@ -1,0 +1,103 @@
+/* Coordinate sets asked for what they cannot do, or where there is nothing to do. */
+#include "../reduction/linkage.h"
+
+#include "kinetree/analysis.h"
+
+#include <float.h>
+#include <math.h>
+
+static const kt_vec3 none = {0.0, 0.0, 0.0}, down = {0.0, -1.0, 0.0};
+
+static void check_words(const char *what, kt_status status, const kt_error *error, kt_status expected,
+                        const char *words) {
+    kt_check_equal_int(what, status, expected);
+    kt_check_contains("message", error->message, words);
+}
+
+/* Without loops every set is the tree, and so it is with one that holds nothing; without freedoms there is nothing to
+ * it.
+ */
+KT_TEST(sets_of_what_has_no_loops_accelerate_as_the_tree) {
+    for (int kind = 0; kind < 3; kind++) {
+        const bool fixed = kind == 1;
+        static linkage l;
+        linkage_begin(&l);
+        kt_body *bar = linkage_bar(&l, "bar", NULL, none, down, 0.4, 1.0);
+        if (fixed)
+            bar->joint.type = KT_JOINT_FIXED;
+        if (kind == 2)
+            linkage_close(&l, "idle", KT_LOOP_COAXIAL, "bar", none, NULL, none);
+        if (!linkage_compile(&l))
+            return;
+        if (kind == 2)
+            kt_check_equal_int("rank", kt_model_freedom(l.model).rank, 0);
+        for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
+            const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
+            kt_set *set = NULL;
+            kt_error e = {KT_OK, "", ""};
+            double a = 77.0, expected = 77.0, rate = 77.0;
+            if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
+                continue;
+            (void)linkage_fine("set", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, &rate, &a, &e), &e);
+            if (!fixed) {
+                (void)linkage_accelerate(&l, 0.0, &expected);
+                kt_check_near("rate", rate, 1.0, 0.0);
+            }
+            kt_check_near("acceleration", a, expected, 16.0 * DBL_EPSILON * fabs(expected));
+            (void)linkage_fine("verdict", kt_set_verdict(set, &e), &e);
+            kt_set_free(set);
+        }
+        linkage_free(&l);
+    }
+    kt_check_true("no name", kt_set_type_name(KT_SET_TYPE_COUNT) == NULL && kt_set_type_name((kt_set_type)-1) == NULL);
+}
+
+KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
+    static linkage l;
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    if (!linkage_build(&l, 0.0))
+        return;
+    for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
+        kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
+        kt_set *set = NULL;
+        kt_error e = {KT_OK, "", ""};
+        double v[3] = {1e200, 0.0, 0.0}, a[3] = {77.0, 77.0, 77.0};
+        if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
+            return;
+        kt_check_equal_int("overflow", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
+                           KT_ERROR_NOT_FINITE);
+        kt_note("%s: %s", e.where, e.message);
+        v[0] = (double)NAN;
+        kt_check_equal_int("NaN", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
+                           KT_ERROR_NOT_FINITE);
+        const double tau[3] = {DBL_MAX, 0.0, 0.0};
+        kt_check_equal_int("torque", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, tau, NULL, NULL, a, &e),
+                           KT_ERROR_NOT_FINITE);
+        kt_note("%s: %s", e.where, e.message);
+        kt_check_near("nothing is written", a[0], 77.0, 0.0);
+        kt_set_free(set);
+        set = NULL;
+        options.penalty = HUGE_VAL;
+        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
+        options.penalty = 0.0;
+        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
+        kt_check_true("no set", set == NULL);
+    }
+    linkage_free(&l);
+}
+
+/* The start is assembled, for the penalty to be chosen. */
+KT_TEST(set_of_what_cannot_be_assembled_is_refused) {
+    static linkage l;
+    four_bar f = four_bar_default();
+    const kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
+    kt_set *set = NULL;
+    kt_error e = {KT_OK, "", ""};
+    f.ground = 10.0;
+    linkage_four_bar(&l, &f);
+    if (linkage_compile(&l))
+        check_words("out of reach", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_CONSTRAINT, "'close' by ");
+    kt_check_true("no set", set == NULL);
+    linkage_free(&l);
+}

@@ -1,0 +1,461 @@
+/* The plan of a scene: what it says there is, and why what is missing is missing. What its flops are worth is
+ * test/plan's to measure; here they must add up.
+ */
+#include "../reduction/linkage.h"
+
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct plan {
+    kt_plan_step step[KT_PLAN_STEPS_MAX];
+    int count;
+} plan;
+
+static plan plan_of(const kt_model *model, const kt_run *run) {
+    plan p;
+    p.count = kt_plan_steps(model, run, p.step);
+    kt_check_below("steps", p.count, KT_PLAN_STEPS_MAX);
+    for (int i = 0; i < p.count; i++) {
+        const kt_plan_step *s = &p.step[i];
+        if ((s->count == 0) != (s->dropped != NULL) || (s->dropped != NULL && s->flops != 0.0))
+            kt_check_true(s->name, false); /* what is not there costs nothing, and says why */
+    }
+    return p;
+}
+
+static const kt_plan_step *find(const plan *p, const char *name) {
+    static const kt_plan_step nothing = {.name = "", .count = -1, .unit = "", .flops = -1.0};
+    for (int i = 0; i < p->count; i++)
+        if (strcmp(p->step[i].name, name) == 0)
+            return &p->step[i];
+    kt_check_true(name, false);
+    return &nothing;
+}
+
+static void is_there(const plan *p, const char *name, int count, const char *unit) {
+    const kt_plan_step *s = find(p, name);
+    kt_check_equal_int(name, s->count, count);
+    kt_check_text("unit", s->unit, unit);
+    kt_check_true("there", s->dropped == NULL);
+}
+
+static void is_dropped(const plan *p, const char *name, const char *why) {
+    const kt_plan_step *s = find(p, name);
+    kt_check_equal_int(name, s->count, 0);
+    kt_check_text("why", s->dropped, why);
+}
+
+/* ---- trees and loops -----------------------------------------------------------------------------------------------
+ */
+
+KT_TEST(four_bar_is_a_loop_in_a_plane_and_nothing_else) {
+    static linkage l;
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    if (!linkage_compile(&l))
+        return;
+    const plan p = plan_of(l.model, NULL);
+    is_dropped(&p, "effects on joints", "the scene names none");
+    is_dropped(&p, "effects on bodies", "the scene names none");
+    is_dropped(&p, "motion of links that bear effects", "no effect acts on a body");
+    is_dropped(&p, "wrenches from bodies onto links", "no effect acts on a body (wrenches that a caller sets would)");
+    is_there(&p, "sines and cosines", 3, "angles");
+    is_dropped(&p, "articulated bodies in space", "all trees move in planes");
+    is_dropped(&p, "articulated bodies in planes", "all planar links are in loops");
+    is_dropped(&p, "loops in space", "no loop is of this kind");
+    is_there(&p, "loops in planes", 2, "equations");
+    is_dropped(&p, "LAPACK", "no group of loops has 40 coordinates");
+    is_dropped(&p, "gravity", "it is the acceleration that the ground starts with: it costs nothing");
+    is_dropped(&p, "powers of effects", "no balance is recorded");
+    is_dropped(&p, "power of driven loops (inverse dynamics)", "no balance is recorded");
+    is_there(&p, "projection onto the loops", 1, "groups");
+    is_dropped(&p, "quaternions to unit norm", "no joint has one");
+    is_dropped(&p, "accelerations", "not recorded");
+    is_there(&p, "energies", 1, "pass");
+    is_there(&p, "residuals of loops", 1, "pass");
+    is_dropped(&p, "reactions", "not recorded");
+    is_dropped(&p, "markers", "not recorded");
+    linkage_free(&l);
+}
+
+KT_TEST(same_loop_in_space_has_the_equations_of_space) {
+    static linkage l;
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    l.options.plan = KT_PLAN_SPATIAL;
+    l.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    if (!linkage_compile(&l))
+        return;
+    const plan p = plan_of(l.model, NULL);
+    is_dropped(&p, "articulated bodies in space", "all links are in loops");
+    is_dropped(&p, "articulated bodies in planes", "no tree is computed in a plane");
+    is_dropped(&p, "loops in planes", "no loop is of this kind");
+    is_dropped(&p, "gravity", "the scene names none");
+    kt_check_above("equations", (double)find(&p, "loops in space")->count, 2.0);
+    linkage_free(&l);
+    for (int axis = 0; axis < 3; axis++) { /* of gravity one component is enough */
+        linkage_four_bar(&l, &f);
+        l.description.gravity = kt_vec3_make(axis == 0, axis == 1, axis == 2);
+        if (!linkage_compile(&l))
+            return;
+        const plan pulled = plan_of(l.model, NULL);
+        is_dropped(&pulled, "gravity", "it is the acceleration that the ground starts with: it costs nothing");
+        linkage_free(&l);
+    }
+}
+
+KT_TEST(large_group_goes_to_lapack) {
+    static linkage l;
+    linkage_windows(&l, 20, 1.0, 0.0, KT_LOOP_REVOLUTE);
+    if (!linkage_compile(&l))
+        return;
+    const plan p = plan_of(l.model, NULL);
+    is_there(&p, "LAPACK", 1, "groups");
+    kt_check_true("which is not counted", isnan(find(&p, "LAPACK")->flops));
+    is_there(&p, "loops in planes", 40, "equations");
+    linkage_free(&l);
+}
+
+/* Chains of bars about z, then others about x, and pendulums on ball joints: a link each, whose cost is the same. */
+static plan chain_plan(int count, bool planar, bool ball) {
+    static linkage l;
+    char name[16];
+    linkage_begin(&l);
+    for (int i = 0; i < count; i++) {
+        (void)snprintf(name, sizeof name, "bar%d", i);
+        kt_body *bar = linkage_bar(&l, name, i ? l.body[i - 1].name : NULL, kt_vec3_make(0.0, i ? -1.0 : 0.0, 0.0),
+                                   kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+        if (!planar)
+            bar->joint.axis = kt_vec3_make(i % 2, 0.0, (i + 1) % 2);
+        if (ball) {
+            bar->joint.type = KT_JOINT_SPHERICAL;
+            bar->inertia.yy = 0.01;
+            bar->joint.position[0] = 1.0;
+            bar->joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+        }
+    }
+    plan p = {.count = 0};
+    if (linkage_compile(&l))
+        p = plan_of(l.model, NULL);
+    linkage_free(&l);
+    return p;
+}
+
+/* What a link costs does not depend on how many follow: the third eight links cost what the second do. */
+KT_TEST(flops_grow_by_the_link) {
+    for (int kind = 0; kind < 3; kind++) {
+        const char *const name = kind == 0 ? "articulated bodies in planes" : "articulated bodies in space";
+        const plan eight = chain_plan(8, kind == 0, kind == 2), sixteen = chain_plan(16, kind == 0, kind == 2),
+                   more = chain_plan(24, kind == 0, kind == 2);
+        is_there(&eight, name, 8, "links");
+        const double first = find(&eight, name)->flops, second = find(&sixteen, name)->flops,
+                     third = find(&more, name)->flops;
+        kt_check_above("a link costs some", first, 8.0);
+        kt_check_near("as many", third - second, second - first, 0.0);
+        is_dropped(&eight, "projection onto the loops", "the scene names no loops");
+        is_dropped(&eight, "residuals of loops", "not recorded");
+        is_dropped(&eight, "LAPACK", "no loops");
+        if (kind == 2) {
+            is_there(&eight, "quaternions to unit norm", 8, "quaternions");
+            is_dropped(&eight, "sines and cosines", "no joint turns about one axis");
+        }
+    }
+}
+
+/* Four-bars that stand beside one another are reduced one by one. */
+KT_TEST(flops_of_loops_grow_by_the_group) {
+    static linkage l;
+    double flops[3];
+    for (int n = 1; n <= 3; n++) {
+        const four_bar f = four_bar_default();
+        linkage_four_bar(&l, &f);
+        for (int i = 1; i < n; i++) {
+            char name[3][16];
+            for (int k = 0; k < 3; k++)
+                (void)snprintf(name[k], sizeof name[k], "%s%d", k == 0 ? "crank" : k == 1 ? "coupler" : "rocker", i);
+            const kt_vec3 x = kt_vec3_make(1.0, 0.0, 0.0);
+            linkage_bar(&l, name[0], NULL, kt_vec3_make(0.0, 0.0, 0.0), x, 1.0, 0.0);
+            linkage_bar(&l, name[1], l.body[3 * i].name, x, kt_vec3_make(2.0, 0.0, 0.0), -0.6, 0.0);
+            linkage_bar(&l, name[2], NULL, kt_vec3_make(2.2, 0.0, 0.0), kt_vec3_make(1.8, 0.0, 0.0), 1.6, 0.0);
+            (void)snprintf(name[0], sizeof name[0], "close%d", i);
+            linkage_close(&l, name[0], KT_LOOP_REVOLUTE, l.body[3 * i + 1].name, kt_vec3_make(2.0, 0.0, 0.0),
+                          l.body[3 * i + 2].name, kt_vec3_make(1.8, 0.0, 0.0));
+        }
+        l.options.reduction = KT_REDUCTION_SVD; /* no pin at one go */
+        if (!linkage_compile(&l))
+            return;
+        const plan p = plan_of(l.model, NULL);
+        is_there(&p, "projection onto the loops", n, "groups");
+        is_there(&p, "loops in planes", 2 * n, "equations");
+        flops[n - 1] = find(&p, "loops in planes")->flops;
+        linkage_free(&l);
+    }
+    kt_check_near("two cost twice one", flops[1], 2.0 * flops[0], 0.0);
+    kt_check_near("three thrice", flops[2], 3.0 * flops[0], 0.0);
+}
+
+/* ---- effects --------------------------------------------------------------------------------------------------------
+ */
+
+static int push(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance) {
+    (void)user, (void)t, (void)ends, (void)wrenches, (void)balance;
+    return 0;
+}
+
+static kt_effect force_of(kt_function function) {
+    kt_effect effect = kt_effect_default();
+    effect.type = KT_EFFECT_FORCE;
+    effect.between[0].body = "bar";
+    for (int k = 0; k < 3; k++)
+        effect.value[k] = function;
+    return effect;
+}
+
+KT_TEST(effects_stand_by_their_types) {
+    static linkage l;
+    static const double numbers[6] = {0.0, 0.0, 1.0, 1.0, 2.0, 0.0};
+    kt_effect effects[7];
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+    effects[0] = kt_effect_default();
+    effects[0].type = KT_EFFECT_JOINT_DAMPER;
+    effects[0].joint = "bar";
+    effects[0].damping = 1.0;
+    effects[1] = force_of((kt_function){.type = KT_FUNCTION_CONSTANT, .value = 1.0});
+    effects[2] = force_of((kt_function){.type = KT_FUNCTION_SINE, .amplitude = 1.0, .frequency = 1.0});
+    effects[3] = force_of((kt_function){.type = KT_FUNCTION_RAMP, .to = 1.0, .end = 1.0});
+    effects[4] = force_of((kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = numbers, .number_count = 3});
+    effects[5] = force_of((kt_function){.type = KT_FUNCTION_TABLE, .numbers = numbers, .number_count = 6});
+    effects[6] = kt_effect_default();
+    effects[6].type = KT_EFFECT_CUSTOM;
+    effects[6].between[0].body = "bar";
+    effects[6].push = push;
+    effects[6].end_count = 1;
+    l.description.effects = effects;
+    double before = 0.0, constant = 0.0;
+    for (int count = 2; count <= 6; count++) {
+        l.description.effect_count = count;
+        if (!linkage_compile(&l))
+            return;
+        const plan p = plan_of(l.model, NULL);
+        is_there(&p, "effect joint_damper", 1, "effects");
+        is_there(&p, "effect force", count - 1, "effects");
+        is_there(&p, "motion of links that bear effects", 1, "links");
+        is_there(&p, "wrenches from bodies onto links", 1, "bodies");
+        const double flops = find(&p, "effect force")->flops;
+        if (count == 2)
+            constant = flops;
+        else /* a function of time costs besides what a force does */
+            kt_check_above("flops of one more", flops - before, constant + 3.0);
+        before = flops;
+        linkage_free(&l);
+    }
+    l.description.effect_count = 7;
+    if (!linkage_compile(&l))
+        return;
+    kt_run run = kt_run_default();
+    run.record = KT_RECORD_BALANCE | KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
+    const plan p = plan_of(l.model, &run);
+    is_there(&p, "effect of the caller's", 1, "effects");
+    is_there(&p, "powers of effects", 7, "effects");
+    is_dropped(&p, "power of driven loops (inverse dynamics)", "no loop changes with time");
+    is_there(&p, "accelerations", 1, "evaluation");
+    is_there(&p, "reactions", 1, "pass");
+    is_there(&p, "energies", 1, "pass");
+    linkage_free(&l);
+}
+
+/* A force on the world pushes nothing that moves. */
+KT_TEST(effects_between_what_stands_still_move_no_link) {
+    static linkage l;
+    kt_effect effect = kt_effect_default();
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+    linkage_bar(&l, "post", NULL, kt_vec3_make(2.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.0, 0.0)->joint.type =
+        KT_JOINT_FIXED;
+    effect.type = KT_EFFECT_DRAG;
+    effect.between[0].body = "post";
+    effect.linear = 1.0;
+    l.description.effects = &effect;
+    l.description.effect_count = 1;
+    if (!linkage_compile(&l))
+        return;
+    const plan p = plan_of(l.model, NULL);
+    is_there(&p, "effect drag", 1, "effects");
+    is_dropped(&p, "motion of links that bear effects", "all ends of effects are on the world");
+    linkage_free(&l);
+}
+
+/* ---- runs -----------------------------------------------------------------------------------------------------------
+ */
+
+KT_TEST(balance_of_a_driven_loop_takes_inverse_dynamics) {
+    static linkage l;
+    const four_bar f = four_bar_default();
+    const kt_marker_pair marker = {"crank", "tip"};
+    kt_run run = kt_run_default();
+    linkage_four_bar(&l, &f);
+    kt_loop *motion = linkage_close(&l, "motion", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0), NULL,
+                                    kt_vec3_make(0.0, 0.0, 0.0));
+    const double rate[2] = {1.0, 2.0};
+    motion->joint = "crank";
+    motion->function = (kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = rate, .number_count = 2};
+    if (!linkage_compile(&l))
+        return;
+    run.record = KT_RECORD_BALANCE;
+    run.markers = &marker;
+    run.marker_count = 1;
+    const plan p = plan_of(l.model, &run);
+    is_there(&p, "power of driven loops (inverse dynamics)", 1, "pass");
+    is_dropped(&p, "powers of effects", "the scene names no effects");
+    is_there(&p, "markers", 1, "markers");
+    is_there(&p, "loops in planes", 3, "equations");
+    linkage_free(&l);
+}
+
+/* Three free bodies, each with a quaternion; the joints are loops, too. A model that was not compiled for it is told as
+ * it is. */
+KT_TEST(plan_of_the_absolute_formulation_is_that_of_free_bodies) {
+    static linkage l;
+    const four_bar f = four_bar_default();
+    kt_run run = kt_run_default();
+    run.formulation = KT_FORMULATION_ABSOLUTE;
+    linkage_four_bar(&l, &f);
+    if (!linkage_compile(&l))
+        return;
+    const plan tree = plan_of(l.model, &run);
+    is_dropped(&tree, "quaternions to unit norm", "no joint has one");
+    linkage_free(&l);
+    linkage_four_bar(&l, &f);
+    l.options.formulation = KT_FORMULATION_ABSOLUTE;
+    if (!linkage_compile(&l))
+        return;
+    const plan p = plan_of(l.model, &run);
+    is_there(&p, "quaternions to unit norm", 3, "quaternions");
+    is_dropped(&p, "sines and cosines", "no joint turns about one axis");
+    is_there(&p, "loops in space", 20, "equations"); /* four revolute joints of five */
+    linkage_free(&l);
+}
+
+/* ---- what makes links and loops dearer
+ * ------------------------------------------------------------------------------- */
+
+/* Flops of this step in a tree of three bars on one another (0), or two on one (1); sliding (2); their axes oblique
+ * (3). */
+static double tree_flops(int kind, bool planar) {
+    static linkage l;
+    static const char *const names[3] = {"bar0", "bar1", "bar2"};
+    linkage_begin(&l);
+    for (int i = 0; i < 3; i++) {
+        const char *parent = i == 0 ? NULL : kind == 1 ? names[0] : names[i - 1];
+        kt_body *bar =
+            linkage_bar(&l, names[i], parent, kt_vec3_make(0.0, -0.5 * i, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+        if (kind == 2) {
+            bar->joint.type = KT_JOINT_PRISMATIC;
+            bar->joint.axis = kt_vec3_make(i % 2, (i + 1) % 2, 0.0);
+        }
+        if (kind == 3)
+            bar->joint.axis = kt_vec3_make(0.6 * (i == 1), 0.48, 0.64);
+    }
+    double flops = -1.0;
+    if (!planar)
+        l.options.plan = KT_PLAN_SPATIAL;
+    if (linkage_compile(&l)) {
+        const plan p = plan_of(l.model, NULL);
+        flops = find(&p, planar ? "articulated bodies in planes" : "articulated bodies in space")->flops;
+    }
+    linkage_free(&l);
+    return flops;
+}
+
+KT_TEST(trees_that_branch_or_lie_askew_cost_more) {
+    for (int planar = 0; planar < 2; planar++) {
+        const double chain = tree_flops(0, planar);
+        kt_check_above("a chain", chain, 30.0);
+        kt_check_above("two that meet are added", tree_flops(1, planar) - chain, 1.0);
+        kt_check_above("slides", tree_flops(2, planar), 30.0);
+    }
+    kt_check_above("oblique axes are turned", tree_flops(3, false) - tree_flops(0, false), 1.0);
+}
+
+/* A slider-crank, on the ground or on a sled, in a plane or in space; by the pin at one go (QR) or factored (SVD). */
+static double loop_flops(kt_reduction reduction, bool carried, bool slides, bool planar) {
+    static linkage l;
+    const kt_vec3 x = kt_vec3_make(1.0, 0.0, 0.0), origin = kt_vec3_make(0.0, 0.0, 0.0);
+    const char *ground = carried ? "sled" : NULL;
+    linkage_begin(&l);
+    if (carried) {
+        kt_body *sled = linkage_bar(&l, "sled", NULL, origin, x, 0.0, 0.0);
+        sled->joint.type = KT_JOINT_PRISMATIC;
+        sled->joint.axis = x;
+    }
+    linkage_bar(&l, "crank", ground, origin, x, 1.0, 0.0);
+    linkage_bar(&l, "coupler", "crank", x, kt_vec3_make(2.0, 0.0, 0.0), -1.4, 0.0);
+    kt_body *last = linkage_bar(&l, "last", ground, kt_vec3_make(2.2, 0.0, 0.0), x, slides ? 0.0 : 1.6, 0.0);
+    if (slides) {
+        last->joint.type = KT_JOINT_PRISMATIC;
+        last->joint.axis = x;
+    }
+    linkage_close(&l, "close", KT_LOOP_REVOLUTE, "coupler", kt_vec3_make(2.0, 0.0, 0.0), "last",
+                  slides ? origin : kt_vec3_make(1.8, 0.0, 0.0));
+    l.options.reduction = reduction;
+    if (!planar)
+        l.options.plan = KT_PLAN_SPATIAL;
+    double flops = -1.0;
+    if (linkage_compile(&l)) {
+        const plan p = plan_of(l.model, NULL);
+        flops = find(&p, planar ? "loops in planes" : "loops in space")->flops;
+    }
+    linkage_free(&l);
+    return flops;
+}
+
+KT_TEST(loops_that_ride_cost_more_and_pins_at_one_go_less) {
+    for (int slides = 0; slides < 2; slides++) {
+        const double pin = loop_flops(KT_REDUCTION_QR, false, slides, true);
+        const double factored = loop_flops(KT_REDUCTION_SVD, false, slides, true);
+        kt_check_above("a pin", pin, 50.0);
+        kt_check_above("factored", factored, pin);
+        kt_check_above("in space", loop_flops(KT_REDUCTION_SVD, false, slides, false), factored);
+        kt_check_above("a pin that rides", loop_flops(KT_REDUCTION_QR, true, slides, true), pin);
+        kt_check_above("factored, and it rides", loop_flops(KT_REDUCTION_SVD, true, slides, true), factored);
+        kt_check_above("in space, and it rides", loop_flops(KT_REDUCTION_SVD, true, slides, false),
+                       loop_flops(KT_REDUCTION_SVD, false, slides, false));
+    }
+}
+
+/* One tree in a plane and one in space: each has its own, and wrenches of both are counted. */
+KT_TEST(mixed_scene_has_both) {
+    static linkage l;
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
+    linkage_bar(&l, "slide", "bar", kt_vec3_make(0.0, -1.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0)->joint.type =
+        KT_JOINT_PRISMATIC;
+    l.body[1].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    kt_body *ball = linkage_bar(&l, "ball", NULL, kt_vec3_make(3.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 1.0, 0.0);
+    ball->joint.type = KT_JOINT_FREE;
+    ball->joint.position[0] = 0.0;
+    ball->joint.position[3] = 1.0;
+    ball->joint.rotation = kt_rotation_vector(kt_vec3_make(0.3, 0.2, 0.1));
+    ball->inertia.yy = 0.01;
+    for (int i = 0; i < 2; i++) {
+        effects[i].type = KT_EFFECT_DRAG;
+        effects[i].between[0].body = i ? "ball" : "slide";
+        effects[i].linear = 1.0;
+    }
+    l.description.effects = effects;
+    l.description.effect_count = 2;
+    if (!linkage_compile(&l))
+        return;
+    kt_check_text("plan", kt_model_plan(l.model), "mixed");
+    const plan p = plan_of(l.model, NULL);
+    is_there(&p, "articulated bodies in planes", 2, "links");
+    is_there(&p, "articulated bodies in space", 1, "links");
+    is_there(&p, "wrenches from bodies onto links", 3, "bodies");
+    is_there(&p, "motion of links that bear effects", 3, "links");
+    linkage_free(&l);
+}
