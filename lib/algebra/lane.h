@@ -16,7 +16,10 @@ typedef double kt_v4 __attribute__((vector_size(32)));
 /* Two lanes, for vectors in a plane. */
 typedef double kt_v2 __attribute__((vector_size(16)));
 
+/* A build that counts branches gives its own: without copies, which would each have theirs (test/coverage). */
+#ifndef KT_INLINE
 #define KT_INLINE static inline __attribute__((always_inline, unused))
+#endif
 
 KT_INLINE kt_v4 kt_v4_splat(double s) { return (kt_v4){s, s, s, s}; }
 KT_INLINE kt_v4 kt_v4_from(kt_vec3 a) { return (kt_v4){a.x, a.y, a.z, 0.0}; }

@@ -38,17 +38,10 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
     return status;
 }
 
-static bool is_zero(kt_vec3 u) { return u.x == 0.0 && u.y == 0.0 && u.z == 0.0; }
-
 kt_vec3 kt_attach_axis(const kt_loop *loop, int end) {
     const bool two =
         loop->type == KT_LOOP_ORTHOGONAL || loop->type == KT_LOOP_UNIVERSAL || loop->type == KT_LOOP_ROLLING;
-    if (end == 0 || !two)
-        return loop->axis;
-    if (!is_zero(loop->axis2))
-        return loop->axis2;
-    return loop->type == KT_LOOP_ROLLING ? kt_vec3_make(0.0, 0.0, 1.0)
-                                         : kt_triad_from_axis(kt_vec3_normalize(loop->axis), 2).x;
+    return end == 0 || !two ? loop->axis : loop->axis2;
 }
 
 void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis) {

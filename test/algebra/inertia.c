@@ -184,4 +184,11 @@ KT_TEST(inertias_of_no_body_are_told_apart_by_their_fault) {
     kt_check_equal_int("NaN", kt_inertia_check(kt_sym3_make(1.0, (double)NAN, 1.0, 0.0, 0.0, 0.0), &moments),
                        KT_INERTIA_NOT_FINITE);
     kt_check_near("moments untouched", moments.x, 7.0, 0.0);
+    /* entries of one size and finite, but moments 3 M, 0, 0 and 1.5 M, 1.5 M, 0 */
+    const double m = DBL_MAX, half = -0.5 * DBL_MAX;
+    kt_check_equal_int("one overflows", kt_inertia_check(kt_sym3_make(m, m, m, m, m, m), &moments),
+                       KT_INERTIA_NOT_FINITE);
+    kt_check_equal_int("two overflow", kt_inertia_check(kt_sym3_make(m, m, m, half, half, half), &moments),
+                       KT_INERTIA_NOT_FINITE);
+    kt_check_near("moments untouched", moments.x, 7.0, 0.0);
 }

@@ -146,9 +146,11 @@ KT_TEST(what_is_no_rotation_is_refused_with_the_way_to_mend_it) {
     refuse("entries that overflow", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "has length inf");
     kt_rotation unknown;
     memset(&unknown, 0, sizeof unknown);
-    const int type = 8;
-    memcpy(&unknown.type, &type, sizeof unknown.type);
+    static const int types[2] = {8, -1};
+    memcpy(&unknown.type, &types[0], sizeof unknown.type);
     refuse("type", unknown, KT_ERROR_ARGUMENT, "rotation type 8 does not exist");
+    memcpy(&unknown.type, &types[1], sizeof unknown.type);
+    refuse("type", unknown, KT_ERROR_ARGUMENT, "rotation type -1 does not exist");
 }
 
 KT_TEST(every_number_of_a_description_must_be_finite) {

@@ -292,11 +292,17 @@ KT_TEST(axis_and_angle_return) {
 KT_TEST(axis_of_zero_length_is_refused) {
     kt_error error;
     kt_mat3 r = kt_mat3_identity(), before = r;
-    const kt_vec3 zero = {0.0, -0.0, 0.0}, infinite = {0.0, (double)INFINITY, 0.0};
+    const kt_vec3 zero = {0.0, -0.0, 0.0}, infinite = {0.0, (double)INFINITY, 0.0}, z = {0.0, 0.0, 1.0};
     kt_check_equal_int("zero", kt_matrix_from_axis_angle(zero, 1.0, &r, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "not zero, such as [0, 0, 1]");
     kt_check_equal_int("infinite", kt_matrix_from_axis_angle(infinite, 1.0, &r, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("angle", kt_matrix_from_axis_angle(z, (double)NAN, &r, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("message", error.message, "or angle nan is not finite");
     kt_check_equal_bits("output", &r.x.x, &before.x.x, 9);
+    /* of the others z alone is given */
+    kt_check_equal_int("z", kt_matrix_from_axis_angle(z, 0.7, &r, &error), KT_OK);
+    kt_check_near("cosine", r.x.x, cos(0.7), 2.0 * EPS);
+    kt_check_near("sine", r.x.y, sin(0.7), 2.0 * EPS);
 }
 
 /* The unit axis moves along a tangent p: the derivative of R along (p, adot). */
@@ -343,5 +349,53 @@ KT_TEST(axis_of_no_rotation_has_no_rate) {
                            KT_ERROR_SINGULAR);
         kt_check_contains("message", error.message, "an axis has no rate");
         kt_check_true("outputs", axis_rate.x == 1.0 && axis_rate.z == 3.0 && angle_rate == 4.0);
+    }
+}
+
+KT_TEST(rates_of_what_is_not_finite_are_refused) {
+    const kt_vec3 z = {0.0, 0.0, 1.0}, infinite = {0.0, (double)INFINITY, 0.0};
+    const struct {
+        kt_vec3 axis, omega;
+        double angle;
+        const char *words;
+    } wrong[] = {{infinite, z, 0.5, "axis [0, inf, 0], angle 0.5"},
+                 {z, z, (double)INFINITY, "angle inf or"},
+                 {z, infinite, 0.5, "angular velocity [0, inf, 0] is not finite"}};
+    for (int n = 0; n < 3; n++) {
+        kt_vec3 axis_rate = {1.0, 2.0, 3.0};
+        double angle_rate = 4.0;
+        kt_error error = {KT_OK, "", ""};
+        kt_check_equal_int(
+            "status",
+            kt_axis_angle_rate_world(wrong[n].axis, wrong[n].angle, wrong[n].omega, &axis_rate, &angle_rate, &error),
+            KT_ERROR_NOT_FINITE);
+        kt_check_contains("message", error.message, wrong[n].words);
+        kt_check_true("outputs", axis_rate.x == 1.0 && axis_rate.z == 3.0 && angle_rate == 4.0);
+    }
+}
+
+/* The logarithm of q is that of any multiple of it, to the ends of the range of double. */
+KT_TEST(euler_vector_of_a_quaternion_does_not_depend_on_its_length) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("difference");
+    static const double lengths[] = {1e-300, 1e-160, 1e160, 1e300, -1e-160, -1e160};
+    for (int n = 0; n < 200; n++) {
+        const kt_vec3 theta = kt_reference_direction(&random, kt_random_uniform(&random, 1e-3, 3.1));
+        const kt_quat q = kt_quat_from_euler_vector(theta);
+        for (int k = 0; k < 6; k++) {
+            const double l = lengths[k];
+            const kt_quat p = kt_quat_make(l * q.w, l * q.x, l * q.y, l * q.z);
+            const kt_vec3 again = kt_euler_vector_from_quat(p);
+            kt_worst_below(&worst, kt_vec3_norm(kt_vec3_sub(again, theta)), 6.0 * EPS * kt_vec3_norm(theta) + EPS * EPS,
+                           "length %g", l);
+        }
+    }
+    kt_check_worst(&worst);
+    /* a third of a turn about (1, 1, 1), from the largest numbers and from the smallest */
+    static const double ends[] = {DBL_MAX, 5e-324};
+    for (int k = 0; k < 2; k++) {
+        const kt_vec3 third = kt_euler_vector_from_quat(kt_quat_make(ends[k], ends[k], ends[k], ends[k]));
+        kt_check_near("x", third.x, 2.0 * KT_PI / 3.0 / sqrt(3.0), 4.0 * EPS);
+        kt_check_near("z", third.z, 2.0 * KT_PI / 3.0 / sqrt(3.0), 4.0 * EPS);
     }
 }

@@ -1,5 +1,6 @@
 /* Derivatives of inverse and forward dynamics: against differences of the slow equations in long double, against each
  * other, and against a closed form. */
+#include "model/internal.h"
 #include "oracle.h"
 
 #include <float.h>
@@ -263,4 +264,108 @@ KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
     }
     free(work);
     kt_tree_free(&tree);
+}
+
+/* Two links of 0.1 m, the lower of one unit of mass at its end, the upper nearly without mass: where they are almost
+ * stretched, a small turn of the lower moves the accelerations by several times what they are. */
+static bool grow_whip(kt_tree *tree, kt_level level, double unit) {
+    const double mass[2] = {1e-3 * unit, unit};
+    memset(tree, 0, sizeof *tree);
+    tree->description = kt_description_default();
+    for (int i = 0; i < 2; i++) {
+        tree->body[i] = kt_body_default();
+        tree->body[i].name = i ? "lower" : "upper";
+        tree->body[i].parent = i ? "upper" : NULL;
+        tree->body[i].mass = mass[i];
+        tree->body[i].com = kt_vec3_make(0.0, 0.1, 0.0);
+        tree->body[i].joint.type = KT_JOINT_REVOLUTE;
+        tree->body[i].joint.at = kt_vec3_make(0.0, 0.1 * i, 0.0);
+    }
+    tree->description.bodies = tree->body;
+    tree->description.body_count = 2;
+    kt_model_options options = kt_model_options_default();
+    options.level = level;
+    return kt_tree_compile(tree, &options);
+}
+
+/* Where motions and forces are finite still, and what they change by is not. */
+KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
+    double out[3 * 4], before[3 * 4], tau[2], a[2];
+    const double q[2] = {0.3, 0.1}, rest[2] = {2e307, 5e307}, fast[2] = {1e153, 1e153};
+    for (int i = 0; i < 3 * 4; i++)
+        out[i] = before[i] = i;
+    for (kt_level level = KT_LEVEL_BASE; level <= KT_LEVEL_V4; level++) {
+        kt_tree tree;
+        kt_error e = {0};
+        if (kt_level_resolve(level) == KT_LEVEL_AUTO || !grow_whip(&tree, level, 1.0))
+            continue;
+        const kt_model *m = tree.model;
+        const size_t size = kt_derivative_work_size(m);
+        char *work = aligned_alloc(KT_ALIGNMENT, size);
+        kt_check_equal_int("forces", kt_dynamics_inverse(m, tree.data, q, NULL, rest, NULL, tau, &e), KT_OK);
+        kt_check_equal_int("motion", kt_dynamics_forward(m, tree.data, q, NULL, tau, NULL, a, &e), KT_OK);
+        kt_check_near("acceleration", a[1], rest[1], 1e-12 * rest[1]);
+        for (int unit = 0; unit <= 1; unit++) {
+            kt_check_equal_int("its derivatives",
+                               kt_dynamics_forward_derivatives(m, tree.data, work, size, q, NULL, tau, NULL, out,
+                                                               out + 4, unit ? out + 8 : NULL, &e),
+                               KT_ERROR_NOT_FINITE);
+            kt_check_contains("words", e.message, "they overflow: look for");
+        }
+        kt_tree_free(&tree);
+        if (grow_whip(&tree, level, 1e6)) {
+            kt_check_equal_int("fast", kt_kinematics_update(tree.model, tree.data, q, fast, NULL, &e), KT_OK);
+            kt_check_equal_int("derivatives of its force",
+                               kt_dynamics_inverse_derivatives(tree.model, tree.data, work, size, q, fast, NULL, NULL,
+                                                               out, out + 4, &e),
+                               KT_ERROR_NOT_FINITE);
+            kt_check_contains("words", e.message, "they overflow: look for");
+        }
+        free(work);
+        kt_tree_free(&tree);
+    }
+    kt_check_equal_bits("outputs", out, before, 3 * 4);
+}
+
+/* No velocity, acceleration, force: zeros. No place for da/dtau: the others are the same. */
+KT_TEST(null_stands_for_zeros_and_for_what_is_not_asked) {
+    kt_random random = kt_random_of_test();
+    static const double zeros[KT_TREE_NV];
+    static double with[3 * MOST], without[3 * MOST];
+    for (int n = 0; n < 6; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_error e = {0};
+        kt_tree_plan plan = draw_plan(n, &random);
+        plan.bodies += 3;
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_tree_state_draw(&tree, &random, &s);
+        const kt_model *m = tree.model;
+        const size_t size = kt_derivative_work_size(m), nn = (size_t)tree.nv * (size_t)tree.nv;
+        void *work = aligned_alloc(KT_ALIGNMENT, size);
+        double *b = with + MOST, *c = with + 2 * MOST, *y = without + MOST;
+        kt_check_equal_int(
+            "zeros",
+            kt_dynamics_inverse_derivatives(m, tree.data, work, size, s.q, zeros, zeros, s.external, with, b, &e),
+            KT_OK);
+        kt_check_equal_int(
+            "NULL",
+            kt_dynamics_inverse_derivatives(m, tree.data, work, size, s.q, NULL, NULL, s.external, without, y, &e),
+            KT_OK);
+        kt_check_equal_bits("dtau/dq", without, with, nn);
+        kt_check_equal_bits("dtau/dv", y, b, nn);
+        kt_check_equal_int(
+            "zeros",
+            kt_dynamics_forward_derivatives(m, tree.data, work, size, s.q, zeros, zeros, s.external, with, b, c, &e),
+            KT_OK);
+        kt_check_equal_int("NULL",
+                           kt_dynamics_forward_derivatives(m, tree.data, work, size, s.q, NULL, NULL, s.external,
+                                                           without, y, NULL, &e),
+                           KT_OK);
+        kt_check_equal_bits("da/dq", without, with, nn);
+        kt_check_equal_bits("da/dv", y, b, nn);
+        free(work);
+        kt_tree_free(&tree);
+    }
 }

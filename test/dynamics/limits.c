@@ -171,6 +171,11 @@ KT_TEST(a_quaternion_of_zeros_is_refused_and_one_of_any_other_norm_is_not) {
         kt_check_equal_int("the smallest", try_call(&tree, c, &in, &error), KT_OK);
         in.q[2] = 1e300;
         kt_check_equal_int("a huge one", try_call(&tree, c, &in, &error), KT_OK);
+        for (int k = 3; k <= 4; k++) {
+            in.q[2] = in.q[3] = in.q[4] = 0.0;
+            in.q[k] = 1.0;
+            kt_check_equal_int("a half turn", try_call(&tree, c, &in, &error), KT_OK);
+        }
     }
     kt_tree_free(&tree);
 }

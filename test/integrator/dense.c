@@ -5,6 +5,7 @@
 #include "integrator/internal.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -273,6 +274,46 @@ KT_TEST(a_failed_value_leaves_the_output_and_the_motion) {
         is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
         integrate_to(other, 0.2);
         kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 4);
+        integrator_free(it);
+        integrator_free(other);
+    }
+}
+
+/* A right-hand side that stops after so many evaluations. */
+static int stopping(double t, const double *y, double *dydt, void *user) {
+    int *left = user;
+    return (*left)-- <= 0 ? -2 : problem_kepler.rhs(t, y, dydt, NULL);
+}
+
+/* dop853 has stages that only its values need, and after a restore all of a step's are asked for again. */
+KT_TEST(a_stop_at_any_stage_of_a_value_leaves_the_output_and_the_motion) {
+    static const char *const names[] = {"dopri5", "tsit5", "dop853"};
+    for (int i = 0; i < 3; i++) {
+        kt_error error;
+        const kt_method *m = kt_method_find(names[i]);
+        int left = INT_MAX, stops = 0, wrong = 0;
+        double start[4], saved[4], previous[4], y[4] = {1.0, 2.0, 3.0, 4.0}, value[4];
+        const double kept[4] = {1.0, 2.0, 3.0, 4.0};
+        problem_kepler.solution(0.0, start);
+        const kt_integrator_options options = fixed_step(0.1);
+        const kt_integrator_callbacks callbacks = {stopping, NULL, &left};
+        kt_integrator *it = integrator_make(m, 4, &options), *other = integrator_make(m, 4, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
+        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        is_ok("value", kt_integrator_interpolate(it, 0.05, value, &error), &error);
+        kt_integrator_memory memory;
+        kt_integrator_save(it, &memory, saved, previous);
+        for (;; stops++) {
+            is_ok("restore", kt_integrator_restore(other, &memory, saved, previous, &callbacks, &error), &error);
+            left = stops;
+            const kt_status status = kt_integrator_interpolate(other, 0.05, y, &error);
+            if (status == KT_OK || stops > 2 * m->stages)
+                break;
+            wrong += status != KT_ERROR_CALLBACK || !same_bits(y, kept, 4);
+        }
+        kt_check_equal_int(m->name, stops, m->stages + m->dense_stages + (m->fsal ? 0 : 1));
+        kt_check_equal_int("stops that were not heeded, or left something", wrong, 0);
+        kt_check_equal_bits("value in the end", y, value, 4);
         integrator_free(it);
         integrator_free(other);
     }

@@ -322,3 +322,93 @@ KT_TEST(a_callers_table_cannot_be_stabilised) {
                        KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "rkc2");
 }
+
+/* Longer steps than the stages allow are asked for: there is no way between. */
+KT_TEST(a_least_step_beyond_all_stages_is_refused_in_words) {
+    kt_error error;
+    double rate = 1e7;
+    kt_integrator_options options = tolerance(1e-2, 1e-2);
+    options.min_step = 0.1;
+    kt_integrator *it = decays_begin("rkc2", &rate, &options);
+    kt_check_equal_int("status", kt_integrator_step(it, 3.0, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message,
+                      "needs more than the 250 stages that there are: take steps below 0.0034 s");
+    kt_check_near("time", kt_integrator_time(it), 0.0, 0.0);
+    integrator_free(it);
+}
+
+/* y' = -1000 (y - sin t) from y = 0: the size of y says nothing of how far to look for differences. */
+static int lag(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    dydt[0] = -1000.0 * (y[0] - sin(t));
+    return 0;
+}
+
+static int constant(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)y;
+    (void)user;
+    dydt[0] = 3.0;
+    return 0;
+}
+
+KT_TEST(the_radius_is_found_at_zero_and_where_there_is_none) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-4, 1e-4);
+    const kt_integrator_callbacks callbacks[2] = {{lag, NULL, NULL}, {constant, NULL, NULL}};
+    for (int i = 0; i < 2; i++) {
+        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks[i], &error), &error);
+        is_ok("step", kt_integrator_step(it, 1.0, &error), &error);
+        kt_check_near("radius", it->radius, i ? 0.0 : 1.2 * 1000.0, i ? 0.0 : 1e-4);
+        integrate_to(it, 1.0);
+        kt_check_near("state", kt_integrator_state(it)[0], i ? 3.0 : (1e6 * sin(1.0) - 1e3 * cos(1.0)) / (1e6 + 1.0),
+                      i ? 1e-15 : 4e-6);
+        kt_check_true("reach", i ? kt_stabilised_reach(it) == HUGE_VAL : isfinite(kt_stabilised_reach(it)));
+        integrator_free(it);
+    }
+}
+
+/* The jump at 0.5 is not foreseen: tries fail, and before the next one the radius is estimated again. */
+typedef struct jumping {
+    int calls, stop_at;
+} jumping;
+
+static int jump(double t, const double *y, double *dydt, void *user) {
+    jumping *j = user;
+    dydt[0] = -(t > 0.5 ? 400.0 : 1.0) * y[0];
+    return ++j->calls == j->stop_at ? -5 : 0;
+}
+
+static kt_integrator *before_the_jump(jumping *j) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-5, 1e-5);
+    const kt_integrator_callbacks callbacks = {jump, NULL, j};
+    kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0}, &callbacks, &error), &error);
+    integrate_to(it, 0.499);
+    j->calls = 0;
+    return it;
+}
+
+KT_TEST(a_stop_is_heeded_wherever_a_rejected_step_asks) {
+    kt_error error;
+    jumping free_run = {0, 0};
+    kt_integrator *undisturbed = before_the_jump(&free_run);
+    is_ok("step", kt_integrator_step(undisturbed, 2.0, &error), &error);
+    kt_check_above("rejected", (double)kt_integrator_counts_get(undisturbed).rejected, 1.0);
+    const int calls = free_run.calls;
+    int heeded = 0, kept = 0;
+    for (int stop_at = 1; stop_at <= calls; stop_at++) {
+        jumping j = {0, 0};
+        kt_integrator *it = before_the_jump(&j);
+        const double y = kt_integrator_state(it)[0];
+        j.stop_at = stop_at;
+        heeded += kt_integrator_step(it, 2.0, &error) == KT_ERROR_CALLBACK;
+        kept += kt_integrator_time(it) == 0.499 && kt_integrator_state(it)[0] == y;
+        integrator_free(it);
+    }
+    kt_check_equal_int("heeded", heeded, calls);
+    kt_check_equal_int("state as it was", kept, calls);
+    integrator_free(undisturbed);
+}

@@ -343,3 +343,42 @@ KT_TEST(a_stabilised_step_ends_where_its_stages_do) {
     kt_check_near("h radius", h * 5000.0, 0.653 * 62499.0 / 1.2, 0.01 * 34000.0);
     kt_check_equal_int("index", index, 1);
 }
+
+/* Just inside of the imaginary limit a step keeps a mode within rounding of its size, just outside it does not; of what
+ * is 0, any mode grows. */
+KT_TEST(stabilised_methods_have_a_limit_on_the_imaginary_axis_too) {
+    static const char *const names[] = {"rkc2", "rkc4"};
+    for (int i = 0; i < 2; i++)
+        for (int stages = 2; stages <= 12; stages++) {
+            const kt_stability s = stability_of(kt_method_find(names[i]), stages);
+            const double y = kt_stability_imaginary_limit(&s);
+            const double within = kt_stability_gain(&s, (kt_complex){0.0, 0.999 * y});
+            const double beyond = kt_stability_gain(&s, (kt_complex){0.0, y > 0.0 ? 1.01 * y : 0.02});
+            kt_note("%s, %d stages: %.6f", names[i], stages, y);
+            kt_check_near("|R| within", fmax(within, 1.0), 1.0, 64.0 * DBL_EPSILON);
+            kt_check_above("|R| - 1 beyond", beyond - 1.0, i == 0 ? 2e-9 : 0.05);
+            kt_check_true("rkc4 alone has one", (y > 0.0) == (i == 1));
+        }
+}
+
+KT_TEST(the_worst_mode_of_a_step_is_the_one_that_grows_most) {
+    const kt_method *rk4 = kt_method_find("rk4"), *rkc2 = kt_method_find("rkc2");
+    const kt_stability s = stability_of(rk4, 2);
+    const kt_complex modes[] = {{-1.0, 3.0}, {-20.0, 500.0}, {-300.0, 0.0}, {0.0, 0.0}}, vast = {-1e200, 1e200};
+    ptrdiff_t index = -1;
+    const double worst = kt_stability_worst(rk4, modes, 4, 0.01, 1.0, &index);
+    kt_check_near("growth", worst, kt_stability_growth(&s, modes[1], 0.01, 1.0), 0.0);
+    kt_check_equal_int("index", index, 1);
+    kt_check_near("not asked which", kt_stability_worst(rk4, modes, 4, 0.01, 1.0, NULL), worst, 0.0);
+    kt_check_near("none grows", kt_stability_worst(rk4, modes, 4, 1e-4, 1.0, &index), 1.0, 0.0);
+    kt_check_equal_int("index", index, -1);
+    kt_check_true("beyond all numbers", kt_stability_growth(&s, vast, 1.0, 1.0) == HUGE_VAL);
+    kt_check_true("beyond all stages", kt_stability_worst(rkc2, modes, 4, 1e3, 1.0, &index) == HUGE_VAL);
+    kt_check_equal_int("index", index, 1);
+    const double h = kt_stability_step(rk4, modes, 4, 1.0, 2.0, &index);
+    kt_check_near("step, not asked which", kt_stability_step(rk4, modes, 4, 1.0, 2.0, NULL), h, 0.0);
+    kt_method wrong = *rk4;
+    wrong.stages = 0;
+    kt_check_near("no method", kt_stability_step(&wrong, modes, 4, 1.0, 2.0, &index), 0.0, 0.0);
+    kt_check_equal_int("stages of a tableau", kt_stability_stages(rk4, 1e6), 4);
+}

@@ -1,0 +1,203 @@
+/* What an integrator is given and cannot use: each is refused by what is wrong with it. */
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- tables ------------------------------------------------------------------------------------------------------ */
+
+static void check_table(const char *what, kt_method m, const char *words) {
+    kt_error error = {KT_OK, "", ""};
+    kt_check_equal_int(what, kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, words);
+}
+
+KT_TEST(sizes_and_orders_out_of_range_are_refused) {
+    static const char stages[] = "a method has 1 to 32 stages", orders[] = "orders are 1 to 12";
+    static const char together[] = "error weights and embedded orders belong together";
+    const kt_method good = *kt_method_find("dop853");
+    kt_method m;
+#define KT_REFUSED(words, change)                                                                                      \
+    do {                                                                                                               \
+        m = good;                                                                                                      \
+        change;                                                                                                        \
+        check_table(#change, m, words);                                                                                \
+    } while (0)
+    KT_REFUSED(stages, m.stages = KT_METHOD_STAGES_MAX + 1);
+    KT_REFUSED(stages, m.dense_stages = KT_METHOD_STAGES_MAX + 1);
+    KT_REFUSED("a method of one stage cannot be fsal", (m.stages = 1, m.fsal = true));
+    KT_REFUSED(orders, m.embedded_order = -1);
+    KT_REFUSED(orders, m.embedded_order = KT_METHOD_ORDER_MAX + 1);
+    KT_REFUSED(orders, m.embedded_order_low = -1);
+    KT_REFUSED(orders, m.embedded_order_low = KT_METHOD_ORDER_MAX + 1);
+    KT_REFUSED(orders, m.dense_order = -1);
+    KT_REFUSED(orders, m.dense_order = KT_METHOD_ORDER_MAX + 1);
+    KT_REFUSED("a dense output has 0 to 8 terms", m.dense_terms = -1);
+    KT_REFUSED(together, m.embedded_order_low = 0);
+    KT_REFUSED(together, (m.e = NULL, m.embedded_order = 0));
+    KT_REFUSED("dense_stages > 0 needs dense_a and dense_c", m.dense_c = NULL);
+#undef KT_REFUSED
+}
+
+/* One NaN in each array of the table that has all of them. */
+KT_TEST(a_coefficient_that_is_not_finite_is_refused_wherever_it_stands) {
+    const kt_method good = *kt_method_find("dop853");
+    const int s = good.stages, d = good.dense_stages, w = kt_method_fresh(&good) + 1;
+    const struct {
+        const char *name;
+        size_t member;
+        int count;
+    } arrays[] = {
+        {"a", offsetof(kt_method, a), s * (s - 1) / 2},
+        {"b", offsetof(kt_method, b), s},
+        {"c", offsetof(kt_method, c), s},
+        {"e", offsetof(kt_method, e), s},
+        {"e_low", offsetof(kt_method, e_low), s},
+        {"dense_a", offsetof(kt_method, dense_a), d * w + d * (d - 1) / 2},
+        {"dense_c", offsetof(kt_method, dense_c), d},
+        {"dense_d", offsetof(kt_method, dense_d), good.dense_terms * (w + d)},
+    };
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
+        double values[KT_METHOD_STAGES_MAX * KT_METHOD_STAGES_MAX];
+        const double *own = values;
+        kt_method m = good;
+        memcpy(&own, (const char *)&good + arrays[i].member, sizeof own);
+        memcpy(values, own, (size_t)arrays[i].count * sizeof *values);
+        own = values;
+        memcpy((char *)&m + arrays[i].member, &own, sizeof own);
+        kt_check_equal_int("as it is", kt_method_check(&m, NULL), KT_OK);
+        values[arrays[i].count - 1] = (double)NAN;
+        check_table(arrays[i].name, m, "a coefficient is not finite");
+    }
+}
+
+/* ---- options ----------------------------------------------------------------------------------------------------- */
+
+static kt_status place(const kt_method *m, const kt_integrator_options *options, kt_error *error) {
+    static char memory[8192];
+    kt_integrator *it = NULL;
+    return kt_integrator_place(memory, sizeof memory, m, 2, options, &it, error);
+}
+
+KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
+    static const double positive[2] = {1e-9, 1e-6}, with_zero[2] = {1e-9, 0.0};
+    const kt_method *dopri5 = kt_method_find("dopri5");
+    kt_error error;
+    kt_integrator_options o;
+#define KT_PLACED(status, change)                                                                                      \
+    do {                                                                                                               \
+        o = kt_integrator_options_default();                                                                           \
+        change;                                                                                                        \
+        kt_check_equal_int(#change, place(dopri5, &o, &error), status);                                                \
+    } while (0)
+#define KT_REFUSED(words, change)                                                                                      \
+    do {                                                                                                               \
+        KT_PLACED(KT_ERROR_ARGUMENT, change);                                                                          \
+        kt_check_contains("words", error.message, words);                                                              \
+    } while (0)
+    KT_REFUSED("safety must be between 0 and 1", o.safety = 0.0);
+    KT_REFUSED("safety must be between 0 and 1", o.safety = (double)NAN);
+    KT_REFUSED("0 < alpha <= 2", o.alpha = 2.1);
+    KT_REFUSED("0 <= beta <= alpha", o.beta = -0.1);
+    KT_REFUSED("0 < factor_min < 1", o.factor_min = 0.0);
+    KT_REFUSED("1 < factor_max", o.factor_max = HUGE_VAL);
+    KT_PLACED(KT_OK, (o.alpha = 2.0, o.beta = 2.0));
+    KT_PLACED(KT_OK, o.beta = 0.0);
+    KT_PLACED(KT_OK, o.absolute_tolerance = 0.0);
+    KT_PLACED(KT_OK, (o.absolute_tolerances = positive, o.relative_tolerance = 0.0));
+    KT_PLACED(KT_OK, o.absolute_tolerances = with_zero);
+    KT_PLACED(KT_OK, (o.absolute_tolerances = positive, o.absolute_tolerance = o.relative_tolerance = 0.0));
+#undef KT_PLACED
+#undef KT_REFUSED
+}
+
+KT_TEST(what_is_missing_is_named) {
+    kt_error error;
+    char memory[4096];
+    kt_integrator *it = NULL;
+    kt_integrator_options o = kt_integrator_options_default();
+    const kt_method *rk4 = kt_method_find("rk4");
+    kt_method nameless = *rk4;
+    nameless.name = NULL;
+    kt_check_equal_int("no name", place(&nameless, &o, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "method '' has no error estimate");
+    kt_check_equal_int("no method", place(NULL, &o, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "no method is given");
+    kt_check_equal_int("no options", kt_integrator_place(memory, sizeof memory, rk4, 1, NULL, &it, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "options and the integrator to be set must be given");
+    o.step = 0.1;
+    kt_check_equal_int("no place for it", kt_integrator_place(memory, sizeof memory, rk4, 1, &o, NULL, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no memory", kt_integrator_place(NULL, sizeof memory, rk4, 1, &o, &it, &error), KT_ERROR_MEMORY);
+    kt_check_contains("words", error.message, "0 bytes were given");
+    kt_check_true("nothing was set", it == NULL);
+    kt_check_equal_int("place", kt_integrator_place(memory, sizeof memory, rk4, 1, &o, &it, &error), KT_OK);
+    kt_check_equal_int("no callbacks", kt_integrator_start(it, 0.0, (double[]){1.0}, NULL, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "a right-hand side must be given");
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+KT_TEST(every_number_of_a_checkpoint_is_checked) {
+    static const char damaged[] = "the memory is damaged", missing[] = "the memory and a right-hand side must be given";
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-5, 1e-5);
+    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL}, none = {NULL, NULL, NULL};
+    integrate_to(it, 1.0);
+    kt_integrator_memory good, bad;
+    double y[4], before[4];
+    kt_integrator_save(it, &good, y, NULL);
+    memcpy(before, y, sizeof before);
+    y[0] += 0.5; /* so that a restore that went through would show */
+#define KT_REFUSED(change)                                                                                             \
+    do {                                                                                                               \
+        bad = good;                                                                                                    \
+        change;                                                                                                        \
+        kt_check_equal_int(#change, kt_integrator_restore(it, &bad, y, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);  \
+        kt_check_contains("words", error.message, damaged);                                                            \
+    } while (0)
+    KT_REFUSED(bad.previous_t = HUGE_VAL);
+    KT_REFUSED(bad.origin = (double)NAN);
+    KT_REFUSED(bad.last_step = -HUGE_VAL);
+    KT_REFUSED(bad.next_step = HUGE_VAL);
+    KT_REFUSED(bad.control_error = HUGE_VAL);
+    KT_REFUSED(bad.control_error = (double)NAN);
+    KT_REFUSED(bad.radius = (double)NAN);
+#undef KT_REFUSED
+    kt_check_equal_int("no memory", kt_integrator_restore(it, NULL, y, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, missing);
+    kt_check_equal_int("no callbacks", kt_integrator_restore(it, &good, y, NULL, NULL, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no rhs", kt_integrator_restore(it, &good, y, NULL, &none, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, missing);
+    kt_check_equal_bits("state", kt_integrator_state(it), before, 4);
+    integrator_free(it);
+}
+
+/* There is no previous state yet: the state itself stands in, and is not taken for one. */
+KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(0.1);
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    kt_integrator *other = integrator_make(kt_method_find("rk4"), 4, &options);
+    kt_integrator_memory memory;
+    double y[4], previous[4], value[4];
+    kt_integrator_save(it, &memory, y, previous);
+    kt_check_equal_bits("previous", previous, y, 4);
+    is_ok("restore", kt_integrator_restore(other, &memory, y, previous, &callbacks, &error), &error);
+    kt_check_equal_int("past", kt_integrator_memory_get(other)->has_previous, 0);
+    kt_check_equal_int("value before", kt_integrator_interpolate(other, -0.05, value, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "outside of the last step");
+    integrate_to(it, 0.3);
+    integrate_to(other, 0.3);
+    kt_check_equal_bits("state", kt_integrator_state(other), kt_integrator_state(it), 4);
+    integrator_free(it);
+    integrator_free(other);
+}

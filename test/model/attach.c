@@ -1,0 +1,84 @@
+/* Loops on their way onto a tree. */
+#include "check.h"
+
+#include "kinetree/model.h"
+
+#include <stdlib.h>
+
+enum { ARM, PLATE, SHELF, BODIES };
+
+/* An arm on the ground, a plate fixed to it and a shelf fixed to the ground, and one loop. */
+typedef struct scene {
+    kt_description description;
+    kt_body body[BODIES];
+    kt_loop loop;
+} scene;
+
+static void describe(scene *s, kt_loop_type type, const char *first, const char *second) {
+    static const char *const names[] = {"arm", "plate", "shelf"};
+    s->description = kt_description_default();
+    for (int i = 0; i < BODIES; i++) {
+        s->body[i] = kt_body_default();
+        s->body[i].name = names[i];
+        s->body[i].mass = 1.0;
+        s->body[i].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    }
+    s->body[ARM].joint.type = KT_JOINT_SPHERICAL;
+    s->body[PLATE].parent = "arm";
+    s->loop = kt_loop_default();
+    s->loop.name = "pin";
+    s->loop.type = type;
+    s->loop.between[0] = s->loop.between[1] = kt_end_default();
+    s->loop.between[0].body = first;
+    s->loop.between[1].body = second;
+    s->description.bodies = s->body;
+    s->description.body_count = BODIES;
+    s->description.loops = &s->loop;
+    s->description.loop_count = 1;
+}
+
+static kt_status compile(const scene *s, kt_error *error) {
+    kt_model *model = NULL;
+    const kt_status status = kt_model_compile(&s->description, NULL, &model, error);
+    kt_check_true("a model on success only", (status == KT_OK) == (model != NULL));
+    kt_model_free(model);
+    return status;
+}
+
+/* Whatever the loop asks, no motion of the two bodies against each other is left that it could prevent or leave. */
+KT_TEST(a_loop_within_one_rigid_part_is_refused) {
+    static const char *const ends[][2] = {{"arm", "plate"}, {"plate", "arm"}, {"world", "shelf"}, {"shelf", NULL}};
+    static const kt_loop_type types[] = {KT_LOOP_SPHERICAL, KT_LOOP_WELD, KT_LOOP_INPLANE, KT_LOOP_UNIVERSAL};
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 4; k++) {
+            scene s;
+            kt_error error = {KT_OK, "", ""};
+            describe(&s, types[k], ends[i][0], ends[i][1]);
+            s.loop.axis2 = kt_vec3_make(1.0, 0.0, 0.0);
+            kt_check_equal_int(kt_loop_type_name(types[k]), compile(&s, &error), KT_ERROR_MODEL);
+            kt_check_text("where", error.where, "loop 'pin'");
+            kt_check_contains("words", error.message, "both its ends are on the same rigid part");
+        }
+    scene s;
+    kt_error error = {KT_OK, "", ""};
+    describe(&s, KT_LOOP_INPLANE, "plate", "shelf");
+    kt_check_equal_int("between two parts", compile(&s, &error), KT_OK);
+}
+
+/* A quaternion of which one number alone is not zero is a rotation, and stays as it is given. */
+KT_TEST(half_turns_are_initial_positions) {
+    for (int k = 0; k < 4; k++) {
+        scene s;
+        kt_error error = {KT_OK, "", ""};
+        kt_model *model = NULL;
+        double q[4], v[3], expected[4] = {0.0, 0.0, 0.0, 0.0};
+        describe(&s, KT_LOOP_SPHERICAL, NULL, NULL);
+        s.description.loop_count = 0;
+        s.body[ARM].joint.position[k] = expected[k] = 1.0;
+        if (!kt_check_equal_int("status", kt_model_compile(&s.description, NULL, &model, &error), KT_OK))
+            return;
+        kt_model_initial(model, q, v);
+        kt_check_equal_bits("position", q, expected, 4);
+        kt_model_free(model);
+    }
+}
