@@ -8,9 +8,11 @@ The headers are written to be read in an editor, in plain comments. The filter s
 
 - the comment at the top of NAME.h opens the group NAME.h, in which all of the file is;
 - a comment above a declaration documents it, and what follows without an empty line between;
-- a comment behind a member or an enumerated value documents that; above members which have one, it goes before each;
+- a comment behind a member or an enumerated value documents that;
+  above members which have one, it goes for each of them, too;
 - a line /* ---- title ---- */ opens a section;
-- a list of enumerated values, KT_..._LIST(X), becomes them: each with the comment behind it, or else its text or name;
+- a list of enumerated values, KT_..._LIST(X), becomes them: each with the comment behind it, or else its text
+  or name;
 - names of the library in comments become links: Doxygen then warns of one that does not exist;
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
@@ -74,18 +76,36 @@ def verbatim(lines, i):
     return end
 
 
+def items(lines):
+    """Lists, in HTML: Markdown's would need an empty line behind them."""
+    out, inside, dashes = [], False, False
+    for line in lines:
+        item = line.startswith("  ") and line[2] != " " and not dashes
+        if item:
+            line = ("<li>" if inside else "<ul><li>") + line[2:]
+            inside = True
+        elif inside and not line.startswith("  "):
+            line = "</ul>" + line
+            inside = False
+        dashes = line.startswith("- ") or dashes and line.startswith("  ")
+        out.append(line)
+    if inside:
+        out[-1] += "</ul>"
+    return out
+
+
 def prose(lines):
     """The lines of a comment, as many as before, in Doxygen's Markdown."""
     out, words, i = [], [], 0
 
     def write():
-        out.extend(inline("\n".join(words)).split("\n") if words else [])
+        out.extend(items(inline("\n".join(words)).split("\n")) if words else [])
         words.clear()
 
     while i < len(lines):
         end = verbatim(lines, i)
         if end == i:
-            words.append(re.sub(r"^  (?=\S)(?![-*] )", "- ", lines[i]))
+            words.append(lines[i])
             i += 1
             continue
         write()
@@ -273,7 +293,7 @@ class Header:
                 words = flat(comment)
             else:
                 last = fields[-1]
-                words = inline(last[1:-1]) if last.startswith('"') else f'In scene files "{last}".'
+                words = inline(last[1:-1]) if last.startswith('"') else f'"{last}"'
             out += f" {fields[0]}{value}, /**< {words} */"
         return out + "\n" * found[0].count("\n")
 
@@ -318,7 +338,7 @@ class Header:
             behind = flat(behind) if behind else ""
             if fresh:
                 heading, fresh = bool(above and behind), False
-            words = f"{above} {behind}".strip() if heading or not behind else behind
+            words = f"{behind.rstrip('.')}. {above}" if heading else behind or above
             out.append("    " + " ".join(f"{one} /**< {words} */" if words else one for one in variables(declared)))
             out += [""] * (j - i)
             i = j + 1

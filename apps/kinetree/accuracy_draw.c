@@ -70,6 +70,7 @@ static size_t find_front(const kt_accuracy_results *results, bool of_time, doubl
         pairs[2 * count] = (of_time ? 1e3 * point->cpu : (double)point->counts.evaluations) / results->duration;
         pairs[2 * count++ + 1] = known(results, point);
     }
+    /* cppcheck-suppress uninitvar ; the first `count` are written, and no others read */
     qsort(pairs, count, 2 * sizeof *pairs, by_cost);
     for (size_t i = 0; i < count; i++) {
         cost[i] = pairs[2 * i];

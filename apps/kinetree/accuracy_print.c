@@ -12,10 +12,10 @@ const char *kt_findings_unit(const kt_findings *findings) {
 
 const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int point) {
     const kt_accuracy_results *results = findings->results;
-    for (int i = 0; i < results->curve_count; i++)
-        if (point < results->curves[i].first + results->curves[i].count)
-            return &results->curves[i];
-    return NULL;
+    int i = 0;
+    while (i + 1 < results->curve_count && point >= results->curves[i].first + results->curves[i].count)
+        i++;
+    return &results->curves[i];
 }
 
 void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point *point, char *text, size_t size) {

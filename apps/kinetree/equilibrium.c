@@ -125,33 +125,118 @@ static json_t *describe(const kt_small_motion *motion) {
     return root;
 }
 
-/* The scene with other initial positions and no velocities. */
-static int write_scene(const kt_small_motion *motion, const char *path) {
-    kt_scene scene = motion->scene;
-    kt_error error = {0};
-    kt_body *bodies = calloc((size_t)scene.description.body_count + 1, sizeof *bodies);
-    if (bodies == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
+/* ---- the scene at rest ------------------------------------------------------------------------------------------- */
+
+/* The point of an end, for the positions of the last kt_kinematics_update. */
+static kt_vec3 end_point(const kt_small_motion *motion, const kt_end *end) {
+    const int body = end->body != NULL ? kt_body_find(motion->model, end->body) : 0;
+    const int marker = end->marker != NULL ? kt_marker_find(motion->model, body, end->marker) : -1;
+    return kt_point_position(motion->model, motion->data, body,
+                             marker >= 0 ? kt_marker_at(motion->model, body, marker) : end->at);
+}
+
+/* What is counted from the initial positions stays what it was: the lengths of springs. */
+static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects, int count, kt_error *error) {
+    double *q = calloc((size_t)kt_model_nq(motion->model) + 1, sizeof *q);
+    double *v = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *v);
+    kt_status status = KT_OK;
+    if (q == NULL || v == NULL) {
+        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    } else {
+        kt_model_initial(motion->model, q, v);
+        status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
     }
-    memcpy(bodies, scene.description.bodies, (size_t)scene.description.body_count * sizeof *bodies);
+    for (int i = 0; status == KT_OK && i < count; i++)
+        if (effects[i].type == KT_EFFECT_SPRING && effects[i].initial_length) {
+            effects[i].initial_length = false;
+            effects[i].length = kt_vec3_norm(
+                kt_vec3_sub(end_point(motion, &effects[i].between[1]), end_point(motion, &effects[i].between[0])));
+        }
+    free(q);
+    free(v);
+    return status;
+}
+
+/* The same of screws: their angle will count from the equilibrium's, where the ends are so far apart along the axis;
+ * the first end goes there. (The distances of loops are at rest what they were at the start.) */
+static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int count, kt_error *error) {
+    kt_status status = kt_kinematics_update(motion->model, motion->data, motion->q, NULL, NULL, error);
+    for (int i = 0; status == KT_OK && i < count; i++) {
+        kt_mat3 turn;
+        kt_end *end = loops[i].between;
+        if (loops[i].type != KT_LOOP_SCREW)
+            continue;
+        status = kt_rotation_evaluate(&end->rotation, &turn, error);
+        if (status != KT_OK)
+            return status;
+        const int body = end->body != NULL ? kt_body_find(motion->model, end->body) : 0;
+        const int marker = end->marker != NULL ? kt_marker_find(motion->model, body, end->marker) : -1;
+        const kt_vec3 axis = kt_mat3_apply(turn, kt_vec3_normalize(loops[i].axis)); /* in the body's axes */
+        const kt_vec3 apart = kt_mat3_apply_transposed(kt_body_pose(motion->model, motion->data, body).rotation,
+                                                       kt_vec3_sub(end_point(motion, &end[1]), end_point(motion, end)));
+        if (marker >= 0)
+            end->at = kt_marker_at(motion->model, body, marker);
+        end->marker = NULL;
+        end->at = kt_vec3_add(end->at, kt_vec3_scale(kt_vec3_dot(axis, apart), axis));
+    }
+    return status;
+}
+
+/* A copy of an array, which may be empty; NULL where there is no memory. */
+static void *copy_of(const void *array, int count, size_t size) {
+    void *copy = calloc((size_t)count + 1, size);
+    if (copy != NULL && count > 0)
+        memcpy(copy, array, (size_t)count * size);
+    return copy;
+}
+
+static kt_status write_file(const kt_scene *scene, const char *path, kt_error *error) {
+    errno = 0;
+    const bool to_stdout = strcmp(path, "-") == 0;
+    FILE *file = to_stdout ? stdout : fopen(path, "w");
+    if (file == NULL)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    kt_status status = kt_scene_write(scene, file, error);
+    if ((to_stdout ? fflush(file) : fclose(file)) != 0 && status == KT_OK)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+static void rest_bodies(const kt_small_motion *motion, kt_body *bodies) {
     for (int body = 1; body < kt_model_body_count(motion->model); body++) {
         const kt_coordinates at = kt_body_coordinates(motion->model, body);
         kt_joint *joint = &bodies[kt_body_source(motion->model, body)].joint;
         memcpy(joint->position, motion->q + at.q, (size_t)at.nq * sizeof(double));
         memset(joint->velocity, 0, sizeof joint->velocity);
     }
-    scene.description.bodies = bodies;
-    errno = 0;
-    const bool to_stdout = strcmp(path, "-") == 0;
-    FILE *file = to_stdout ? stdout : fopen(path, "w");
-    kt_status status = file != NULL ? kt_scene_write(&scene, file, &error) : KT_ERROR_FILE;
-    if (file != NULL && (to_stdout ? fflush(file) : fclose(file)) != 0 && status == KT_OK)
-        status = kt_error_set(&error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+}
+
+/* The scene with other initial positions and no velocities, and otherwise the same forces. */
+static int write_scene(const kt_small_motion *motion, const char *path) {
+    kt_scene scene = motion->scene;
+    kt_description *d = &scene.description;
+    kt_error error = {0};
+    kt_body *bodies = copy_of(d->bodies, d->body_count, sizeof *bodies);
+    kt_loop *loops = copy_of(d->loops, d->loop_count, sizeof *loops);
+    kt_effect *effects = copy_of(d->effects, d->effect_count, sizeof *effects);
+    kt_status status = KT_ERROR_MEMORY;
+    if (bodies != NULL && loops != NULL && effects != NULL) {
+        rest_bodies(motion, bodies);
+        status = keep_lengths(motion, effects, d->effect_count, &error);
+        if (status == KT_OK)
+            status = keep_threads(motion, loops, d->loop_count, &error);
+        d->bodies = bodies;
+        d->loops = loops;
+        d->effects = effects;
+        if (status == KT_OK)
+            status = write_file(&scene, path, &error);
+    }
     free(bodies);
+    free(loops);
+    free(effects);
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : strerror(errno));
+    kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : kt_status_text(status));
     return KT_EXIT_INTEGRATION;
 }
 

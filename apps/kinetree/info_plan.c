@@ -23,6 +23,15 @@ static double total_of(const kt_plan_step *steps, int count, bool *whole) {
     return sum;
 }
 
+/* "2 links", "1 link"; units are plurals, but for "pass", of which there is one. */
+static void print_amount(const kt_plan_step *s, char *text, size_t size) {
+    const size_t length = strlen(s->unit);
+    const char *body = s->count == 1 && strcmp(s->unit, "bodies") == 0 ? "body" : s->unit;
+    const bool cut =
+        s->count == 1 && length > 1 && body == s->unit && s->unit[length - 1] == 's' && s->unit[length - 2] != 's';
+    snprintf(text, size, "%lld %.*s", (long long)s->count, (int)strlen(body) - cut, body);
+}
+
 static void print_phase(const kt_plan_step *steps, int count, kt_phase phase) {
     int done = 0;
     printf("\n%s%s\n", phase_titles[phase], phase == KT_PHASE_EVALUATION ? ", flops each time" : "");
@@ -31,8 +40,7 @@ static void print_phase(const kt_plan_step *steps, int count, kt_phase phase) {
         if (s->phase != phase || s->dropped)
             continue;
         char amount[48];
-        const int cut = s->count == 1 && s->unit[0] != '\0' && s->unit[strlen(s->unit) - 1] == 's';
-        snprintf(amount, sizeof amount, "%lld %.*s", (long long)s->count, (int)strlen(s->unit) - cut, s->unit);
+        print_amount(s, amount, sizeof amount);
         printf("  %-42s %-16s", s->name, amount);
         if (!isnan(s->flops))
             printf(" %8.0f", s->flops);

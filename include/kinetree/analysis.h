@@ -98,6 +98,7 @@ KT_API KT_CHECKED kt_status kt_linearization_place(const kt_model *model, const 
 /* The same in memory of its own, released with kt_linearization_free. */
 KT_API KT_CHECKED kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                                     kt_linearization **linearization, kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_linearization_free(kt_linearization *linearization);
 
 /* Linearises about (t, q, v) under joint forces tau (nv, may be NULL) and the effects as they are at t. A state that is
@@ -172,6 +173,7 @@ KT_API size_t kt_modes_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes,
                                            kt_error *error);
 KT_API KT_CHECKED kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_modes_free(kt_modes *modes);
 
 /* All modes of a linear system of the same model, by rising |lambda|. Numbers of the state matrix that are below their
@@ -217,6 +219,7 @@ KT_API KT_CHECKED kt_status kt_spectrum_place(const kt_model *model, int samples
                                               kt_spectrum **spectrum, kt_error *error);
 KT_API KT_CHECKED kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum,
                                                kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_spectrum_free(kt_spectrum *spectrum);
 
 /* Adds the modes at a state. Errors: as kt_linearization_evaluate and kt_modes_evaluate, KT_ERROR_ARGUMENT where there
@@ -270,10 +273,10 @@ KT_API kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_met
  *
  * X(id, name) */
 #define KT_SET_LIST(X)                                                                                                 \
-    X(KT_SET_GAUSS, gauss)                                                                                             \
-    X(KT_SET_BAUMGARTE, baumgarte)                                                                                     \
-    X(KT_SET_AUGMENTED, augmented)                                                                                     \
-    X(KT_SET_PROJECTION, projection)
+    X(KT_SET_GAUSS, gauss)           /* accelerations alone; loops drift open */                                       \
+    X(KT_SET_BAUMGARTE, baumgarte)   /* Baumgarte's stabilisation */                                                   \
+    X(KT_SET_AUGMENTED, augmented)   /* the augmented Lagrangian */                                                    \
+    X(KT_SET_PROJECTION, projection) /* force projection */
 
 /* The ways to keep loops closed, by name; their equations stand at KT_SET_LIST. */
 typedef enum kt_set_type {
@@ -335,6 +338,7 @@ KT_API KT_CHECKED kt_status kt_set_place(const kt_model *model, kt_data *data, c
 /* The same in memory of its own, released with kt_set_free. */
 KT_API KT_CHECKED kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt_set **set,
                                           kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_set_free(kt_set *set);
 
 /* Accelerations a (nv) as kt_acceleration_evaluate has them, by this set; rate (nv; may be NULL) is the velocity that

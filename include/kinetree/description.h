@@ -241,11 +241,12 @@ typedef enum kt_effect_type {
     KT_EFFECT_CUSTOM = 1000   /* a caller's own (effect.h); not in scene files */
 } kt_effect_type;
 
+typedef struct kt_effect_end kt_effect_end;
+typedef struct kt_effect_balance kt_effect_balance;
+
 /* What a caller's own effect does: a wrench at each of its ends (moment about the end's point, world axes), or the
  * force of a scalar joint with position q and velocity v. Outputs come as zeros; balance may be NULL. effect.h has the
  * structs, an example, and what the returned number means. */
-typedef struct kt_effect_end kt_effect_end;
-typedef struct kt_effect_balance kt_effect_balance;
 typedef int kt_effect_push(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
                            kt_effect_balance *balance);
 typedef int kt_effect_drive(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);

@@ -86,9 +86,12 @@ KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
  * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where
- * and how: the first fault of kt_description_check, or a joint without inertia, a loop on one rigid part. O(size). */
+ * and how: the first fault of kt_description_check, or a joint without inertia, a loop on one rigid part;
+ * KT_ERROR_ARGUMENT (an option that is none, no place for the model); KT_ERROR_UNSUPPORTED (a level that this processor
+ * does not have). O(size). */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
+/* Releases what kt_model_compile made; does nothing with a copy, nor with NULL. */
 KT_API void kt_model_free(kt_model *model);
 
 /* Bytes that the model takes. */
@@ -169,6 +172,7 @@ KT_API KT_CHECKED kt_status kt_data_place(const kt_model *model, void *memory, s
 
 /* The same in memory of its own, released with kt_data_free. */
 KT_API KT_CHECKED kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_data_free(kt_data *data);
 
 /* How far iterations have gone with these data. Each of them has a cap (reduction.h), and none goes beyond it. */

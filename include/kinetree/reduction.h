@@ -132,7 +132,8 @@ KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *da
                                               kt_error *error);
 
 /* The equations at (t, q, v) as matrices: jacobian is equations x nv, column-major; rate = b' and drift = b'', one for
- * each equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. */
+ * each equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. Errors:
+ * KT_ERROR_NOT_FINITE. O(bodies + equations nv). */
 KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q,
                                               const double *v, double *jacobian, double *residual, double *rate,
                                               double *drift, kt_error *error);
@@ -140,13 +141,15 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
 /* Reactions at (t, q, v) under tau and external: in joints (one wrench a body, as kt_joint_reactions) and in loops (one
  * a loop: on the second end, at the first end's point, world axes; of a motion, what drives its joint: the torque, or
  * where it slides the force, along the joint's axis; of a coupling zeros, for it acts within its joints' reactions).
- * Either may be NULL. Leaves the kinematics of the motion in data, as kt_kinematics_update does. */
+ * Either may be NULL. Leaves the kinematics of the motion in data, as kt_kinematics_update does. Equations that depend
+ * on others carry none: redundant loops could share a reaction in many ways. Errors: as kt_acceleration_evaluate. Cost:
+ * an evaluation of accelerations, and kinematics. */
 KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);
 
 /* Potential energy of the effects at (t, q, v), J; NaN where a caller's own cannot tell it. Gravity's is
- * kt_potential_energy. */
+ * kt_potential_energy. O(bodies + effects). */
 KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
 #ifdef __cplusplus

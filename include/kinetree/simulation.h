@@ -199,6 +199,7 @@ KT_API KT_CHECKED kt_status kt_simulation_place(const kt_model *model, const kt_
 KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt_run *run,
                                                  const kt_simulation_options *options, kt_simulation **simulation,
                                                  kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_simulation_free(kt_simulation *simulation);
 
 /* Time, s; positions (nq) and velocities (nv), valid until the next call that takes a simulation that is not const. */

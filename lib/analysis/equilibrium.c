@@ -273,11 +273,14 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
         double f[3] = {0.0, 0.0, 0.0};
         if (loop->curve.type != KT_FUNCTION_NONE)
             kt_curve_evaluate(&loop->curve, l->model->number, l->t, f);
-        if (f[1] != 0.0 || f[2] != 0.0)
-            return kt_error_set(error, KT_ERROR_CONSTRAINT, l->model->text + loop->name,
-                                "this loop is driven: at t = %g s it moves the mechanism, which so cannot be at rest; "
-                                "take a time when it stands still, or a constant",
+        if (f[1] != 0.0 || f[2] != 0.0) {
+            char where[KT_WHERE_SIZE];
+            (void)snprintf(where, sizeof where, "loop '%s'", l->model->text + loop->name);
+            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                                "it is driven: at t = %g s it moves the mechanism, which so cannot be at rest; take a "
+                                "time when it stands still, or a constant",
                                 l->t);
+        }
     }
     return KT_OK;
 }

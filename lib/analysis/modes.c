@@ -49,10 +49,11 @@ static double size_at(packed x, size_t i) { return x.im ? hypot(x.re[i], x.im[i]
 static double error_of(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const size_t n = (size_t)system->states;
     const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
+    const bool paired = w.im && x.im;
     double re = 0.0, im = 0.0, sum = 0.0;
     for (size_t j = 0; j < n; j++) {
-        re += w.re[j] * x.re[j] + (w.im ? w.im[j] * x.im[j] : 0.0);
-        im += w.im ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
+        re += w.re[j] * x.re[j] + (paired ? w.im[j] * x.im[j] : 0.0);
+        im += paired ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
         double column = 0.0;
         for (size_t i = 0; i < n; i++)
             column += size_at(w, i) * system->state_error[j * n + i];

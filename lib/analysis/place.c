@@ -3,7 +3,6 @@
 #include "analysis/modes.h"
 #include "base/arena.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -104,11 +103,8 @@ kt_status kt_linearization_place(const kt_model *model, const kt_linearization_o
         return status;
     const kt_linearization_sizes sizes = measure(model, &wish);
     const size_t needed = lay_out(NULL, &sizes);
-    const bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
-    if (!memory || size < needed || misaligned)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
-                            "a linearisation takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed,
-                            KT_ALIGNMENT, size, misaligned ? ", misaligned" : "");
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("a linearisation takes", memory, size, needed, error);
     kt_linearization *l = memory;
     memset(l, 0, sizeof *l);
     (void)lay_out(memory, &sizes);
@@ -141,9 +137,9 @@ kt_status kt_linearization_create(const kt_model *model, const kt_linearization_
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a linearisation are not to be had", needed);
     kt_linearization *placed = NULL;
     status = kt_linearization_place(model, options, memory, needed, &placed, error);
-    if (status != KT_OK) { /* GCOVR_EXCL_BR_LINE: options have been checked, and the memory is as it asks for */
-        free(memory);      /* GCOVR_EXCL_LINE */
-        return status;     /* GCOVR_EXCL_LINE */
+    if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: options have been checked, and the memory is as it asks for */
+        free(memory);     /* GCOVR_EXCL_LINE */
+        return status;    /* GCOVR_EXCL_LINE */
     }
     placed->owned = memory;
     *linearization = placed;
@@ -174,11 +170,8 @@ size_t kt_modes_size(const kt_model *model) { return lay_out_modes(NULL, 2 * mod
 
 kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
     const size_t needed = kt_modes_size(model);
-    const bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
-    if (!memory || size < needed || misaligned)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
-                            "modes take %zu bytes at a multiple of %d; given: %zu bytes%s", needed, KT_ALIGNMENT, size,
-                            misaligned ? ", misaligned" : "");
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("modes take", memory, size, needed, error);
     kt_modes *m = memory;
     memset(m, 0, sizeof *m);
     (void)lay_out_modes(memory, 2 * model->n.v);
@@ -193,9 +186,9 @@ kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *err
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for modes are not to be had", needed);
     kt_modes *placed = NULL;
     const kt_status status = kt_modes_place(model, memory, needed, &placed, error);
-    if (status != KT_OK) { /* GCOVR_EXCL_BR_LINE: the memory is as it asks for */
-        free(memory);      /* GCOVR_EXCL_LINE */
-        return status;     /* GCOVR_EXCL_LINE */
+    if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: the memory is as it asks for */
+        free(memory);     /* GCOVR_EXCL_LINE */
+        return status;    /* GCOVR_EXCL_LINE */
     }
     placed->owned = memory;
     *modes = placed;

@@ -4,7 +4,6 @@
 #include "reduction/lapack.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 
 const char *kt_set_type_name(kt_set_type type) {
@@ -89,14 +88,12 @@ kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_option
                        kt_set **set, kt_error *error) {
     if (!KT_HAS_LAPACK)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
-    const kt_status status = check(options, error);
+    kt_status status = check(options, error);
     if (status != KT_OK)
         return status;
     const size_t needed = lay_out(model, NULL);
-    if (size < needed || (uintptr_t)memory % KT_ALIGNMENT != 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
-                            "a coordinate set takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed,
-                            KT_ALIGNMENT, size, (uintptr_t)memory % KT_ALIGNMENT != 0 ? ", misaligned" : "");
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("a coordinate set takes", memory, size, needed, error);
     kt_set *placed = memory;
     (void)lay_out(model, memory);
     placed->owned = NULL;
@@ -104,10 +101,10 @@ kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_option
     placed->options = *options;
     placed->cap = kt_model_freedom(model).rank;
     kt_set_reset(placed);
-    const kt_status chosen = choose_penalty(placed, data, error);
-    if (chosen == KT_OK)
+    status = choose_penalty(placed, data, error);
+    if (status == KT_OK)
         *set = placed;
-    return chosen;
+    return status;
 }
 
 kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt_set **set, kt_error *error) {
@@ -123,7 +120,7 @@ kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt
     else
         status = kt_set_place(model, data, options, memory, size, &placed, error);
     kt_data_free(data);
-    if (status != KT_OK) {
+    if (placed == NULL) {
         free(memory);
         return status;
     }

@@ -3,7 +3,6 @@
 
 #include "base/arena.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,11 +50,8 @@ kt_status kt_spectrum_place(const kt_model *model, int samples, void *memory, si
     if (sizes.samples == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "samples", "%d: at least one state is needed", samples);
     const size_t needed = lay_out(NULL, &sizes);
-    const bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
-    if (memory == NULL || size < needed || misaligned)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
-                            "a spectrum takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed, KT_ALIGNMENT,
-                            memory == NULL ? 0 : size, misaligned ? ", misaligned" : "");
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("a spectrum takes", memory, size, needed, error);
     kt_spectrum *placed = memory;
     memset(placed, 0, sizeof *placed);
     (void)lay_out(memory, &sizes);
@@ -76,7 +72,7 @@ kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **s
     if (needed > 0 && memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a spectrum are not to be had", needed);
     kt_status status = kt_spectrum_place(model, samples, memory, needed, &placed, error);
-    if (status != KT_OK) {
+    if (placed == NULL) {
         free(memory);
         return status;
     }

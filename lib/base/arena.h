@@ -2,7 +2,11 @@
 #ifndef KT_BASE_ARENA_H
 #define KT_BASE_ARENA_H
 
+#include "kinetree/status.h"
+
+#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 enum { KT_ARENA_ALIGNMENT = 64 }; /* a cache line, and the widest vector */
 
@@ -16,5 +20,13 @@ static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
     *used += kt_arena_round(bytes);
     return place;
 }
+
+/* Whether a block that a caller gives will do. */
+static inline bool kt_arena_fits(const void *memory, size_t size, size_t needed) {
+    return memory && size >= needed && (uintptr_t)memory % KT_ARENA_ALIGNMENT == 0;
+}
+
+/* KT_ERROR_MEMORY, with what it must be: `takes` is "a simulation takes". */
+kt_status kt_arena_refuse(const char *takes, const void *memory, size_t size, size_t needed, kt_error *error);
 
 #endif

@@ -328,7 +328,8 @@ static double stabilised_step(const spectrum *p, ptrdiff_t *index) {
 
 double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,
                          double growth, ptrdiff_t *index) {
-    ptrdiff_t unused, *to = index != NULL ? index : &unused;
+    ptrdiff_t unused = -1;
+    ptrdiff_t *const to = index != NULL ? index : &unused;
     kt_stability stability;
     *to = -1;
     if (kt_stability_make(method, 2, &stability, NULL) != KT_OK)
@@ -341,7 +342,8 @@ double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues,
 
 double kt_stability_worst(const kt_method *method, const kt_complex *eigenvalues, size_t count, double step,
                           double duration, ptrdiff_t *index) {
-    ptrdiff_t unused, *to = index != NULL ? index : &unused;
+    ptrdiff_t unused = -1;
+    ptrdiff_t *const to = index != NULL ? index : &unused;
     *to = -1;
     const double radius = largest_size(eigenvalues, count, &unused);
     return worst_growth(method, radius, eigenvalues, count, step, duration, to);

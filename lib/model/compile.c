@@ -432,12 +432,33 @@ static kt_status refuse_loops(const kt_description *description, const kt_model_
     return KT_OK;
 }
 
+/* Values that are no member of their type: a struct that was not begun by kt_model_options_default. The level is asked
+ * after when the model is laid out. */
+static kt_status check_options(const kt_model_options *options, kt_error *error) {
+    const struct {
+        const char *name;
+        unsigned value, count;
+    } choices[] = {{"options.reduction", options->reduction, KT_REDUCTION_SVD + 1},
+                   {"options.metric", options->metric, KT_METRIC_MASS + 1},
+                   {"options.formulation", options->formulation, KT_FORMULATION_COUNT},
+                   {"options.plan", options->plan, KT_PLAN_COUNT}};
+    for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++)
+        if (choices[i].value >= choices[i].count)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, choices[i].name,
+                                "%u is none of its values; begin with kt_model_options_default", choices[i].value);
+    return KT_OK;
+}
+
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
     const kt_model_options defaults = kt_model_options_default();
     const kt_model_options *wish = options ? options : &defaults;
     kt_model *tree = NULL;
-    kt_status status = kt_description_check(description, NULL, NULL, error);
+    if (!model)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_compile", "model is NULL");
+    kt_status status = check_options(wish, error);
+    if (status == KT_OK)
+        status = kt_description_check(description, NULL, NULL, error);
     if (status == KT_OK)
         status = refuse_loops(description, wish, error);
     if (status == KT_OK)

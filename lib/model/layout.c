@@ -8,6 +8,7 @@
 size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model) {
     size_t used = kt_arena_round(sizeof(kt_model));
     kt_model scrap;
+    /* cppcheck-suppress uninitvar ; its address is taken, no value */
     kt_model *m = model ? model : &scrap;
 #define KT_PLACE(type, name, count, meaning) m->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
     KT_MODEL_FIELDS(KT_PLACE)
@@ -19,6 +20,7 @@ size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model) {
 static size_t data_layout(const kt_counts *n, char *base, kt_data *data) {
     size_t used = kt_arena_round(sizeof(kt_data));
     kt_data scrap;
+    /* cppcheck-suppress uninitvar ; its address is taken, no value */
     kt_data *d = data ? data : &scrap;
 #define KT_PLACE(type, name, count, meaning) d->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
     KT_DATA_FIELDS(KT_PLACE)

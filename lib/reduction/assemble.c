@@ -144,7 +144,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     for (int i = 0;; i++) { /* once would do but for rounding */
         if (!kernels->look(model, data, t, q, v, model->held, &violation))
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
-        given = violation.speed = fmax(violation.speed, given);
+        given = fmax(violation.speed, given);
         if (i == 2 || violation.slip <= KT_CLOSED * violation.speed)
             break;
         if (!kernels->factor(model, data, KT_ROWS_ALL, false) ||
@@ -153,7 +153,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         for (size_t k = 0; k < model->n.v; k++)
             v[k] += model->held[k] ? 0.0 : data->delta[k];
     }
-    if (violation.slip <= KT_CLOSED_FAR * violation.speed)
+    if (violation.slip <= KT_CLOSED_FAR * given)
         return KT_OK;
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "

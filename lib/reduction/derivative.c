@@ -23,32 +23,32 @@
 
 #define KT_STEP 0.002 /* rad or m, and of their rates */
 
-/* Every array: name, count; p equations in the order of the loops, of n coordinates. */
+/* Every array: type, name, count; p equations in the order of the loops, of n coordinates. */
 #define FIELDS(X)                                                                                                      \
-    X(tree, kt_derivative_work_size(model) / sizeof(double))                                                           \
-    X(q, model->n.q)                                                                                                   \
-    X(v, n)                                                                                                            \
-    X(a, n)                                                                                                            \
-    X(lambda, p)                                                                                                       \
-    X(force, n)                                                                                                        \
-    X(weight, n)                                                                                                       \
-    X(jacobian, n *p)                                                                                                  \
-    X(factor, n *p)                                                                                                    \
-    X(reflector, n + p)                                                                                                \
-    X(lapack, 64 * (n + p + 1))                                                                                        \
-    X(pivot, p)                                                                                                        \
-    X(mass, n *n)                                                                                                      \
-    X(basis, n *n)                                                                                                     \
-    X(half, n *n)                                                                                                      \
-    X(reduced, n *n)                                                                                                   \
-    X(change, n)                                                                                                       \
-    X(freedom, n * sizeof(kt_way_freedom) / sizeof(double))                                                            \
-    X(chain, model->n.link)                                                                                            \
-    X(d_q, n *n)                                                                                                       \
-    X(d_v, n *n)                                                                                                       \
-    X(d_tau, n *n)                                                                                                     \
-    X(e_q, n *p)                                                                                                       \
-    X(e_v, n *p)
+    X(double, tree, kt_derivative_work_size(model) / sizeof(double))                                                   \
+    X(double, q, model->n.q)                                                                                           \
+    X(double, v, n)                                                                                                    \
+    X(double, a, n)                                                                                                    \
+    X(double, lambda, p)                                                                                               \
+    X(double, force, n)                                                                                                \
+    X(double, weight, n)                                                                                               \
+    X(double, jacobian, n *p)                                                                                          \
+    X(double, factor, n *p)                                                                                            \
+    X(double, reflector, n + p)                                                                                        \
+    X(double, lapack, 64 * (n + p + 1))                                                                                \
+    X(int32_t, pivot, p)                                                                                               \
+    X(double, mass, n *n)                                                                                              \
+    X(double, basis, n *n)                                                                                             \
+    X(double, half, n *n)                                                                                              \
+    X(double, reduced, n *n)                                                                                           \
+    X(double, change, n)                                                                                               \
+    X(kt_way_freedom, freedom, n)                                                                                      \
+    X(int32_t, chain, model->n.link)                                                                                   \
+    X(double, d_q, n *n)                                                                                               \
+    X(double, d_v, n *n)                                                                                               \
+    X(double, d_tau, n *n)                                                                                             \
+    X(double, e_q, n *p)                                                                                               \
+    X(double, e_v, n *p)
 
 typedef struct work {
     const kt_model *model;
@@ -56,7 +56,7 @@ typedef struct work {
     double t;
     size_t n, p;
     int rank;
-#define DECLARE(name, count) double *name;
+#define DECLARE(type, name, count) type *name;
     FIELDS(DECLARE)
 #undef DECLARE
 } work;
@@ -64,7 +64,7 @@ typedef struct work {
 static size_t work_layout(const kt_model *model, char *base, work *w) {
     const size_t n = model->n.v, p = model->n.row;
     size_t used = 0;
-#define PLACE(name, count) w->name = (double *)kt_arena_take(base, &used, (count) * sizeof(double));
+#define PLACE(type, name, count) w->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
     FIELDS(PLACE)
 #undef PLACE
     w->n = n;
@@ -128,7 +128,7 @@ static kt_status difference(work *w, const double *q, const double *v, size_t j,
 /* basis = Q, of A' P = Q R; pivots. Without loops Q = 1. */
 static kt_status factor(work *w, kt_error *error) {
     const int n = (int)w->n, p = (int)w->p;
-    int32_t *pivot = (int32_t *)w->pivot;
+    int32_t *const pivot = w->pivot;
     memset(w->basis, 0, w->n * w->n * sizeof *w->basis);
     for (size_t i = 0; i < w->n; i++)
         w->basis[i * w->n + i] = 1.0;
@@ -148,7 +148,7 @@ static kt_status factor(work *w, kt_error *error) {
 
 /* lambda of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
 static void find_multipliers(work *w, const double *f) {
-    const int32_t *pivot = (const int32_t *)w->pivot;
+    const int32_t *pivot = w->pivot;
     memset(w->lambda, 0, w->p * sizeof *w->lambda);
     for (int k = w->rank - 1; k >= 0; k--) {
         double sum = 0.0;
@@ -181,7 +181,7 @@ static bool reduce(work *w) {
 
 /* Column d becomes da; e: its p equations, or NULL (zero). */
 static void solve_column(work *w, double *d, const double *e) {
-    const int32_t *pivot = (const int32_t *)w->pivot;
+    const int32_t *pivot = w->pivot;
     const size_t n = w->n, rank = (size_t)w->rank;
     double *y = w->change, *z = y + rank;
     for (size_t k = 0; k < rank; k++) { /* R1' y = E */
@@ -246,13 +246,8 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
 
 static kt_status solve(work *w, const double *q, const double *v, kt_error *error) {
     const size_t n = w->n;
-    const kt_tangent at = {.model = w->model,
-                           .data = w->data,
-                           .t = w->t,
-                           .v = v,
-                           .a = w->a,
-                           .freedom = (kt_way_freedom *)w->freedom,
-                           .chain = (int32_t *)w->chain};
+    const kt_tangent at = {
+        .model = w->model, .data = w->data, .t = w->t, .v = v, .a = w->a, .freedom = w->freedom, .chain = w->chain};
     if (w->p)
         kt_tangent_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
     for (size_t j = 0; j < n && w->model->n.effect; j++) {

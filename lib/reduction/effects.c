@@ -99,7 +99,9 @@ KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const
 /* Returns whether all of them could be had. */
 KT_INLINE bool drive_all(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
-    kt_effect_balance balance, *const told = s->power ? &balance : NULL;
+    kt_effect_balance balance;
+    /* cppcheck-suppress uninitvar ; its address is taken, no value */
+    kt_effect_balance *const told = s->power ? &balance : NULL;
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         const kt_link *link = &s->model->link[effect->link[0]];
@@ -118,7 +120,9 @@ KT_INLINE bool drive_all(sum *s, const kt_effect_batch *batch) {
 
 KT_INLINE bool push_all(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
-    kt_effect_balance balance, *const told = s->power ? &balance : NULL;
+    kt_effect_balance balance;
+    /* cppcheck-suppress uninitvar ; its address is taken, no value */
+    kt_effect_balance *const told = s->power ? &balance : NULL;
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         kt_effect_end end[2];

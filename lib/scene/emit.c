@@ -1,4 +1,4 @@
-/* YAML in the layout of SCENE.md.
+/* YAML in the layout of scene-files.md.
  *
  * The layout is the contract's own and must not change with a library's version, so it is made here: block mappings and
  * lists indented by two, short things in flow style, lines broken near column 110.

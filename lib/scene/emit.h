@@ -1,4 +1,4 @@
-/* YAML in the layout of SCENE.md, to a stream. All of it needs the C locale in force. */
+/* YAML in the layout of scene-files.md, to a stream. All of it needs the C locale in force. */
 #ifndef KT_SCENE_EMIT_H
 #define KT_SCENE_EMIT_H
 

@@ -1,4 +1,4 @@
-/* What SCENE.md describes and this version cannot do yet.
+/* What scene-files.md describes and this version cannot do yet.
  *
  * This list is the one switch: take a line away when the engine can do what it names, and the tables of keys do the
  * rest, if they have it already. An entry is a key of the file ("loops"), a key of a section ("simulate.plan"), or a

@@ -1,4 +1,4 @@
-/* What SCENE.md describes and this version cannot do yet: refused in words, never ignored. */
+/* What scene-files.md describes and this version cannot do yet: refused in words, never ignored. */
 #ifndef KT_SCENE_SUPPORT_H
 #define KT_SCENE_SUPPORT_H
 

@@ -97,7 +97,7 @@ bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int cou
         kt_phrase_add(&expected, "a list of %s numbers", words[count]);
         return kt_fault_expected(r, scope, node, expected.text);
     }
-    double values[9];
+    double values[9] = {0.0};
     bool good = true;
     kt_node *item = node->of.first;
     for (int i = 0; i < count; i++, item = item->next) {

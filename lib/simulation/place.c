@@ -199,11 +199,8 @@ kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt
         return status;
     measure(model, &wish, &sizes);
     size_t needed = lay_out(NULL, &sizes);
-    bool misaligned = (uintptr_t)memory % KT_ALIGNMENT != 0;
-    if (memory == NULL || size < needed || misaligned)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
-                            "a simulation takes %zu bytes at a multiple of %d; given: %zu bytes%s", needed,
-                            KT_ALIGNMENT, size, misaligned ? ", misaligned" : "");
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("a simulation takes", memory, size, needed, error);
     memset(memory, 0, needed); /* a checkpoint has no byte that was never set */
     (void)lay_out(memory, &sizes);
     kt_simulation *placed = memory;
@@ -229,7 +226,7 @@ kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const k
     if (memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a simulation are not to be had", needed);
     status = kt_simulation_place(model, run, options, memory, needed, &placed, error);
-    if (status != KT_OK) {
+    if (placed == NULL) {
         free(memory);
         return status;
     }

@@ -66,8 +66,8 @@ KT_TEST(every_description_of_a_rotation_is_the_same_rotation) {
     }
 }
 
-/* SCENE.md: R = Rz(yaw) Ry(pitch) Rx(roll); Euler angles left to right about carried axes; matrices by rows. Quarter
- * turns tell the orders apart: e.g. yaw then roll takes z to x, roll then yaw takes it to -y. */
+/* scene-files.md: R = Rz(yaw) Ry(pitch) Rx(roll); Euler angles left to right about carried axes; matrices by rows.
+ * Quarter turns tell the orders apart: e.g. yaw then roll takes z to x, roll then yaw takes it to -y. */
 KT_TEST(descriptions_mean_what_the_scene_page_says) {
     const double quarter = 0.5 * KT_PI;
     const kt_mat3 rpy = evaluate(kt_rotation_rpy(quarter, 0.0, quarter));

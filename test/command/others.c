@@ -109,6 +109,17 @@ KT_TEST(info_plan_lists_kernels_and_what_is_left_out) {
     kt_expect(1, "--json is for the plan", "$K info --json e.yaml");
 }
 
+KT_TEST(info_plan_counts_one_in_the_singular) {
+    kt_write_file("one.yaml", "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+                              "effects:\n  - {type: drag, on: a, linear: 1}\n");
+    const kt_ran ran = kt_shell("$K info --plan one.yaml");
+    static const char *const parts[] = {"wrenches from bodies onto links            1 body ",
+                                        "articulated bodies in space                1 link ",
+                                        "energies                                   1 pass "};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        kt_check_contains("plan", ran.out, parts[i]);
+}
+
 KT_TEST(info_tells_how_a_scene_is_run) {
     kt_write_file("s.yaml", "kinetree: 1\n"
                             "name: a name\n"

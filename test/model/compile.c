@@ -282,6 +282,28 @@ KT_TEST(a_level_that_there_is_not_is_refused) {
     kt_model_free(model);
 }
 
+KT_TEST(options_that_are_none_are_refused) {
+    kt_tree tree = {.count = 0};
+    kt_error error;
+    kt_model *model = NULL;
+    kt_model_options wrong[4];
+    static const char *const where[] = {"options.reduction", "options.metric", "options.formulation", "options.plan"};
+    load(add(&tree, "a", KT_JOINT_REVOLUTE, ez), 1.0, ex, 1.0);
+    for (int i = 0; i < 4; i++)
+        wrong[i] = kt_model_options_default();
+    wrong[0].reduction = (kt_reduction)(KT_REDUCTION_SVD + 1);
+    wrong[1].metric = (kt_metric)(KT_METRIC_MASS + 1);
+    wrong[2].formulation = (kt_formulation)-1;
+    wrong[3].plan = (kt_plan)77;
+    for (int i = 0; i < 4; i++) {
+        kt_check_equal_int("status", kt_model_compile(&tree.description, &wrong[i], &model, &error), KT_ERROR_ARGUMENT);
+        kt_check_text("where", error.where, where[i]);
+        kt_check_true("no model", model == NULL);
+    }
+    kt_check_equal_int("nowhere to put it", kt_model_compile(&tree.description, NULL, NULL, &error), KT_ERROR_ARGUMENT);
+    kt_check_text("message", error.message, "model is NULL");
+}
+
 KT_TEST(a_wrong_description_is_refused_before_anything_is_made) {
     kt_tree tree = {.count = 0};
     kt_error error;

@@ -1,4 +1,4 @@
-/* Every key of SCENE.md that is supported, and what reading makes of it. */
+/* Every key of scene-files.md that is supported, and what reading makes of it. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

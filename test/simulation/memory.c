@@ -43,7 +43,9 @@ KT_TEST(placed_simulation_stays_within_its_memory) {
     kt_check_equal_int("misaligned", kt_simulation_place(model, &run, NULL, memory + 8, size + 64, &none, &error),
                        KT_ERROR_MEMORY);
     kt_check_contains("message", error.message, "misaligned");
-    kt_check_equal_int("no memory", kt_simulation_place(model, &run, NULL, NULL, size, &none, &error), KT_ERROR_MEMORY);
+    kt_check_equal_int("none at all", kt_simulation_place(model, &run, NULL, NULL, size, &none, &error),
+                       KT_ERROR_MEMORY);
+    kt_check_contains("message", error.message, "given: 0 bytes");
     kt_check_true("no simulation", none == NULL);
     free(memory);
     kt_model_free(model);
