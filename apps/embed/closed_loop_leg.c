@@ -155,41 +155,38 @@ typedef struct findings {
 
 static kt_status experiment(const kt_model *plant, controller *c, FILE *csv, findings *f, kt_error *error) {
     kt_run fixed = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
     fixed.integrator = "rk4";
     fixed.step = sample;
+    fixed.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_CONSTRAINT;
+    options.kinematics = true; /* to look at the plant's foot: not for the controller */
     kt_simulation *simulation = NULL;
-    kt_data *truth = NULL; /* to look at the plant's foot: not for the controller */
-    kt_status status = kt_simulation_create(plant, &fixed, NULL, &simulation, error);
-    if (status == KT_OK)
-        status = kt_data_create(plant, &truth, error);
+    kt_status status = kt_simulation_create(plant, &fixed, &options, &simulation, error);
     *f = (findings){0};
     kt_model_initial(c->model, c->q, c->v);
     for (long k = 0; status == KT_OK && (double)k * sample < duration; k++) {
-        const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
-        const double t = (double)k * sample, angle[MOTORS] = {count * round(q[0] / count), count * round(q[1] / count)};
+        const double t = (double)k * sample;
         double torque[JOINTS] = {0.0};
-        kt_residual residual;
+        kt_record seen;
         kt_vec3 r[3];
         path_at(t, r);
-        status = control(c, t, angle, v, torque, error);
-        if (status == KT_OK)
-            status = kt_kinematics_update(plant, truth, q, v, NULL, error);
-        if (status == KT_OK)
-            status = kt_loop_residual(plant, truth, t, q, v, &residual, error);
+        status = kt_simulation_sense(simulation, &seen, error);
         if (status != KT_OK)
             break;
-        const kt_vec3 p = kt_point_position(plant, truth, c->shank, foot);
-        f->open = fmax(f->open, residual.position);
+        const double angle[MOTORS] = {count * round(seen.q[THIGH] / count), count * round(seen.q[CRANK] / count)};
+        const kt_vec3 p = kt_point_position(plant, seen.data, c->shank, foot);
+        status = control(c, t, angle, seen.v, torque, error);
+        f->open = fmax(f->open, seen.constraint.position);
         f->torque = fmax(f->torque, fmax(fabs(torque[THIGH]), fabs(torque[CRANK])));
         f->error = t >= settled ? fmax(f->error, kt_vec3_norm(kt_vec3_sub(p, r[0]))) : f->error;
         if (csv != NULL)
             fprintf(csv, "%.9g,%.17g,%.17g,%.17g,%.17g,%.9g,%.9g,%.9g\n", t, p.x, p.y, r[0].x, r[0].y, torque[THIGH],
-                    torque[CRANK], residual.position);
-        status = kt_simulation_set_torque(simulation, torque, error);
+                    torque[CRANK], seen.constraint.position);
+        if (status == KT_OK)
+            status = kt_simulation_set_torque(simulation, torque, error);
         if (status == KT_OK)
             status = kt_simulation_advance(simulation, (double)(k + 1) * sample, error);
     }
-    kt_data_free(truth);
     kt_simulation_free(simulation);
     return status;
 }

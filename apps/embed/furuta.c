@@ -11,19 +11,18 @@
  * place, with E the energy that is lacking and M the mass matrix. The torque for it is s M11 + theta'' M12 + h1, where
  * theta'' M22 = -h2 - M12 s and h is the bias force: both come from the library's recursions at every sample.
  *
- * Balance by a linear quadratic regulator: at start the model is linearised upright, x' = A x + B u, and u = -K x with
- * K = B'X / r minimises the integral of x'Qx + r u^2, where X solves A'X + X A - X B B'X / r + Q = 0. The columns of
- * (U1; U2) that span the stable subspace of the Hamiltonian matrix (A, -B B'/r; -Q, -A'), found by LAPACK's ordered
- * Schur form, give X = U2 U1^-1 (Laub 1979, IEEE Trans. Automatic Control 24, 913-921). Against the delay the regulator
- * is given the state that the model foresees for the time when the torque arrives, x + T (A x + B w).
+ * Balance by a linear quadratic regulator (lqr.h) for the model as it is linearised upright at start, x' = A x + B u.
+ * Against the delay the regulator is given the state that the model foresees for the time when the torque arrives,
+ * x + T (A x + B w).
  */
+#include "lqr.h"
+
 #include <kinetree/kinetree.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { N = 4 }; /* states: angles of arm and pendulum, and their speeds */
+enum { N = LQR_STATES }; /* angles of arm and pendulum, and their speeds */
 
 static const double pi = 3.14159265358979323846;
 static const double sample = 2e-3, duration = 12.0;                /* s */
@@ -71,65 +70,21 @@ static kt_status describe(kt_model **model, kt_error *error) {
 
 /* ---- the design: all that the controller knows of the plant, asked from the model at start ----------------------- */
 
-typedef struct design {
-    double a[N * N], b[N]; /* column-major */
-    double gain[N];        /* K */
-    double residual;       /* of the Riccati equation, against Q's largest */
-    double inertia;        /* of the pendulum about its joint, kg m^2 */
-    double weight;         /* m g l, N m */
-} design;
+typedef struct controller {
+    const kt_model *model;
+    kt_data *data;
+    lqr regulator;
+    double inertia; /* of the pendulum about its joint, kg m^2 */
+    double weight;  /* m g l, N m */
+    double x[N];    /* angles, the pendulum's counted from upright; filtered speeds */
+    double waiting; /* the torque that was asked for last, on its way to the motor */
+    int is_balancing;
+} controller;
 
 static const double cost[N] = {1.0, 5.0, 0.02, 0.02}, price = 500.0; /* Q, diagonal, and r */
 
-static lapack_logical is_stable(const double *re, const double *im) {
-    (void)im;
-    return *re < 0.0;
-}
-
-/* The largest number of A'X + X A - X B B'X / r + Q, with K = B'X / r. */
-static double riccati_residual(const design *d, const double *x) {
-    double most = 0.0;
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++) {
-            double sum = (i == j ? cost[i] : 0.0) - price * d->gain[i] * d->gain[j];
-            for (int k = 0; k < N; k++)
-                sum += d->a[i * N + k] * x[j * N + k] + x[k * N + i] * d->a[j * N + k];
-            most = fmax(most, fabs(sum));
-        }
-    return most / cost[1];
-}
-
-static int solve_riccati(design *d) {
-    enum { M = 2 * N };
-    double h[M * M] = {0.0}, u[M * M], re[M], im[M], u1t[N * N], x[N * N];
-    lapack_int stable, pivots[N];
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++) {
-            h[j * M + i] = d->a[j * N + i];
-            h[(N + j) * M + i] = -d->b[i] * d->b[j] / price;
-            h[(N + j) * M + N + i] = -d->a[i * N + j];
-        }
-    for (int i = 0; i < N; i++)
-        h[i * M + N + i] = -cost[i];
-    if (LAPACKE_dgees(LAPACK_COL_MAJOR, 'V', 'S', is_stable, M, h, M, &stable, re, im, u, M) != 0 || stable != N)
-        return 0;
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++) { /* X = U2 U1^-1 is symmetric: U1' X = U2' */
-            u1t[j * N + i] = u[i * M + j];
-            x[j * N + i] = u[i * M + N + j];
-        }
-    if (LAPACKE_dgesv(LAPACK_COL_MAJOR, N, N, u1t, N, pivots, x, N) != 0)
-        return 0;
-    for (int j = 0; j < N; j++) {
-        d->gain[j] = 0.0;
-        for (int i = 0; i < N; i++)
-            d->gain[j] += d->b[i] * x[j * N + i] / price;
-    }
-    d->residual = riccati_residual(d, x);
-    return 1;
-}
-
-static kt_status find_design(const kt_model *model, kt_data *data, design *d, kt_error *error) {
+static kt_status find_design(controller *c, kt_error *error) {
+    const kt_model *model = c->model;
     const int motor = kt_body_coordinates(model, kt_body_find(model, "arm")).v;
     const double upright[2] = {0.0, 0.0}, rest[2] = {0.0, 0.0};
     const kt_linearization_options options = {.inputs = &motor, .input_count = 1};
@@ -140,29 +95,20 @@ static kt_status find_design(const kt_model *model, kt_data *data, design *d, kt
     if (status == KT_OK)
         status = kt_linearization_evaluate(linearization, 0.0, upright, rest, NULL, error);
     if (status == KT_OK)
-        status = kt_dynamics_mass(model, data, upright, mass, error);
+        status = kt_dynamics_mass(model, c->data, upright, mass, error);
     if (status == KT_OK)
-        status = kt_kinematics_update(model, data, upright, NULL, NULL, error);
+        status = kt_kinematics_update(model, c->data, upright, NULL, NULL, error);
     if (status != KT_OK)
         return status;
     const kt_linear_system *s = kt_linearization_system(linearization);
-    memcpy(d->a, s->state, sizeof d->a);
-    memcpy(d->b, s->input, sizeof d->b);
-    d->inertia = mass[3];
-    d->weight = kt_potential_energy(model, data); /* the arm's own is zero */
-    if (!solve_riccati(d))
+    c->inertia = mass[3];
+    c->weight = kt_potential_energy(model, c->data); /* the arm's own is zero */
+    if (!lqr_find(&c->regulator, s->state, s->input, cost, price))
         return kt_error_set(error, KT_ERROR_SINGULAR, "design", "the Riccati equation has no solution");
     return KT_OK;
 }
 
 /* ---- the controller: called once a sample, knows encoder counts alone -------------------------------------------- */
-
-typedef struct controller {
-    design design;
-    double x[N];    /* angles, the pendulum's counted from upright; filtered speeds */
-    double waiting; /* the torque that was asked for last, on its way to the motor */
-    int is_balancing;
-} controller;
 
 static double from_upright(double angle) { return remainder(angle, 2.0 * pi); }
 
@@ -175,15 +121,14 @@ static void read_sensors(controller *c, const double counts[2]) {
     }
 }
 
-static kt_status swing_up(const kt_model *model, kt_data *data, const controller *c, double *u, kt_error *error) {
-    const design *d = &c->design;
+static kt_status swing_up(const controller *c, double *u, kt_error *error) {
     double mass[4], bias[2];
-    kt_status status = kt_dynamics_mass(model, data, c->x, mass, error);
+    kt_status status = kt_dynamics_mass(c->model, c->data, c->x, mass, error);
     if (status == KT_OK)
-        status = kt_dynamics_inverse(model, data, c->x, c->x + 2, NULL, NULL, bias, error);
+        status = kt_dynamics_inverse(c->model, c->data, c->x, c->x + 2, NULL, NULL, bias, error);
     if (status != KT_OK)
         return status;
-    const double lack = d->weight * (surplus + 1.0 - cos(c->x[1])) - 0.5 * d->inertia * c->x[3] * c->x[3];
+    const double lack = c->weight * (surplus + 1.0 - cos(c->x[1])) - 0.5 * c->inertia * c->x[3] * c->x[3];
     const double speed = c->x[3] + 1e-2; /* with a nudge to begin with */
     const double feed = fmax(-fastest, fmin(fastest, -pump * lack * speed * mass[1] / mass[3]));
     const double s = feed - centre[0] * c->x[0] - centre[1] * c->x[2];
@@ -192,7 +137,7 @@ static kt_status swing_up(const kt_model *model, kt_data *data, const controller
 }
 
 static double regulate(const controller *c) {
-    const design *d = &c->design;
+    const lqr *d = &c->regulator;
     double u = 0.0;
     for (int i = 0; i < N; i++) {
         double ahead = c->x[i] + sample * d->b[i] * c->waiting; /* c->waiting acts until the next sample */
@@ -204,13 +149,13 @@ static double regulate(const controller *c) {
 }
 
 /* Balances from where the regulator asks for no more than the motor can give, until the pendulum has fallen. */
-static kt_status control(const kt_model *model, kt_data *data, controller *c, const double counts[2], kt_error *error) {
+static kt_status control(controller *c, const double counts[2], kt_error *error) {
     kt_status status = KT_OK;
     read_sensors(c, counts);
     double u = regulate(c);
     if (fabs(c->x[1]) > (c->is_balancing ? lost : near) || (!c->is_balancing && fabs(u) > limit)) {
         c->is_balancing = 0;
-        status = swing_up(model, data, c, &u, error);
+        status = swing_up(c, &u, error);
     } else {
         c->is_balancing = 1;
     }
@@ -222,46 +167,40 @@ static kt_status control(const kt_model *model, kt_data *data, controller *c, co
 /* ---- the experiment ---------------------------------------------------------------------------------------------- */
 
 /* A force on the pendulum's tip, across it: a wrench about the origin of the body frame, world axes. */
-static kt_wrench knock_on(const kt_model *model, kt_data *data, int body) {
+static kt_wrench knock_on(const kt_model *model, const kt_data *data, int body) {
     const kt_mat3 axes = kt_body_pose(model, data, body).rotation;
     const kt_vec3 force = kt_vec3_scale(knock_force, axes.y);
     return (kt_wrench){kt_vec3_cross(kt_vec3_scale(pendulum_length, axes.z), force), force};
 }
 
+/* When the pendulum is first held; the largest torque; the largest angle at the end. */
 typedef struct findings {
-    double caught, most, late; /* when the pendulum is first held; the largest torque; the largest angle at the end */
+    double caught, most, late;
 } findings;
 
-static kt_status experiment(const kt_model *model, kt_data *data, controller *c, kt_simulation *plant, FILE *csv,
-                            findings *f, kt_error *error) {
-    const int pendulum = kt_body_find(model, "pendulum");
-    const double *q = kt_simulation_positions(plant), *v;
-    kt_status status = KT_OK;
-    *f = (findings){.caught = NAN};
-    for (long k = 0; status == KT_OK && (double)k * sample < duration; k++, q = kt_simulation_positions(plant)) {
-        const double t = (double)k * sample, torque[2] = {c->waiting, 0.0};
-        const double counts[2] = {round(q[0] / count), round(q[1] / count)};
-        v = kt_simulation_velocities(plant);
-        status = control(model, data, c, counts, error);
-        if (c->is_balancing && isnan(f->caught))
-            f->caught = t;
-        f->most = fmax(f->most, fabs(torque[0]));
-        f->late = t >= duration - 2.0 ? fmax(f->late, fabs(from_upright(q[1]))) : f->late;
-        if (csv != NULL)
-            fprintf(csv, "%.9g,%.17g,%.17g,%.9g,%.9g,%.9g\n", t, q[0], q[1], v[0], v[1], torque[0]);
-        kt_wrench wrenches[3] = {0};
-        if (status == KT_OK && t >= knock_time && t < knock_time + knock_length) {
-            status = kt_kinematics_update(model, data, q, NULL, NULL, error);
-            wrenches[pendulum] = knock_on(model, data, pendulum);
-        }
-        if (status == KT_OK)
-            status = kt_simulation_set_wrenches(plant, wrenches, error);
-        if (status == KT_OK)
-            status = kt_simulation_set_torque(plant, torque, error);
-        if (status == KT_OK)
-            status = kt_simulation_advance(plant, (double)(k + 1) * sample, error);
-    }
-    return status;
+/* One sample: what the plant shows, the controller's answer, and on. */
+static kt_status take_sample(kt_simulation *plant, controller *c, long k, FILE *csv, findings *f, kt_error *error) {
+    const double t = (double)k * sample, torque[2] = {c->waiting, 0.0};
+    const int pendulum = kt_body_find(c->model, "pendulum");
+    kt_wrench wrenches[3] = {0};
+    kt_record seen;
+    kt_status status = kt_simulation_sense(plant, &seen, error);
+    if (status != KT_OK)
+        return status;
+    const double counts[2] = {round(seen.q[0] / count), round(seen.q[1] / count)};
+    if (t >= knock_time && t < knock_time + knock_length)
+        wrenches[pendulum] = knock_on(c->model, seen.data, pendulum);
+    if (csv != NULL)
+        fprintf(csv, "%.9g,%.17g,%.17g,%.9g,%.9g,%.9g\n", t, seen.q[0], seen.q[1], seen.v[0], seen.v[1], torque[0]);
+    f->late = t >= duration - 2.0 ? fmax(f->late, fabs(from_upright(seen.q[1]))) : f->late;
+    f->most = fmax(f->most, fabs(torque[0]));
+    status = control(c, counts, error);
+    f->caught = c->is_balancing && isnan(f->caught) ? t : f->caught;
+    if (status == KT_OK)
+        status = kt_simulation_set_wrenches(plant, wrenches, error);
+    if (status == KT_OK)
+        status = kt_simulation_set_torque(plant, torque, error);
+    return status == KT_OK ? kt_simulation_advance(plant, (double)(k + 1) * sample, error) : status;
 }
 
 int main(int argc, char **argv) {
@@ -272,29 +211,33 @@ int main(int argc, char **argv) {
     }
     kt_error error;
     kt_model *model = NULL;
-    kt_data *data = NULL;
     kt_simulation *plant = NULL;
     kt_run fixed = kt_run_default();
     fixed.integrator = "rk4";
     fixed.step = 1e-3;
+    fixed.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
+    kt_simulation_options options = kt_simulation_options_default();
+    options.kinematics = true; /* where the pendulum's tip points to */
     controller c = {.x = {0.0, pi, 0.0, 0.0}};
-    findings f = {0};
+    findings f = {.caught = NAN};
     if (csv != NULL)
         fprintf(csv, "time,position.arm,position.pendulum,velocity.arm,velocity.pendulum,torque.motor\n");
     kt_status status = describe(&model, &error);
+    c.model = model;
     if (status == KT_OK)
-        status = kt_data_place(model, data_memory, sizeof data_memory, &data, &error);
+        status = kt_data_place(model, data_memory, sizeof data_memory, &c.data, &error);
     if (status == KT_OK)
-        status = kt_simulation_place(model, &fixed, NULL, plant_memory, sizeof plant_memory, &plant, &error);
+        status = kt_simulation_place(model, &fixed, &options, plant_memory, sizeof plant_memory, &plant, &error);
     if (status == KT_OK)
-        status = find_design(model, data, &c.design, &error);
-    if (status == KT_OK)
-        status = experiment(model, data, &c, plant, csv, &f, &error);
+        status = find_design(&c, &error);
+    for (long k = 0; status == KT_OK && (double)k * sample < duration; k++)
+        status = take_sample(plant, &c, k, csv, &f, &error);
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
         status = kt_error_set(&error, KT_ERROR_FILE, argv[2], "cannot be written");
     if (status == KT_OK) {
+        const lqr *d = &c.regulator;
         printf("gain: arm %.4f, pendulum %.4f N m/rad, speeds %.4f, %.4f N m s/rad; Riccati residual %.1e\n",
-               c.design.gain[0], c.design.gain[1], c.design.gain[2], c.design.gain[3], c.design.residual);
+               d->gain[0], d->gain[1], d->gain[2], d->gain[3], d->residual);
         printf("caught after %.3f s, knocked at %.0f s; in the last 2 s within %.4f rad of upright\n", f.caught,
                knock_time, f.late);
         printf("largest torque %.4f N m of %.4f N m allowed\n", f.most, limit);

@@ -185,7 +185,9 @@ static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int
 /* A copy of an array, which may be empty; NULL where there is no memory. */
 static void *copy_of(const void *array, int count, size_t size) {
     void *copy = calloc((size_t)count + 1, size);
-    if (copy != NULL && count > 0)
+    if (copy == NULL)
+        return NULL;
+    if (count > 0)
         memcpy(copy, array, (size_t)count * size);
     return copy;
 }

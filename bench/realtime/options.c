@@ -20,9 +20,11 @@ static bool read_count(const char *text, long least, long *count) {
 }
 
 int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish) {
-    enum { STEPS = 1, PACED, CSV, HELP };
+    enum { STEPS = 1, PACED, SENSORS, MARKDOWN, CSV, HELP };
     static const struct option known[] = {{"steps", required_argument, NULL, STEPS},
                                           {"paced", required_argument, NULL, PACED},
+                                          {"sensors", no_argument, NULL, SENSORS},
+                                          {"markdown", no_argument, NULL, MARKDOWN},
                                           {"csv", required_argument, NULL, CSV},
                                           {"help", no_argument, NULL, HELP},
                                           {NULL, 0, NULL, 0}};
@@ -32,12 +34,18 @@ int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish) {
             good = read_count(optarg, 2, &wish->steps);
         } else if (found == PACED) {
             good = read_count(optarg, 0, &wish->paced) && wish->paced != 1;
+        } else if (found == SENSORS) {
+            wish->sensors = true;
+        } else if (found == MARKDOWN) {
+            wish->markdown = true;
         } else if (found == CSV) {
             wish->csv = optarg;
         } else if (found == HELP) {
             printf("Times of single steps (rk4, 1 ms), free running and paced at 1 kHz\nUsage: %s [OPTION...]\n\n"
                    "  --steps N     free running, 2 or more (%ld)\n"
                    "  --paced N     paced, N ms a scene; 0: none (%ld)\n"
+                   "  --sensors     accelerations of points and all reactions are read in each step\n"
+                   "  --markdown    prints a table in Markdown\n"
                    "  --csv FILE    writes the figures there\n"
                    "  --help        this text\n\n"
                    "Exit status: 0 measured, 2 nothing to trust was measured.\n",

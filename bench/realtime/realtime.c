@@ -2,14 +2,16 @@
  *
  * Mechanisms of four kinds are stepped by rk4 in steps of 1 ms, torques set before every one of them, first free
  * running, then paced at 1 kHz by clock_nanosleep on absolute times, where caches are cold and the system interferes.
- * Each step (kt_simulation_set_torque and kt_simulation_advance) is timed by itself, by the monotonic clock. After the
+ * Each step (kt_simulation_set_torque and kt_simulation_advance; with --sensors kt_simulation_sense between them, for
+ * accelerations of points and wrenches in all joints and loops) is timed by itself, by the monotonic clock. After the
  * first step allocations and page faults are counted, in a thread whose stack has been painted, to see how deep it is
  * used.
  *
  * The torques are a spring and a damper in every joint and a wave on top, in proportion to its inertia, which keep the
- * mechanism moving near its start however long it runs. A line is trusted if every step succeeded, the time is that of
- * the steps, and the mechanism is where springs keep it.
+ * mechanism moving near its start however long it runs. A line is trusted if every step succeeded, there were as many
+ * as it says, no iteration ended at its cap, and the mechanism is where springs keep it.
  */
+#include "leg.h"
 #include "options.h"
 #include "report.h"
 
@@ -33,32 +35,6 @@ static const double step = 1e-3;            /* s */
 static const double pace = 8.0, wave = 5.0; /* of springs, 1/s; of torques, 1/s^2, both times the inertia */
 static const double furthest = 100.0;       /* rad or m from the start, where springs would be broken */
 
-static const char leg[] = "kinetree: 1\n"
-                          "gravity: [0, -9.81, 0]\n"
-                          "bodies:\n"
-                          "  - name: thigh\n"
-                          "    joint: {type: revolute, axis: z, position: 0.5}\n"
-                          "    mass: 3\n"
-                          "    shape: {type: rod, to: [0, -0.4, 0]}\n"
-                          "  - name: crank\n"
-                          "    parent: thigh\n"
-                          "    joint: {type: revolute, axis: z}\n"
-                          "    mass: 0.3\n"
-                          "    shape: {type: rod, to: [-0.07, 0, 0]}\n"
-                          "  - name: rod\n"
-                          "    parent: crank\n"
-                          "    joint: {type: revolute, axis: z, at: [-0.07, 0, 0], position: 0.05}\n"
-                          "    mass: 0.3\n"
-                          "    shape: {type: rod, to: [0, -0.4, 0]}\n"
-                          "  - name: shank\n"
-                          "    parent: thigh\n"
-                          "    joint: {type: revolute, axis: z, at: [0, -0.4, 0], position: -0.9}\n"
-                          "    mass: 1.5\n"
-                          "    shape: {type: rod, to: [0, -0.4, 0]}\n"
-                          "loops:\n"
-                          "  - {name: pin, type: revolute, between: [{body: rod, at: [0, -0.4, 0]},"
-                          " {body: shank, at: [-0.031, -0.039, 0]}]}\n";
-
 /* name; file in apps/scenes, or the scene itself */
 static const struct scene {
     const char *name, *file, *text;
@@ -66,7 +42,7 @@ static const struct scene {
     {"cart-pole", "cart-pole.yaml", NULL},
     {"arm7", "arm7.yaml", NULL},
     {"humanoid", "humanoid.yaml", NULL},
-    {"leg with four-bar", NULL, leg},
+    {"leg with four-bar", NULL, kt_leg},
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
@@ -76,11 +52,12 @@ typedef struct plant {
     void *memory; /* of the simulation */
     size_t size;
     kt_simulation *simulation;
+    kt_record seen;
     int nq, nv;
     double *q0, *v0, *weight, *inertia, *away,
         *torque; /* nq; nv each: start; rest; what bears it; of joints; from the start; set */
 
-    bool is_paced;
+    bool is_paced, has_sensors;
     long steps;
     double *seconds; /* steps: of each */
     void *stack;     /* STACK bytes */
@@ -121,6 +98,8 @@ static void think(plant *p, long k) {
 static void take_step(plant *p, long k) {
     if (p->status == KT_OK)
         p->status = kt_simulation_set_torque(p->simulation, p->torque, &p->error);
+    if (p->status == KT_OK && p->has_sensors)
+        p->status = kt_simulation_sense(p->simulation, &p->seen, &p->error);
     if (p->status == KT_OK)
         p->status = kt_simulation_advance(p->simulation, (double)(k + 1) * step, &p->error);
 }
@@ -246,17 +225,23 @@ static void clear(plant *p) {
 }
 
 /* All memory is taken, and touched, here. */
-static kt_status prepare(plant *p, const struct scene *which, long steps, bool is_paced, kt_error *error) {
+static kt_status prepare(plant *p, const struct scene *which, const kt_realtime_options *wish, bool is_paced,
+                         kt_error *error) {
+    const long steps = is_paced ? wish->paced : wish->steps;
+    kt_simulation_options options = kt_simulation_options_default();
     kt_run fixed = kt_run_default();
     fixed.integrator = "rk4";
     fixed.step = step;
-    *p = (plant){.steps = steps, .is_paced = is_paced};
+    if (wish->sensors)
+        fixed.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
+    options.kinematics = wish->sensors;
+    *p = (plant){.steps = steps, .is_paced = is_paced, .has_sensors = wish->sensors};
     kt_status status = make_model(which, &p->model, error);
     if (status != KT_OK)
         return status;
     p->nq = kt_model_nq(p->model);
     p->nv = kt_model_nv(p->model);
-    p->size = kt_simulation_size(p->model, &fixed, NULL);
+    p->size = kt_simulation_size(p->model, &fixed, &options);
     const size_t nq = (size_t)p->nq, nv = (size_t)p->nv;
     p->memory = aligned_alloc(KT_ALIGNMENT, p->size);
     p->stack = aligned_alloc(4096, STACK);
@@ -272,7 +257,7 @@ static kt_status prepare(plant *p, const struct scene *which, long steps, bool i
         return kt_error_set(error, KT_ERROR_MEMORY, which->name, "no memory for %ld steps", steps);
     memset(p->stack, 0, STACK);
     memset(p->seconds, 0xFF, (size_t)steps * sizeof(double)); /* NaN: not measured */
-    status = kt_simulation_place(p->model, &fixed, NULL, p->memory, p->size, &p->simulation, error);
+    status = kt_simulation_place(p->model, &fixed, &options, p->memory, p->size, &p->simulation, error);
     if (status != KT_OK)
         return status;
     memcpy(p->q0, kt_simulation_positions(p->simulation), nq * sizeof(double)); /* with its loops closed */
@@ -292,29 +277,48 @@ static double quantile(const double *sorted, long count, double part) {
     return sorted[at > 0 ? at : 0];
 }
 
-static const char columns[] = "scene,bodies,freedoms,loops,mode,steps,first_s,median_s,p99_9_s,max_s,late,allocations,"
-                              "page_faults,stack_bytes,model_bytes,simulation_bytes,furthest," KT_CSV_ORIGIN;
+static const char columns[] =
+    "scene,bodies,freedoms,loops,mode,sensors,steps,first_s,median_s,p99_9_s,max_s,late,allocations,"
+    "page_faults,stack_bytes,model_bytes,simulation_bytes,furthest," KT_CSV_ORIGIN;
+
+static void print_head(bool markdown) {
+    if (markdown)
+        printf("| | bodies | freedoms | mode | steps | median, us | 99.9 %%, us | max, us | late | allocations | page "
+               "faults "
+               "| stack, bytes |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    else
+        printf("%-18s%7s%5s  %-6s%9s |%8s%8s%9s%6s |%6s%7s%8s%8s%9s\n", "", "bodies", "dof", "mode", "steps", "median",
+               "99.9 %", "max", "late", "alloc", "faults", "stack", "model", "simul.");
+}
 
 /* Prints and writes a line; false where it is not to be trusted. */
-static bool tell(plant *p, const struct scene *which, kt_csv *csv) {
+static bool tell(plant *p, const struct scene *which, bool markdown, kt_csv *csv) {
     const long count = p->steps - 1; /* the first one is told by itself */
     double *rest = p->seconds + 1;
     qsort(rest, (size_t)count, sizeof *rest, compare);
     const double median = quantile(rest, count, 0.5), high = quantile(rest, count, 0.999), most = rest[count - 1];
-    const kt_freedom freedom = kt_model_freedom(p->model);
-    const bool is_trusted = p->status == KT_OK && p->furthest < furthest &&
-                            kt_simulation_counts_get(p->simulation).steps == (uint64_t)p->steps;
-    printf("%-18s%7d%5d  %-6s%9ld |%8.2f%8.2f%9.2f%6ld |%6ld%7ld%8zu%8zu%9zu%s\n", which->name,
-           kt_model_body_count(p->model) - 1, freedom.minimal, p->is_paced ? "paced" : "free", p->steps, 1e6 * median,
-           1e6 * high, 1e6 * most, p->late, p->allocations, p->faults, p->depth, kt_model_size(p->model), p->size,
-           is_trusted ? "" : "  NOT TRUSTED");
+    const int bodies = kt_model_body_count(p->model) - 1, freedoms = kt_model_freedom(p->model).minimal;
+    const char *mode = p->is_paced ? "paced" : "free";
+    const kt_simulation_counts counts = kt_simulation_counts_get(p->simulation);
+    const bool is_trusted = p->status == KT_OK && p->furthest < furthest && counts.steps == (uint64_t)p->steps &&
+                            counts.iterations.capped == 0;
+    const char *doubt = is_trusted ? "" : "  NOT TRUSTED";
+    if (markdown)
+        printf("| %s%s | %d | %d | %s | %ld | %.2f | %.2f | %.2f | %ld | %ld | %ld | %zu |\n", which->name, doubt,
+               bodies, freedoms, mode, p->steps, 1e6 * median, 1e6 * high, 1e6 * most, p->late, p->allocations,
+               p->faults, p->depth);
+    else
+        printf("%-18s%7d%5d  %-6s%9ld |%8.2f%8.2f%9.2f%6ld |%6ld%7ld%8zu%8zu%9zu%s\n", which->name, bodies, freedoms,
+               mode, p->steps, 1e6 * median, 1e6 * high, 1e6 * most, p->late, p->allocations, p->faults, p->depth,
+               kt_model_size(p->model), p->size, doubt);
     (void)fflush(stdout);
     kt_csv_text(csv, which->name);
-    kt_csv_number(csv, kt_model_body_count(p->model) - 1);
-    kt_csv_number(csv, freedom.minimal);
+    kt_csv_number(csv, bodies);
+    kt_csv_number(csv, freedoms);
     kt_csv_number(csv, kt_loop_count(p->model));
-    kt_csv_text(csv, p->is_paced ? "paced" : "free");
-    const double numbers[] = {(double)p->steps,
+    kt_csv_text(csv, mode);
+    const double numbers[] = {(double)p->has_sensors,
+                              (double)p->steps,
                               p->seconds[0],
                               median,
                               high,
@@ -341,18 +345,16 @@ static int run(const kt_realtime_options *wish, kt_csv *csv) {
     for (int mode = 0; mode < 2; mode++)
         for (int i = 0; i < SCENES; i++) {
             plant p;
-            const long steps = mode == 0 ? wish->steps : wish->paced;
-            if (steps == 0)
+            if ((mode == 0 ? wish->steps : wish->paced) == 0)
                 continue;
-            const kt_status status = prepare(&p, &scenes[i], steps, mode == 1, &error);
+            const kt_status status = prepare(&p, &scenes[i], wish, mode == 1, &error);
             if (status != KT_OK || !run_thread(&p)) {
                 clear(&p);
                 return status != KT_OK ? kt_bench_tell(&error) : KT_BENCH_FAILED;
             }
             if (mode == 0 && i == 0)
-                printf("%-18s%7s%5s  %-6s%9s |%8s%8s%9s%6s |%6s%7s%8s%8s%9s\n", "", "bodies", "dof", "mode", "steps",
-                       "median", "99.9 %", "max", "late", "alloc", "faults", "stack", "model", "simul.");
-            trusted &= tell(&p, &scenes[i], csv);
+                print_head(wish->markdown);
+            trusted &= tell(&p, &scenes[i], wish->markdown, csv);
             if (p.status != KT_OK)
                 (void)kt_bench_tell(&p.error);
             clear(&p);
@@ -368,11 +370,14 @@ int main(int argc, char **argv) {
         return status;
     if (!kt_csv_open(&csv, wish.csv, columns))
         return KT_BENCH_FAILED;
-    kt_bench_heading("Times of single steps, us: rk4, 1 ms, torques set before each", KT_LEVEL_AUTO, wish.csv);
     const bool is_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-    printf("Allocations, page faults and stack (bytes below the loop) are those after the first step; memory is %s;\n"
-           "late: steps that ended after the next was due.\n\n",
-           is_locked ? "locked" : "not locked (not allowed)");
+    if (!wish.markdown) {
+        kt_bench_heading("Times of single steps, us: rk4, 1 ms, torques set before each", KT_LEVEL_AUTO, wish.csv);
+        printf(
+            "Allocations, page faults and stack (bytes below the loop) are those after the first step; memory is %s;\n"
+            "late: steps that ended after the next was due. Sensors are %s.\n\n",
+            is_locked ? "locked" : "not locked (not allowed)", wish.sensors ? "read in each step" : "not read");
+    }
     const int result = run(&wish, &csv);
     return kt_csv_close(&csv) ? result : KT_BENCH_FAILED;
 }

@@ -62,17 +62,18 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
  * caller's, work_size >= kt_acceleration_work_size bytes at KT_ALIGNMENT, for the call alone.
  *
  * Of the reduced equations, at the accelerations and multipliers of the motion. The tree's part is analytic
- * (kt_dynamics_inverse_derivatives), and loops' equations are differentiated as they are evaluated, exactly, whatever
- * their type. The forces of effects, and these alone, are differenced (central, order eight, steps of 0.002 rad or m
- * and of their rates up to 0.008): to some 1e-9 where they are smooth on that scale, not where an effect jumps or has a
- * kink within it. A single column leads off the loops; where some of their equations depend on others, only sums of
- * columns along motions that the loops allow have a meaning, since off them dependent equations contradict each other,
- * and independent ones are chosen.
+ * (kt_dynamics_inverse_derivatives); loops' equations and the library's effects are differentiated as they are
+ * evaluated, exactly, whatever their type (the slopes are those of this side where an effect has a kink). A caller's
+ * own effects, and these alone, are differenced (central, order eight, steps of 0.002 rad or m and of their rates up to
+ * 0.008): to some 1e-9 of their part where they are smooth on that scale, not where they jump or have a kink within it.
+ * A single column leads off the loops; where some of their equations depend on others, only sums of columns along
+ * motions that the loops allow have a meaning, since off them dependent equations contradict each other, and
+ * independent ones are chosen.
  *
  * Errors: as kt_acceleration_evaluate; KT_ERROR_MEMORY where work is too small or not aligned; KT_ERROR_SINGULAR at and
- * next to singular positions of the loops, too. Outputs are untouched then. O(nv^3), a loop's equations twice for each
- * coordinate in it, and 16 nv evaluations of the effects. Where there are neither, kt_dynamics_forward_derivatives is
- * faster. */
+ * next to singular positions of the loops, too. Outputs are untouched then. O(nv^3), a loop's equations
+ * and an effect's force twice for each coordinate that moves them, and 16 nv evaluations of a caller's effects. Where
+ * there are neither loops nor effects, kt_dynamics_forward_derivatives is faster. */
 KT_API size_t kt_acceleration_work_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *work,
                                                         size_t work_size, double t, const double *q, const double *v,

@@ -27,6 +27,10 @@ KT_INLINE kt_number kt_root(kt_number x) { return sqrt(x); }
 KT_INLINE kt_number kt_angle(kt_number y, kt_number x) { return atan2(y, x); }
 KT_INLINE kt_number kt_at_least(kt_number x, double least) { return fmax(x, least); }
 KT_INLINE kt_number kt_wrap(kt_number x, double period) { return remainder(x, period); }
+KT_INLINE kt_number kt_magnitude(kt_number x) { return fabs(x); }
+KT_INLINE kt_number kt_raise(kt_number x, double exponent) { return pow(x, exponent); }
+KT_INLINE kt_number kt_exponential(kt_number x) { return exp(x); }
+KT_INLINE kt_number kt_tanh(kt_number x) { return tanh(x); }
 
 KT_INLINE kt_vector kt_vector_zero(void) { return kt_v4_splat(0.0); }
 KT_INLINE kt_vector kt_vector_make(kt_number x, kt_number y, kt_number z) { return (kt_v4){x, y, z, 0.0}; }
@@ -40,18 +44,24 @@ KT_INLINE kt_vector kt_apply_transposed(const kt_vector a[3], kt_vector u) { ret
 
 #else
 
-#include <complex.h>
-#undef I
-
 typedef double _Complex kt_number;
 typedef double kt_vector __attribute__((vector_size(64)));
 
 #define KT_TINY 0x1p-200
 
+/* Real and imaginary part; C lays a complex number out as an array of two. */
+typedef union kt_parts {
+    kt_number whole;
+    double part[2];
+} kt_parts;
+KT_INLINE kt_number kt_number_join(double low, double high) { return (kt_parts){.part = {low, high}}.whole; }
+KT_INLINE double kt_number_low(kt_number x) { return (kt_parts){.whole = x}.part[0]; }
+KT_INLINE double kt_number_high(kt_number x) { return (kt_parts){.whole = x}.part[1]; }
+
 /* From a value and its change, and back. */
-KT_INLINE kt_number kt_number_of(double x, double change) { return CMPLX(x, KT_TINY * change); }
-KT_INLINE double kt_value(kt_number x) { return creal(x); }
-KT_INLINE double kt_change(kt_number x) { return cimag(x) / KT_TINY; }
+KT_INLINE kt_number kt_number_of(double x, double change) { return kt_number_join(x, KT_TINY * change); }
+KT_INLINE double kt_value(kt_number x) { return kt_number_low(x); }
+KT_INLINE double kt_change(kt_number x) { return kt_number_high(x) / KT_TINY; }
 
 KT_INLINE kt_v4 kt_lower(kt_vector a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
 KT_INLINE kt_v4 kt_upper(kt_vector a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
@@ -63,34 +73,51 @@ KT_INLINE kt_v4 kt_vector_value(kt_vector a) { return kt_lower(a); }
 KT_INLINE kt_v4 kt_vector_change(kt_vector a) { return kt_upper(a) / kt_v4_splat(KT_TINY); }
 
 /* f(x) for f and f' there */
-KT_INLINE kt_number kt_chain(kt_number x, double f, double slope) { return CMPLX(f, slope * cimag(x)); }
+KT_INLINE kt_number kt_chain(kt_number x, double f, double slope) {
+    return kt_number_join(f, slope * kt_number_high(x));
+}
+/* At 0, which lengths of vectors reach only as their least, the slope is that of neither side: 0. */
 KT_INLINE kt_number kt_root(kt_number x) {
-    const double root = sqrt(creal(x));
-    return kt_chain(x, root, 0.5 / root);
+    const double root = sqrt(kt_number_low(x));
+    return kt_chain(x, root, root > 0.0 ? 0.5 / root : 0.0);
 }
 KT_INLINE kt_number kt_angle(kt_number y, kt_number x) {
-    const double yy = creal(y), xx = creal(x);
-    return CMPLX(atan2(yy, xx), (xx * cimag(y) - yy * cimag(x)) / (xx * xx + yy * yy));
+    const double yy = kt_number_low(y), xx = kt_number_low(x);
+    return kt_number_join(atan2(yy, xx), (xx * kt_number_high(y) - yy * kt_number_high(x)) / (xx * xx + yy * yy));
 }
-KT_INLINE kt_number kt_at_least(kt_number x, double least) { return creal(x) >= least ? x : CMPLX(least, 0.0); }
-KT_INLINE kt_number kt_wrap(kt_number x, double period) { return CMPLX(remainder(creal(x), period), cimag(x)); }
+KT_INLINE kt_number kt_at_least(kt_number x, double least) {
+    return kt_number_low(x) >= least ? x : kt_number_join(least, 0.0);
+}
+KT_INLINE kt_number kt_wrap(kt_number x, double period) {
+    return kt_number_join(remainder(kt_number_low(x), period), kt_number_high(x));
+}
+KT_INLINE kt_number kt_magnitude(kt_number x) { return kt_number_low(x) < 0.0 ? -x : x; }
+KT_INLINE kt_number kt_raise(kt_number x, double exponent) {
+    return kt_chain(x, pow(kt_number_low(x), exponent), exponent * pow(kt_number_low(x), exponent - 1.0));
+}
+KT_INLINE kt_number kt_exponential(kt_number x) { return kt_chain(x, exp(kt_number_low(x)), exp(kt_number_low(x))); }
+KT_INLINE kt_number kt_tanh(kt_number x) {
+    const double f = tanh(kt_number_low(x));
+    return kt_chain(x, f, 1.0 - f * f);
+}
 
 KT_INLINE kt_vector kt_vector_zero(void) { return (kt_vector){0.0}; }
 KT_INLINE kt_vector kt_vector_make(kt_number x, kt_number y, kt_number z) {
-    return (kt_vector){creal(x), creal(y), creal(z), 0.0, cimag(x), cimag(y), cimag(z), 0.0};
+    return (kt_vector){kt_number_low(x),  kt_number_low(y),  kt_number_low(z),  0.0,
+                       kt_number_high(x), kt_number_high(y), kt_number_high(z), 0.0};
 }
-KT_INLINE kt_number kt_component(kt_vector a, int k) { return CMPLX(a[k], a[4 + k]); }
+KT_INLINE kt_number kt_component(kt_vector a, int k) { return kt_number_join(a[k], a[4 + k]); }
 KT_INLINE kt_number kt_dot(kt_vector a, kt_vector b) {
     const kt_v4 x = kt_lower(a), y = kt_lower(b);
-    return CMPLX(kt_v4_dot(x, y), kt_v4_dot2(x, kt_upper(b), kt_upper(a), y));
+    return kt_number_join(kt_v4_dot(x, y), kt_v4_dot2(x, kt_upper(b), kt_upper(a), y));
 }
 KT_INLINE kt_vector kt_cross(kt_vector a, kt_vector b) {
     const kt_v4 x = kt_lower(a), y = kt_lower(b);
     return kt_join(kt_v4_cross(x, y), kt_v4_cross(x, kt_upper(b)) + kt_v4_cross(kt_upper(a), y));
 }
 KT_INLINE kt_vector kt_scale(kt_number s, kt_vector a) {
-    const kt_v4 x = kt_lower(a), real = kt_v4_splat(creal(s));
-    return kt_join(real * x, real * kt_upper(a) + kt_v4_splat(cimag(s)) * x);
+    const kt_v4 x = kt_lower(a), real = kt_v4_splat(kt_number_low(s));
+    return kt_join(real * x, real * kt_upper(a) + kt_v4_splat(kt_number_high(s)) * x);
 }
 KT_INLINE kt_vector kt_over(kt_vector a, kt_number s) { return kt_scale(1.0 / s, a); }
 KT_INLINE kt_vector kt_apply(const kt_vector a[3], kt_vector u) {
@@ -121,7 +148,7 @@ KT_INLINE kt_turn_parameters kt_turn_parameters_of(const kt_vector r[3]) {
     const kt_v4 e = {q.x, q.y, q.z, 0.0};
     const kt_v4 s = half * (kt_v4_cross(x[0], kt_upper(r[0])) + kt_v4_cross(x[1], kt_upper(r[1])) +
                             kt_v4_cross(x[2], kt_upper(r[2])));
-    return (kt_turn_parameters){.w = CMPLX(q.w, -0.5 * kt_v4_dot(s, e)),
+    return (kt_turn_parameters){.w = kt_number_join(q.w, -0.5 * kt_v4_dot(s, e)),
                                 .e = kt_join(e, half * (kt_v4_splat(q.w) * s + kt_v4_cross(s, e)))};
 #endif
 }

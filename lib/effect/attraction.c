@@ -17,18 +17,19 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_number(checker, "strength", effect->strength);
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                 kt_wrench *wrench, kt_effect_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
+                 kt_push_wrench *wrench, kt_push_balance *balance) {
     (void)numbers, (void)t;
-    const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), none = {0.0, 0.0, 0.0};
-    const double s = effect->strength, distance = kt_vec3_norm(d), r = fmax(distance, NEAR);
-    const kt_vec3 pull = kt_vec3_scale(s / r / r, kt_vec3_scale(1.0 / r, d));
-    wrench[0] = (kt_wrench){.moment = none, .force = pull};
-    wrench[1] = (kt_wrench){.moment = none, .force = kt_vec3_scale(-1.0, pull)};
+    const kt_triple d = kt_triple_sub(end[1].point, end[0].point), none = {0.0, 0.0, 0.0};
+    const double s = effect->strength;
+    const kt_number distance = kt_triple_norm(d), r = kt_at_least(distance, NEAR);
+    const kt_triple pull = kt_triple_scale(s / r / r, kt_triple_scale(1.0 / r, d));
+    wrench[0] = (kt_push_wrench){.moment = none, .force = pull};
+    wrench[1] = (kt_push_wrench){.moment = none, .force = kt_triple_scale(-1.0, pull)};
     if (balance) {
-        const double ratio = distance / r; /* 1 outside */
-        *balance = (kt_effect_balance){.energy = -0.5 * (s / r) * (3.0 - ratio * ratio)};
+        const kt_number ratio = distance / r; /* 1 outside */
+        *balance = (kt_push_balance){.energy = -0.5 * (s / r) * (3.0 - ratio * ratio)};
     }
 }
 
-const kt_effect_kind kt_effect_attraction = {.ends = 2, .check = check, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {.ends = 2, .check = check, .push = push};

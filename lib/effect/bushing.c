@@ -20,37 +20,29 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     }
 }
 
-/* A diagonal matrix times a vector, and the product u' D u. */
-static kt_vec3 scale_each(const double *diagonal, kt_vec3 u) {
-    return kt_vec3_make(diagonal[0] * u.x, diagonal[1] * u.y, diagonal[2] * u.z);
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                 kt_wrench *wrench, kt_effect_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
+                 kt_push_wrench *wrench, kt_push_balance *balance) {
     (void)numbers, (void)t;
-    const kt_mat3 axes = end[0].axes;
-    const kt_vec3 apart = kt_vec3_sub(end[1].point, end[0].point);
-    const kt_vec3 carried = kt_vec3_cross(end[0].omega, apart);
-    const kt_vec3 moving = kt_vec3_sub(kt_vec3_sub(end[1].velocity, end[0].velocity), carried);
-    const kt_vec3 d = kt_mat3_apply_transposed(axes, apart), u = kt_mat3_apply_transposed(axes, moving);
-    const kt_vec3 w = kt_mat3_apply_transposed(axes, kt_vec3_sub(end[1].omega, end[0].omega));
-    const kt_vec3 theta = kt_euler_vector_from_matrix(kt_mat3_multiply(kt_mat3_transpose(axes), end[1].axes));
-    const kt_vec3 spring = scale_each(effect->stiffnesses, d), twist = scale_each(effect->stiffnesses + 3, theta);
-    const kt_vec3 damper = scale_each(effect->dampings, u), brake = scale_each(effect->dampings + 3, w);
-    kt_mat3 inverse = kt_mat3_identity();
-    kt_error error;
-    if (kt_euler_vector_map_inverse(theta, &inverse, &error) != KT_OK)
-        inverse =
-            kt_mat3_identity(); /* theta is not finite, and so will be the moment: within half a turn G is regular */
-    const kt_vec3 back = kt_mat3_apply_transposed(inverse, twist);
-    const kt_vec3 force = kt_mat3_apply(axes, kt_vec3_scale(-1.0, kt_vec3_add(spring, damper)));
-    const kt_vec3 moment = kt_mat3_apply(axes, kt_vec3_scale(-1.0, kt_vec3_add(back, brake)));
-    wrench[1] = (kt_wrench){.moment = moment, .force = force};
-    wrench[0].force = kt_vec3_scale(-1.0, force);
-    wrench[0].moment = kt_vec3_scale(-1.0, kt_vec3_add(moment, kt_vec3_cross(apart, force)));
+    const kt_columns axes = end[0].axes;
+    const kt_triple apart = kt_triple_sub(end[1].point, end[0].point);
+    const kt_triple carried = kt_triple_cross(end[0].omega, apart);
+    const kt_triple moving = kt_triple_sub(kt_triple_sub(end[1].velocity, end[0].velocity), carried);
+    const kt_triple d = kt_columns_apply_transposed(axes, apart), u = kt_columns_apply_transposed(axes, moving);
+    const kt_triple w = kt_columns_apply_transposed(axes, kt_triple_sub(end[1].omega, end[0].omega));
+    const kt_triple theta = kt_turn_vector(kt_columns_multiply(kt_columns_transpose(axes), end[1].axes));
+    const kt_triple spring = kt_triple_scale_each(effect->stiffnesses, d),
+                    twist = kt_triple_scale_each(effect->stiffnesses + 3, theta);
+    const kt_triple damper = kt_triple_scale_each(effect->dampings, u),
+                    brake = kt_triple_scale_each(effect->dampings + 3, w);
+    const kt_triple back = kt_turn_back(theta, twist);
+    const kt_triple force = kt_columns_apply(axes, kt_triple_scale(-1.0, kt_triple_add(spring, damper)));
+    const kt_triple moment = kt_columns_apply(axes, kt_triple_scale(-1.0, kt_triple_add(back, brake)));
+    wrench[1] = (kt_push_wrench){.moment = moment, .force = force};
+    wrench[0].force = kt_triple_scale(-1.0, force);
+    wrench[0].moment = kt_triple_scale(-1.0, kt_triple_add(moment, kt_triple_cross(apart, force)));
     if (balance)
-        *balance = (kt_effect_balance){.energy = 0.5 * (kt_vec3_dot(spring, d) + kt_vec3_dot(twist, theta)),
-                                       .dissipated = kt_vec3_dot(damper, u) + kt_vec3_dot(brake, w)};
+        *balance = (kt_push_balance){.energy = 0.5 * (kt_triple_dot(spring, d) + kt_triple_dot(twist, theta)),
+                                     .dissipated = kt_triple_dot(damper, u) + kt_triple_dot(brake, w)};
 }
 
-const kt_effect_kind kt_effect_bushing = {.ends = 2, .check = check, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {.ends = 2, .check = check, .push = push};

@@ -19,4 +19,4 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "end_count", -1, "end_count is %d; give 1 or 2", effect->end_count);
 }
 
-const kt_effect_kind kt_effect_custom = {.check = check};
+const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = check};

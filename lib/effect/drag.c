@@ -8,14 +8,14 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "quadratic", "", effect->quadratic);
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                 kt_wrench *wrench, kt_effect_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
+                 kt_push_wrench *wrench, kt_push_balance *balance) {
     (void)numbers, (void)t;
-    const kt_vec3 v = end[0].velocity;
-    const double square = kt_vec3_dot(v, v), c = effect->linear + effect->quadratic * sqrt(square);
-    wrench[0] = (kt_wrench){.moment = {0.0, 0.0, 0.0}, .force = kt_vec3_scale(-c, v)};
+    const kt_triple v = end[0].velocity;
+    const kt_number square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_root(square);
+    wrench[0] = (kt_push_wrench){.moment = {0.0, 0.0, 0.0}, .force = kt_triple_scale(-c, v)};
     if (balance)
-        *balance = (kt_effect_balance){.dissipated = c * square};
+        *balance = (kt_push_balance){.dissipated = c * square};
 }
 
-const kt_effect_kind kt_effect_drag = {.ends = 1, .check = check, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.ends = 1, .check = check, .push = push};

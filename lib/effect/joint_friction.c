@@ -22,18 +22,18 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_positive(checker, "smoothing", effect->smoothing);
 }
 
-static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                    kt_effect_balance *balance) {
+static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
+                       kt_push_balance *balance) {
     (void)numbers, (void)q, (void)t;
-    double dry = effect->coulomb;
-    if (effect->breakaway > dry) {
-        const double ratio = v / effect->stribeck;
-        dry += (effect->breakaway - dry) * exp(-ratio * ratio);
+    kt_number dry = effect->coulomb;
+    if (effect->breakaway > effect->coulomb) {
+        const kt_number ratio = v / effect->stribeck;
+        dry += (effect->breakaway - effect->coulomb) * kt_exponential(-ratio * ratio);
     }
-    const double force = -dry * tanh(v / effect->smoothing) - effect->viscous * v;
+    const kt_number force = -dry * kt_tanh(v / effect->smoothing) - effect->viscous * v;
     if (balance)
-        *balance = (kt_effect_balance){.dissipated = -force * v};
+        *balance = (kt_push_balance){.dissipated = -force * v};
     return force;
 }
 
-const kt_effect_kind kt_effect_joint_friction = {.check = check, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check, .drive = drive};

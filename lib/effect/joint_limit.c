@@ -27,21 +27,22 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "damping", "", effect->damping);
 }
 
-static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                    kt_effect_balance *balance) {
+static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
+                       kt_push_balance *balance) {
     (void)numbers, (void)t;
-    const double above = q - effect->upper, below = effect->lower - q;
-    const double x = fmax(above, below), side = above >= below ? 1.0 : -1.0;
-    if (x <= 0.0) {
+    const kt_number above = q - effect->upper, below = effect->lower - q;
+    const double side = kt_value(above) >= kt_value(below) ? 1.0 : -1.0;
+    const kt_number x = side > 0.0 ? above : below;
+    if (kt_value(x) <= 0.0) {
         if (balance)
-            *balance = (kt_effect_balance){.energy = 0.0};
+            *balance = (kt_push_balance){.energy = 0.0};
         return 0.0;
     }
-    const double elastic = effect->stiffness * x, viscous = effect->damping * side * v;
-    const double damped = viscous * (elastic / (elastic + fabs(viscous)));
+    const kt_number elastic = effect->stiffness * x, viscous = effect->damping * side * v;
+    const kt_number damped = viscous * (elastic / (elastic + kt_magnitude(viscous)));
     if (balance)
-        *balance = (kt_effect_balance){.energy = 0.5 * elastic * x, .dissipated = damped * side * v};
+        *balance = (kt_push_balance){.energy = 0.5 * elastic * x, .dissipated = damped * side * v};
     return -side * (elastic + damped);
 }
 
-const kt_effect_kind kt_effect_joint_limit = {.check = check, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = check, .drive = drive};

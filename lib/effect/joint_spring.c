@@ -8,14 +8,14 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "damping", "", effect->damping);
 }
 
-static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                    kt_effect_balance *balance) {
+static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
+                       kt_push_balance *balance) {
     (void)numbers, (void)t;
-    const double stretch = q - effect->rest;
+    const kt_number stretch = q - effect->rest;
     if (balance)
-        *balance = (kt_effect_balance){.energy = 0.5 * effect->stiffness * stretch * stretch,
-                                       .dissipated = effect->damping * v * v};
+        *balance = (kt_push_balance){.energy = 0.5 * effect->stiffness * stretch * stretch,
+                                     .dissipated = effect->damping * v * v};
     return -effect->stiffness * stretch - effect->damping * v;
 }
 
-const kt_effect_kind kt_effect_joint_spring = {.check = check, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.check = check, .drive = drive};

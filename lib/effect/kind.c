@@ -1,50 +1,20 @@
-/* The list of effect types, what the folders below ask of it, and what types share. */
+/* The list of effect types, and what types share. */
 #include "effect/kind.h"
 
-#define KT_EFFECT_EXTERN(id, name) extern const kt_effect_kind kt_effect_##name;
+#define KT_EFFECT_EXTERN(id, name) extern const kt_effect_kind KT_EFFECT(kt_effect_##name);
 KT_EFFECT_LIST(KT_EFFECT_EXTERN)
 #undef KT_EFFECT_EXTERN
 
-#define KT_EFFECT_ENTRY(id, name) [id] = &kt_effect_##name,
-const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
+#define KT_EFFECT_ENTRY(id, name) [id] = &KT_EFFECT(kt_effect_##name),
+const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
 #undef KT_EFFECT_ENTRY
 
-int kt_effect_end_count(const kt_effect *effect) {
-    if (effect->type == KT_EFFECT_CUSTOM)
-        return effect->push ? effect->end_count : 0;
-    return kt_effect_kinds[effect->type]->ends;
-}
-
-bool kt_effect_is_turned(const kt_effect *effect) { return kt_effect_kind_of((int)effect->type)->turned; }
-
-const kt_function *kt_effect_function(const kt_effect *effect, int k) {
-    static const kt_function none = {.type = KT_FUNCTION_NONE};
-    const int functions = kt_effect_kind_of((int)effect->type)->functions;
-    if (functions == 3)
-        return &effect->value[k];
-    return k < functions ? &effect->torque : &none;
-}
-
-void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
-    kt_effect_kind_of((int)effect->type)->check(checker, effect);
-}
-
-void kt_effect_check_value(kt_checker *checker, const kt_effect *effect) {
-    for (int k = 0; k < 3; k++) {
-        if (effect->value[k].type == KT_FUNCTION_NONE)
-            kt_checker_fault(checker, "value", -1, "value has a component missing; give three numbers or functions");
-        else
-            kt_checker_function(checker, "value", &effect->value[k]);
-    }
-    if (effect->frame != KT_FRAME_WORLD && effect->frame != KT_FRAME_BODY)
-        kt_checker_fault(checker, "frame", -1, "frame is %d; take KT_FRAME_WORLD or KT_FRAME_BODY", (int)effect->frame);
-}
-
-kt_vec3 kt_effect_value(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t) {
+kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end,
+                                     double t) {
     double x[3], y[3], z[3];
     kt_curve_evaluate(&effect->curve[0], numbers, t, x);
     kt_curve_evaluate(&effect->curve[1], numbers, t, y);
     kt_curve_evaluate(&effect->curve[2], numbers, t, z);
-    const kt_vec3 value = kt_vec3_make(x[0], y[0], z[0]);
-    return effect->in_body ? kt_mat3_apply(end->axes, value) : value;
+    const kt_triple value = {x[0], y[0], z[0]};
+    return effect->in_body ? kt_columns_apply(end->axes, value) : value;
 }

@@ -8,13 +8,35 @@
 #ifndef KT_EFFECT_KIND_H
 #define KT_EFFECT_KIND_H
 
+#include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "model/check.h"
 #include "model/internal.h"
 
 #include <math.h>
 
-/* One file a type: const kt_effect_kind kt_effect_spring. The model's compiler reads the rest of it: a new type is its
+/* What an effect reads and writes: of values, what a caller's own has, too; and that with its change. */
+#ifdef KT_TANGENT
+#define KT_EFFECT(name) name##_tangent
+typedef struct kt_push_end {
+    kt_columns axes;
+    kt_triple point, omega, velocity;
+} kt_push_end;
+typedef struct kt_push_wrench {
+    kt_triple moment, force;
+} kt_push_wrench;
+typedef struct kt_push_balance {
+    kt_number energy, dissipated, supplied;
+} kt_push_balance;
+#else
+#define KT_EFFECT(name) name
+typedef kt_effect_end kt_push_end;
+typedef kt_wrench kt_push_wrench;
+typedef kt_effect_balance kt_push_balance;
+#endif
+
+/* One file a type, compiled for values and once more for derivatives: const kt_effect_kind
+ * KT_EFFECT(kt_effect_spring). The model's compiler reads the rest of it: a new type is its
  * file and its line in KT_EFFECT_LIST; where it has numbers of its own, these stand in kt_effect and KT_EFFECT_NUMBERS,
  * and their keys in the table of lib/scene/effect.c. */
 typedef struct kt_effect_kind {
@@ -26,24 +48,25 @@ typedef struct kt_effect_kind {
     /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
      * The points of both ends are counted from some point near to one of them that rests in the world: where they are
      * far from the world's origin, nothing is lost by that. */
-    void (*push)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                 kt_wrench *wrench, kt_effect_balance *balance);
+    void (*push)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
+                 kt_push_wrench *wrench, kt_push_balance *balance);
     /* Effects on a joint with position q and velocity v: the joint's force (N m, or N where it slides). */
-    double (*drive)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                    kt_effect_balance *balance);
+    kt_number (*drive)(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
+                       kt_push_balance *balance);
 } kt_effect_kind;
 
 /* `value` at time t, in world axes; and its check, with that of `frame`. */
-kt_vec3 kt_effect_value(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t);
+kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end,
+                                     double t);
 void kt_effect_check_value(kt_checker *checker, const kt_effect *effect);
 
-extern const kt_effect_kind *const kt_effect_kinds[KT_EFFECT_TYPE_COUNT];
+extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT];
 
 /* A caller's own has callbacks in place of push and drive (custom.c). */
-extern const kt_effect_kind kt_effect_custom;
+extern const kt_effect_kind KT_EFFECT(kt_effect_custom);
 
 static inline const kt_effect_kind *kt_effect_kind_of(int type) {
-    return type == KT_EFFECT_CUSTOM ? &kt_effect_custom : kt_effect_kinds[type];
+    return type == KT_EFFECT_CUSTOM ? &KT_EFFECT(kt_effect_custom) : KT_EFFECT(kt_effect_kinds)[type];
 }
 
 #endif

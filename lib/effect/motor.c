@@ -9,14 +9,14 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_function(checker, "torque", &effect->torque);
 }
 
-static double drive(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                    kt_effect_balance *balance) {
+static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
+                       kt_push_balance *balance) {
     double f[3];
     (void)q;
     kt_curve_evaluate(&effect->curve[0], numbers, t, f);
     if (balance)
-        *balance = (kt_effect_balance){.supplied = f[0] * v};
+        *balance = (kt_push_balance){.supplied = f[0] * v};
     return f[0];
 }
 
-const kt_effect_kind kt_effect_motor = {.functions = 1, .check = check, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.functions = 1, .check = check, .drive = drive};

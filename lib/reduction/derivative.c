@@ -6,8 +6,9 @@
  *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx at fixed lambda,       A da = E = d(b'' - A a)/dx at fixed
  * a. A' P = [Q1 Q2] [R1; 0], as for the accelerations themselves [MSD 7.33, 7.34]: da = Q1 y + Q2 z,   R1' y = E
  * (independent equations),   (Q2' M Q2) z = -Q2' (D + M Q1 y). M and d(tau_tree)/dx are analytic, and what comes of the
- * loops is exact (tangent.c). The effects' forces are differenced: central differences of order eight in steps of
- * KT_STEP, which leave h^8 / 630 times the ninth derivative and rounding errors of some eps / h of the forces.
+ * loops and of effects is exact (way.h). Forces of a caller's own effects are differenced: central differences of order
+ * eight in steps of KT_STEP, which leave h^8 / 630 times the ninth derivative and rounding errors of some eps / h of
+ * the forces.
  */
 #include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
@@ -77,16 +78,24 @@ size_t kt_acceleration_work_size(const kt_model *model) {
     return work_layout(model, NULL, &w);
 }
 
+static bool has_own_effects(const kt_model *model) {
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (model->batch[i].type == KT_EFFECT_CUSTOM)
+            return true;
+    return false;
+}
+
 /* ---- what is differenced ----------------------------------------------------------------------------------------- */
 
-/* f (n): the effects' joint forces, J' times their wrenches among them. */
-static kt_status sum_effects(work *w, const double *q, const double *v, double *f, kt_error *error) {
+/* f (n): the joint forces of all effects, or of a caller's own, J' times their wrenches among them. */
+static kt_status sum_effects(work *w, const double *q, const double *v, bool own, double *f, kt_error *error) {
     const double *tau = NULL;
     const kt_wrench *external = NULL;
     memset(f, 0, w->n * sizeof *f);
     if (!w->model->n.effect)
         return KT_OK;
-    kt_status status = kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
+    kt_status status = own ? kt_effects_apply_own(w->model, w->data, w->t, q, v, &tau, &external, error)
+                           : kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
     for (size_t i = 0; i < w->n && tau; i++)
         f[i] += tau[i];
     for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* gravity - J' w, less gravity */
@@ -112,7 +121,7 @@ static kt_status difference(work *w, const double *q, const double *v, size_t j,
         kt_position_add(w->model, q, w->v, w->q);
         memcpy(w->v, v, n * sizeof *w->v);
         w->v[j] += rate ? k * KT_STEP : 0.0;
-        const kt_status status = sum_effects(w, w->q, w->v, w->force, error);
+        const kt_status status = sum_effects(w, w->q, w->v, true, w->force, error);
         if (status != KT_OK)
             return status;
         for (size_t i = 0; i < n; i++)
@@ -230,7 +239,7 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
         status =
             kt_dynamics_inverse_derivatives(model, w->data, w->tree, size, q, v, w->a, external, w->d_q, w->d_v, error);
     if (status == KT_OK)
-        status = sum_effects(w, q, v, w->force, error);
+        status = sum_effects(w, q, v, false, w->force, error);
     if (status == KT_OK && w->p)
         status = kt_loop_equations(model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
@@ -246,11 +255,18 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
 
 static kt_status solve(work *w, const double *q, const double *v, kt_error *error) {
     const size_t n = w->n;
-    const kt_tangent at = {
-        .model = w->model, .data = w->data, .t = w->t, .v = v, .a = w->a, .freedom = w->freedom, .chain = w->chain};
+    const kt_tangent at = {.model = w->model,
+                           .data = w->data,
+                           .t = w->t,
+                           .q = q,
+                           .v = v,
+                           .a = w->a,
+                           .freedom = w->freedom,
+                           .chain = w->chain};
     if (w->p)
         kt_tangent_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
-    for (size_t j = 0; j < n && w->model->n.effect; j++) {
+    kt_tangent_effects(&at, w->d_q, w->d_v);
+    for (size_t j = 0; j < n && has_own_effects(w->model); j++) {
         kt_status status = difference(w, q, v, j, false, w->d_q, error);
         if (status == KT_OK)
             status = difference(w, q, v, j, true, w->d_v, error);

@@ -17,6 +17,7 @@ typedef struct sum {
     double t;
     const double *q, *v;
     kt_power *power;                /* NULL: not asked for */
+    bool own;                       /* a caller's own effects alone */
     double excess;                  /* x - x of all that effects exert: 0 where that is finite, else NaN */
     const kt_effect_record *failed; /* whose callback did not return 0 */
     int code;                       /* what it returned */
@@ -150,7 +151,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
         *external = data->pushed;
 }
 
-/* s->power is known where this is expanded. */
+/* s->power and s->own are known where this is expanded. */
 KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
@@ -165,7 +166,8 @@ KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     }
     kt_effects_recall(model, data, tau, external);
     for (size_t i = 0; i < model->n.batch; i++)
-        if (!(model->batch[i].ends ? push_all(s, &model->batch[i]) : drive_all(s, &model->batch[i])))
+        if ((!s->own || model->batch[i].type == KT_EFFECT_CUSTOM) &&
+            !(model->batch[i].ends ? push_all(s, &model->batch[i]) : drive_all(s, &model->batch[i])))
             return false;
     return true;
 }
@@ -245,6 +247,16 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const
     const double *given = *tau;
     const kt_wrench *given_wrenches = *external;
     sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL};
+    if (!sum_all(&s, tau, external))
+        return refuse_code(&s, error);
+    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+}
+
+kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                               const double **tau, const kt_wrench **external, kt_error *error) {
+    const double *given = *tau;
+    const kt_wrench *given_wrenches = *external;
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL, .own = true};
     if (!sum_all(&s, tau, external))
         return refuse_code(&s, error);
     return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);

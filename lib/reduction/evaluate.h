@@ -9,7 +9,12 @@
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                       const double **tau, const kt_wrench **external, kt_error *error);
 
-/* The same, and adds up their powers. */
+/* The same of a caller's own effects alone. */
+KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q,
+                                          const double *v, const double **tau, const kt_wrench **external,
+                                          kt_error *error);
+
+/* The same of all, and adds up their powers. */
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double **tau, const kt_wrench **external,
                                         kt_power *power, kt_error *error);

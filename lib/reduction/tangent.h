@@ -4,7 +4,8 @@
 
 #include "dynamics/freedom.h"
 
-/* A freedom on the way from what carries both ends of a loop to one of them, told from a point near to both. */
+/* A freedom on the way from what carries both ends of a loop to one of them, or of an effect, told from a point near to
+ * them. */
 typedef struct kt_way_freedom {
     kt_freedom_motion motion;
     int32_t v;     /* its coordinate */
@@ -17,7 +18,7 @@ typedef struct kt_tangent {
     const kt_model *model;
     const kt_data *data;
     double t;
-    const double *v, *a;
+    const double *q, *v, *a;
     kt_way_freedom *freedom; /* nv */
     int32_t *chain;          /* links */
 } kt_tangent;
@@ -25,5 +26,8 @@ typedef struct kt_tangent {
 /* Loops, with multipliers lambda of all equations: takes d(A' lambda)/dq off d_q (nv x nv), and writes the derivatives
  * of b'' - A a by q and v (equations x nv). */
 void kt_tangent_loops(const kt_tangent *x, const double *lambda, double *d_q, double *e_q, double *e_v);
+
+/* Effects, but a caller's own: takes the derivatives of their joint forces off d_q and d_v. */
+void kt_tangent_effects(const kt_tangent *x, double *d_q, double *d_v);
 
 #endif

@@ -128,8 +128,15 @@ static kt_status project_as_told(kt_simulation *simulation, double t, double *y,
     return tell(result, "a projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
 }
 
+/* Whether a projection takes more than a look at quaternions, and so overwrites data. */
+static bool closes_loops(const kt_simulation *simulation) {
+    return (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
+}
+
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     *changed = false;
+    if (closes_loops(simulation))
+        simulation->held = KT_HELD_NOTHING;
     if (simulation->projection != NULL && !simulation->unprojected) {
         const kt_status status = project_as_told(simulation, t, y, changed, error);
         if (status != KT_OK)
@@ -169,8 +176,8 @@ static kt_status say_not_finite(const kt_simulation *simulation, int body, const
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
-    if ((simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected)
-        simulation->held = status == KT_OK && simulation->projection == NULL ? KT_HELD_POSES : KT_HELD_NOTHING;
+    if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL)
+        simulation->held = KT_HELD_POSES;
     return status == KT_OK ? 0 : is_recoverable(status) ? 1 : -1;
 }
 
@@ -338,6 +345,7 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
     kt_status status;
+    simulation->held = KT_HELD_NOTHING;
     if (kt_simulation_is_absolute(simulation)) {
         status = kt_state_project(simulation->face, simulation->face_data, t, q, v, &changed, error);
         if (status == KT_OK)
@@ -347,7 +355,6 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     }
     if (status != KT_OK)
         return status;
-    simulation->held = KT_HELD_NOTHING;
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);

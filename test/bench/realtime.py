@@ -46,6 +46,13 @@ def main():
     claim("nothing_allocates_after_the_first_step", [str(row) for row in rows if row["allocations"] != "0"])
     claim("stack_is_shallow",
           [f"{row['scene']}: {row['stack_bytes']}" for row in rows if not 0 < int(row["stack_bytes"]) < STACK])
+    sensing = run(program, "--sensors", "--markdown", "--steps", options[1], "--paced", "0")
+    table = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in sensing.stdout.splitlines()]
+    head, lines = (table[0], table[2:]) if len(table) > 2 else ([], [])
+    claim("sensors_are_told_in_markdown",
+          [] if sensing.returncode == 0 and [line[0] for line in lines] == list(SCENES) else [sensing.stdout, sensing.stderr])
+    claim("sensors_allocate_nothing_either",
+          [str(line) for line in lines if dict(zip(head, line)).get("allocations") != "0"])
     claim("help_is_no_mistake", [] if run(program, "--help").returncode == 0 else ["--help fails"])
     claim("mistakes_are_told",
           [" ".join(words) for words in (["--steps", "1"], ["--paced", "1"], ["--steps", "many"], ["--what"], ["10"],

@@ -1,6 +1,7 @@
 /* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations. */
 #include "tangle.h"
 
+#include "kinetree/effect.h"
 #include "model/internal.h"
 
 #include <float.h>
@@ -85,9 +86,20 @@ static bool is_plain(const kt_model *model) {
     return rows == f.rank;
 }
 
-/* The same mechanism with springs and drag upon it, at the same state. */
-static bool burden(tangle *g, kt_effect effects[3]) {
-    for (int i = 0; i < 3; i++)
+/* A caller's own: a spring to a place in the world that stiffens, and drag. */
+static int tug(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance) {
+    (void)user, (void)t, (void)balance;
+    const kt_vec3 p = ends[0].point, pull = kt_vec3_scale(-0.1 * sqrt(1.0 + kt_vec3_dot(p, p)), p);
+    wrenches[0].force = kt_vec3_sub(pull, kt_vec3_scale(0.4, ends[0].velocity));
+    wrenches[0].moment = kt_vec3_scale(-0.2, ends[0].omega);
+    return 0;
+}
+
+enum { BURDENS = 4 };
+
+/* The same mechanism with effects upon it, at the same state. */
+static bool burden(tangle *g, kt_effect effects[BURDENS]) {
+    for (int i = 0; i < BURDENS; i++)
         effects[i] = kt_effect_default();
     effects[0].type = KT_EFFECT_SPRING;
     effects[0].between[0] = (kt_end){.body = "b1", .at = {0.3, -0.2, 4.0}};
@@ -103,9 +115,13 @@ static bool burden(tangle *g, kt_effect effects[3]) {
     effects[2].between[1] = (kt_end){.body = "b3"};
     for (int i = 0; i < 3; i++)
         effects[2].stiffnesses[i] = effects[2].dampings[i] = 1.0 + i;
+    effects[3].type = KT_EFFECT_CUSTOM;
+    effects[3].between[0] = (kt_end){.body = "b5", .marker = "tip"};
+    effects[3].end_count = 1;
+    effects[3].push = tug;
     kt_tree_free(&g->tree);
     g->tree.description.effects = effects;
-    g->tree.description.effect_count = 3;
+    g->tree.description.effect_count = BURDENS;
     return kt_tree_compile(&g->tree, NULL);
 }
 
@@ -120,7 +136,7 @@ KT_TEST(derivatives_of_closed_mechanisms_are_those_of_differences) {
         kt_error e = {0};
         plan.loops = 2;
         plan.tree.bodies = 10;
-        kt_effect effects[3];
+        kt_effect effects[BURDENS];
         if (tangle_grow(&g, &plan, &random) && is_plain(g.tree.model) && (n % 2 || burden(&g, effects))) {
             const kt_status status = derive(&g, &d, &e);
             if (status == KT_OK) {

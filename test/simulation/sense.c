@@ -198,7 +198,7 @@ KT_TEST(sensors_show_to_the_bit_each_part_alone) {
 KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FORMULATION_ABSOLUTE, "rk4", every); }
 
 /* Through ten singular positions of two four-bars in a row, at and next to which accelerations are those of states
- * beside: against an evaluation with data of its own. */
+ * beside: against an evaluation, and kinematics from nothing, with data of their own. */
 KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     static kt_wrench joints[16], loops[16];
     kt_scene scene;
@@ -225,6 +225,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
         beside += data->beside;
         differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
         differing += memcmp(loops, record.loop_reactions, (size_t)kt_loop_count(model) * sizeof *loops) != 0;
+        (void)kt_fine("kinematics", kt_kinematics_update(model, data, record.q, record.v, record.a, &error), &error);
         for (int body = 1; body < kt_model_body_count(model); body++) {
             const kt_twist a = kt_body_acceleration(model, record.data, body),
                            b = kt_body_acceleration(model, data, body);
@@ -409,6 +410,43 @@ KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
     kt_check_true("step", kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error));
     kt_simulation_free(simulation);
     kt_model_free(model);
+}
+
+/* A state that is refused has been tried in the same memory. */
+KT_TEST(refused_states_spoil_no_sensor) {
+    static numbers before, after;
+    kt_scene scene;
+    kt_error error;
+    kt_model *model = NULL;
+    kt_record record;
+    kt_random random = kt_random_of_test();
+    double q[64], v[64];
+    int refused = 0;
+    if (!kt_fine("scene", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error) ||
+        !kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error))
+        return;
+    for (int i = 0; i < 20; i++) {
+        kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
+        run.record = i % 2 == 0 ? KT_RECORD_POSITION : every;
+        kt_simulation *simulation = simulate(model, &run);
+        (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+        (void)kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
+        collect(model, &record, &before);
+        for (int k = 0; k < kt_model_nq(model); k++)
+            q[k] = kt_random_uniform(&random, -3.0, 3.0);
+        memset(v, 0, sizeof v);
+        if (kt_simulation_set_state(simulation, 0.0, q, v, &error) != KT_OK) {
+            (void)kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
+            collect(model, &record, &after);
+            if (memcmp(after.x, before.x, (size_t)before.count * sizeof(double)) != 0)
+                kt_check_equal_bits("sensors", after.x, before.x, (size_t)before.count);
+            refused++;
+        }
+        kt_simulation_free(simulation);
+    }
+    kt_check_above("states refused", refused, 3);
+    kt_model_free(model);
+    kt_scene_free(&scene);
 }
 
 /* ---- what it means ----------------------------------------------------------------------------------------------- */

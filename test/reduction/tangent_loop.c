@@ -96,6 +96,7 @@ static bool derive(const motion *m, derivatives *d) {
     const kt_tangent at = {.model = model,
                            .data = m->g->tree.data,
                            .t = m->g->t,
+                           .q = m->g->q,
                            .v = m->g->v,
                            .a = m->a,
                            .freedom = freedom,

@@ -1,0 +1,33 @@
+/* What the folders below ask of effect types. */
+#include "effect/kind.h"
+
+int kt_effect_end_count(const kt_effect *effect) {
+    if (effect->type == KT_EFFECT_CUSTOM)
+        return effect->push ? effect->end_count : 0;
+    return kt_effect_kinds[effect->type]->ends;
+}
+
+bool kt_effect_is_turned(const kt_effect *effect) { return kt_effect_kind_of((int)effect->type)->turned; }
+
+const kt_function *kt_effect_function(const kt_effect *effect, int k) {
+    static const kt_function none = {.type = KT_FUNCTION_NONE};
+    const int functions = kt_effect_kind_of((int)effect->type)->functions;
+    if (functions == 3)
+        return &effect->value[k];
+    return k < functions ? &effect->torque : &none;
+}
+
+void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
+    kt_effect_kind_of((int)effect->type)->check(checker, effect);
+}
+
+void kt_effect_check_value(kt_checker *checker, const kt_effect *effect) {
+    for (int k = 0; k < 3; k++) {
+        if (effect->value[k].type == KT_FUNCTION_NONE)
+            kt_checker_fault(checker, "value", -1, "value has a component missing; give three numbers or functions");
+        else
+            kt_checker_function(checker, "value", &effect->value[k]);
+    }
+    if (effect->frame != KT_FRAME_WORLD && effect->frame != KT_FRAME_BODY)
+        kt_checker_fault(checker, "frame", -1, "frame is %d; take KT_FRAME_WORLD or KT_FRAME_BODY", (int)effect->frame);
+}

@@ -1,0 +1,151 @@
+/* The freedoms that move the ends of a loop or an effect, and what they do, direction by direction.
+ *
+ * With S, psi', psi'' and phi of a freedom (freedom.h), all spatial vectors told from one point O that rests, a frame
+ * with velocity V and acceleration A that it moves changes
+ *     with q_k, as it is carried along S_k:   dV = S x V + psi',   dA = S x A + psi'' - V x psi'   [derivative.h]
+ *     with v_k:                               dV = S,              dA = phi - V x S
+ * and its point x, with velocity v + w x x for V = (w, v), and acceleration a + alpha x x + w x (v + w x x) for A =
+ * (alpha, a), follows. So moved, the ends are given to the loop's or the effect's own code (algebra/number.h).
+ *
+ * A freedom i meets the wrench W on what it moves, told from O, with S_i . W. S_i itself is carried along by the
+ * freedoms before it, and those of its node, by S_k x S_i.
+ */
+#ifndef KT_REDUCTION_WAY_H
+#define KT_REDUCTION_WAY_H
+
+#include "loop/kind.h"
+#include "reduction/tangent.h"
+
+/* ---- the ways to the ends ---------------------------------------------------------------------------------------- */
+
+/* A frame in motion, world axes. */
+typedef struct kt_way_end {
+    kt_v4 axes[3], point;
+    kt_v4 velocity[2], acceleration[2]; /* V, A */
+} kt_way_end;
+
+typedef struct kt_way {
+    const kt_tangent *x;
+    int32_t count; /* of freedoms */
+    kt_way_end end[2];
+} kt_way;
+
+/* From about `place` to about O, from which that is counted. */
+KT_INLINE void kt_tell_from(kt_v4 place, kt_v4 s[2]) { s[1] += kt_v4_cross(place, s[0]); }
+
+static inline void kt_way_add(kt_way *w, const kt_link *link, int end, kt_v4 place, const kt_freedom_motion *motion) {
+    const int count = kt_link_freedoms(link);
+    const int32_t first = w->count;
+    for (int k = 0; k < count; k++) {
+        kt_way_freedom *f = &w->x->freedom[w->count++];
+        *f = (kt_way_freedom){.motion = motion[k], .v = link->v + k, .end = end, .first = first + (k >= 3 ? 3 : 0)};
+        kt_tell_from(place, f->motion.s);
+        kt_tell_from(place, f->motion.psi);
+        kt_tell_from(place, f->motion.rate);
+        kt_tell_from(place, f->motion.phi);
+    }
+}
+
+/* Down from the ancestor, whose origin is at `place`, to a frame on a link. */
+static inline void kt_way_follow(kt_way *w, int32_t ancestor, kt_v4 place, int end, int32_t to, const kt_pose *frame) {
+    const kt_model *model = w->x->model;
+    const kt_link_motion *motion = w->x->data->motion;
+    kt_carried c = {kt_v4_splat(0.0), kt_v4_splat(0.0), kt_v4_splat(0.0), kt_v4_splat(0.0)};
+    kt_freedom_motion freedom[KT_FREEDOM_MOST];
+    int32_t n = 0;
+    for (int32_t i = to; i != ancestor; i = model->link[i].parent)
+        w->x->chain[n++] = i;
+    while (n-- > 0) {
+        const kt_link *link = &model->link[w->x->chain[n]];
+        const kt_link_motion *m = &motion[w->x->chain[n]];
+        c.velocity += kt_v4_cross(c.omega, m->offset);
+        c.linear += kt_v4_cross(c.alpha, m->offset);
+        place += m->offset;
+        kt_freedoms_set(link, &motion[link->parent], m, w->x->v, w->x->a, &c, freedom);
+        kt_way_add(w, link, end, place, freedom);
+    }
+    kt_way_end *e = &w->end[end];
+    kt_v4 turn[3];
+    kt_v4_from_mat3(frame->rotation, turn);
+    kt_v4_multiply(motion[to].axes, turn, e->axes);
+    e->point = place + kt_v4_apply(motion[to].axes, kt_v4_from(frame->position));
+    e->velocity[0] = c.omega, e->velocity[1] = c.velocity;
+    e->acceleration[0] = c.alpha, e->acceleration[1] = c.linear;
+    kt_tell_from(place, e->velocity);
+    kt_tell_from(place, e->acceleration);
+}
+
+/* O is the origin of the first link on the way. */
+static inline void kt_way_find(kt_way *w, int32_t ancestor, int ends, const int32_t link[2], const kt_pose frame[2]) {
+    int32_t first = ends < 2 || link[0] != ancestor ? link[0] : link[1];
+    kt_v4 place = kt_v4_splat(0.0);
+    while (first != ancestor && w->x->model->link[first].parent != ancestor)
+        first = w->x->model->link[first].parent;
+    if (first != ancestor)
+        place -= w->x->data->motion[first].offset;
+    w->count = 0;
+    for (int end = 0; end < ends; end++)
+        kt_way_follow(w, ancestor, place, end, link[end], &frame[end]);
+}
+
+/* ---- a direction ------------------------------------------------------------------------------------------------- */
+
+typedef enum kt_direction { KT_BY_POSITION, KT_BY_RATE } kt_direction;
+
+/* An end that freedom m moves, or none (NULL). */
+static inline kt_loop_end kt_way_move(const kt_way_end *e, const kt_freedom_motion *m, kt_direction along) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_v4 axes[3] = {none, none, none}, point = none, v[2] = {none, none}, a[2] = {none, none}, x[2];
+    if (m && along == KT_BY_POSITION) {
+        for (int k = 0; k < 3; k++)
+            axes[k] = kt_v4_cross(m->s[0], e->axes[k]);
+        point = m->s[1] + kt_v4_cross(m->s[0], e->point);
+        kt_motion_cross(m->s[0], m->s[1], e->velocity, v);
+        kt_motion_cross(m->s[0], m->s[1], e->acceleration, a);
+        kt_motion_cross(e->velocity[0], e->velocity[1], m->psi, x);
+        for (int k = 0; k < 2; k++) {
+            v[k] += m->psi[k];
+            a[k] += m->rate[k] - x[k];
+        }
+    } else if (m) {
+        kt_motion_cross(e->velocity[0], e->velocity[1], m->s, x);
+        for (int k = 0; k < 2; k++) {
+            v[k] = m->s[k];
+            a[k] = m->phi[k] - x[k];
+        }
+    }
+    kt_loop_end end;
+    for (int k = 0; k < 3; k++)
+        end.axes[k] = kt_vector_of(e->axes[k], axes[k]);
+    end.point = kt_vector_of(e->point, point);
+    end.omega = kt_vector_of(e->velocity[0], v[0]);
+    end.velocity = kt_vector_of(e->velocity[1], v[1]) + kt_cross(end.omega, end.point);
+    end.alpha = kt_vector_of(e->acceleration[0], a[0]);
+    end.linear =
+        kt_vector_of(e->acceleration[1], a[1]) + kt_cross(end.alpha, end.point) + kt_cross(end.omega, end.velocity);
+    return end;
+}
+
+/* What an end feels: a wrench about O. */
+typedef struct kt_pushed {
+    kt_vector moment, force;
+} kt_pushed;
+
+/* Takes the change of the joint forces off column d, as freedom k moves along q_k or v_k: S_i . dW, and (S_k x S_i) . W
+ * where S_i is carried along. */
+static inline void kt_way_take(const kt_way *w, int32_t k, kt_direction along, const kt_pushed p[2], double *d) {
+    const kt_way_freedom *by = &w->x->freedom[k];
+    for (int32_t i = 0; i < w->count; i++) {
+        const kt_way_freedom *at = &w->x->freedom[i];
+        const kt_vector moment = p[at->end].moment, force = p[at->end].force;
+        double x = kt_v4_dot2(at->motion.s[0], kt_vector_change(moment), at->motion.s[1], kt_vector_change(force));
+        if (along == KT_BY_POSITION && at->end == by->end && i >= by->first) {
+            kt_v4 carried[2];
+            kt_motion_cross(by->motion.s[0], by->motion.s[1], at->motion.s, carried);
+            x += kt_v4_dot2(carried[0], kt_vector_value(moment), carried[1], kt_vector_value(force));
+        }
+        d[at->v] -= x;
+    }
+}
+
+#endif

@@ -1,0 +1,134 @@
+/* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
+ * mechanisms of bench/realtime under Linux' strict seccomp, where any system call but read, write, exit and sigreturn
+ * ends the process; and nothing is allocated.
+ */
+#include "scenes.h"
+
+#include "interpose.h"
+#include "kinetree/scene.h"
+#include "leg.h"
+
+#include <errno.h>
+#include <linux/seccomp.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { STEPS = 1000, JOINTS = 64 };
+
+/* What the process that steps has to say; written by it in one piece, which a pipe keeps whole. */
+typedef struct report {
+    int status, steps;
+    long allocations;
+    double furthest; /* how far a coordinate came from its start */
+    bool confined;
+    char words[160];
+} report;
+
+static kt_status make_model(const char *file, kt_model **model, kt_error *error) {
+    char path[1024];
+    kt_scene scene;
+    (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, file != NULL ? file : "");
+    kt_status status = file != NULL ? kt_scene_read(path, &scene, NULL, NULL, error)
+                                    : kt_scene_parse("leg", kt_leg, strlen(kt_leg), &scene, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_model_compile(&scene.description, NULL, model, error);
+    kt_scene_free(&scene);
+    return status;
+}
+
+/* A step of a control loop: torques from what was measured, the step, sensors, a checkpoint. */
+static kt_status take_step(kt_simulation *simulation, int nv, int k, void *block, kt_error *error) {
+    double torque[JOINTS];
+    kt_record record;
+    const double *v = kt_simulation_velocities(simulation);
+    for (int i = 0; i < nv; i++)
+        torque[i] = 1e-2 * sin(0.1 * k + i) - 1e-3 * v[i];
+    kt_status status = kt_simulation_set_torque(simulation, torque, error);
+    if (status == KT_OK)
+        status = kt_simulation_advance(simulation, 1e-3 * (k + 1), error);
+    if (status == KT_OK)
+        status = kt_simulation_sense(simulation, &record, error);
+    if (status == KT_OK)
+        kt_simulation_save(simulation, block);
+    return status;
+}
+
+/* In a process of its own: never returns. */
+static void step_confined(const char *file, bool disturbed, int out) {
+    report r = {.status = KT_OK};
+    kt_error error = {0};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
+    run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
+    r.status = (int)make_model(file, &model, &error);
+    if (r.status == KT_OK)
+        r.status = (int)kt_simulation_create(model, &run, NULL, &simulation, &error);
+    void *block = r.status == KT_OK ? malloc(kt_simulation_state_size(simulation)) : NULL;
+    const int nv = r.status == KT_OK ? kt_model_nv(model) : 0;
+    if (block == NULL || nv > JOINTS)
+        _exit(1);
+    double start[2 * JOINTS];
+    memcpy(start, kt_simulation_positions(simulation), (size_t)nv * sizeof *start);
+    kt_interpose_start();
+    r.confined = prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) == 0;
+    for (; r.status == KT_OK && r.steps < STEPS; r.steps++) {
+        r.status = (int)take_step(simulation, nv, r.steps, block, &error);
+        if (disturbed && r.steps == STEPS / 2)
+            (void)syscall(SYS_getppid);
+    }
+    r.allocations = kt_interpose_stop();
+    for (int i = 0; i < nv; i++)
+        r.furthest = fmax(r.furthest, fabs(kt_simulation_positions(simulation)[i] - start[i]));
+    snprintf(r.words, sizeof r.words, "%.60s: %.90s", error.where, error.message);
+    (void)!write(out, &r, sizeof r);
+    (void)syscall(SYS_exit, 0); /* _exit would ask for exit_group */
+}
+
+/* How it ended: what wait says. */
+static int run_confined(const char *file, bool disturbed, report *r) {
+    int ends[2], status = -1;
+    *r = (report){.status = -1};
+    if (pipe(ends) != 0)
+        return -1;
+    const pid_t child = fork();
+    if (child == 0)
+        step_confined(file, disturbed, ends[1]);
+    (void)close(ends[1]);
+    if (child < 0 || read(ends[0], r, sizeof *r) != (ssize_t)sizeof *r)
+        *r = (report){.status = -1};
+    (void)close(ends[0]);
+    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
+        ;
+    return status;
+}
+
+KT_TEST(thousand_steps_ask_nothing_of_the_system) {
+    static const char *const files[] = {"cart-pole.yaml", "arm7.yaml", "humanoid.yaml", NULL};
+    for (int i = 0; i < 4; i++) {
+        report r;
+        const int ended = run_confined(files[i], false, &r);
+        kt_note("%s: %s", files[i] != NULL ? files[i] : "leg", r.words);
+        kt_check_true("ended by itself", WIFEXITED(ended) && WEXITSTATUS(ended) == 0);
+        kt_check_true("confined", r.confined);
+        kt_check_equal_int("status", r.status, KT_OK);
+        kt_check_equal_int("steps", r.steps, STEPS);
+        kt_check_equal_int("allocations", r.allocations, 0);
+        kt_check_above("moved, rad or m", r.furthest, 0.5);
+    }
+}
+
+/* That one call among the steps would have been seen. */
+KT_TEST(one_system_call_among_the_steps_ends_them) {
+    report r;
+    const int ended = run_confined("cart-pole.yaml", true, &r);
+    kt_check_true("killed", WIFSIGNALED(ended) && WTERMSIG(ended) == SIGKILL);
+    kt_check_equal_int("no report", r.status, -1);
+}
