@@ -80,6 +80,9 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
 KT_CHECKED kt_status kt_kinematics_follow(const kt_model *model, kt_data *data, const double *q, const double *v,
                                           const double *a, kt_error *error);
 
+/* kt_joint_reactions into data->wrench, which may hold what is not finite. */
+const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_wrench *external);
+
 /* kt_kinematics_update without accelerations and without a look at the numbers. */
 void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
 

@@ -3,6 +3,7 @@
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c,   p = sum m v_c,   L = sum c x m v_c + I_c w
  */
+#include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
 #include "model/internal.h"
 
@@ -100,7 +101,8 @@ static kt_vec3 slid(const kt_model *model, const kt_data *data, int i) {
     return kt_v4_vec3(sum);
 }
 
-void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches) {
+/* In data->wrench: a body's sum, once all that it carries is in it, gives way to its joint's reaction. */
+const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_wrench *external) {
     kt_wrench *sum = data->wrench;
     const int count = (int)model->n.body;
     memset(&sum[0], 0, sizeof sum[0]);
@@ -109,10 +111,15 @@ void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *e
     for (int i = count - 1; i > 0; i--) {
         const kt_body_record *b = &model->body[i], *parent = &model->body[b->parent];
         const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[parent->link].axes), parent->in_link.rotation);
-        wrenches[i] = carry_back(sum[i], slid(model, data, i));
-        const kt_wrench up = carry_back(wrenches[i], kt_mat3_apply(r, b->joint.position));
+        sum[i] = carry_back(sum[i], slid(model, data, i));
+        const kt_wrench up = carry_back(sum[i], kt_mat3_apply(r, b->joint.position));
         sum[b->parent].force = kt_vec3_add(sum[b->parent].force, up.force);
         sum[b->parent].moment = kt_vec3_add(sum[b->parent].moment, up.moment);
     }
-    memset(&wrenches[0], 0, sizeof wrenches[0]);
+    memset(&sum[0], 0, sizeof sum[0]);
+    return sum;
+}
+
+void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches) {
+    memcpy(wrenches, kt_joint_reactions_find(model, data, external), model->n.body * sizeof *wrenches);
 }

@@ -41,6 +41,7 @@ void kt_checker_shape(kt_checker *checker, const kt_shape *shape) {
         kt_checker_positive(checker, "shape.length", shape->length);
         kt_checker_axis(checker, "shape.axis", shape->axis);
     }
-    if (type == KT_SHAPE_BOX || type == KT_SHAPE_CYLINDER)
+    /* A turned sphere is the same sphere, but no rotation is none: a scene file could not hold it. */
+    if (type == KT_SHAPE_BOX || type == KT_SHAPE_SPHERE || type == KT_SHAPE_CYLINDER)
         kt_checker_rotation(checker, "shape.rotation", -1, "", &shape->rotation);
 }

@@ -10,6 +10,7 @@
 #include "dynamics/kernel.h"
 #include "reduction/evaluate.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* The wrenches on bodies into data: external ones, and the loops', which go into data as well. Data hold the equations
@@ -30,6 +31,22 @@ static void load(const kt_model *model, kt_data *data, double t, const double *q
     kernels->react(model, data, t, data->loaded, data->loop_wrench);
 }
 
+/* The first wrench that is not finite; count: none. */
+static size_t find_not_finite(const kt_wrench *wrenches, size_t count) {
+    size_t i = 0;
+    while (i < count && kt_vec3_is_finite(wrenches[i].moment) && kt_vec3_is_finite(wrenches[i].force))
+        i++;
+    return i;
+}
+
+/* Reactions can overflow where accelerations do not: a torque that a loop holds moves nothing. */
+static kt_status refuse(const char *kind, const char *name, double t, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s, %s '%s'", t, kind, name);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "the reaction overflows; look for a velocity, force or torque that is huge");
+}
+
 kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                              const double *tau, const kt_wrench *external, const double *a, kt_wrench *joints,
                              kt_wrench *loops, kt_error *error) {
@@ -39,10 +56,17 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, con
                                           : kt_kinematics_follow(model, data, q, v, a, error);
     if (status != KT_OK)
         return status;
+    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, data->loaded) : NULL;
+    const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
+    const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
+    if (loop < model->n.loop)
+        return refuse("loop", kt_loop_name(model, (int)loop), t, error);
+    if (body < model->n.body)
+        return refuse("body", kt_body_name(model, (int)body), t, error);
     if (loops)
         memcpy(loops, data->loop_wrench, model->n.loop * sizeof *loops);
     if (joints)
-        kt_joint_reactions(model, data, data->loaded, joints);
+        memcpy(joints, found, model->n.body * sizeof *joints);
     return KT_OK;
 }
 

@@ -80,6 +80,7 @@ KT_TEST(rotations_of_shapes_are_checked) {
     snprintf(message, sizeof message, "shape.rotation: %s", error.message);
     REFUSES(KT_SHAPE_BOX, s->rotation = wrong, "shape.rotation", message);
     REFUSES(KT_SHAPE_CYLINDER, s->rotation = wrong, "shape.rotation", message);
+    REFUSES(KT_SHAPE_SPHERE, s->rotation = wrong, "shape.rotation", message);
     PASSES("a sphere has no rotation", KT_SHAPE_SPHERE, s->rotation = wrong);
 }
 

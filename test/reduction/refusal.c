@@ -164,6 +164,37 @@ KT_TEST(numbers_that_overflow_are_refused) {
     }
 }
 
+/* A bar that a loop holds: nothing moves, but at half a metre the loop would have to hold twice the largest number. */
+KT_TEST(reactions_that_overflow_are_refused) {
+    for (int k = 0; k < WAYS; k++) {
+        static linkage l;
+        kt_wrench joints[MOST], loops[LINKAGE_LOOPS];
+        double a = 77.0;
+        kt_error e = {KT_OK, "", ""};
+        linkage_begin(&l);
+        l.options = way(k);
+        (void)linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.5, 0.0, 0.0), 0.0, 0.0);
+        (void)linkage_close(&l, "bolt", KT_LOOP_REVOLUTE, "bar", kt_vec3_make(0.5, 0.0, 0.0), NULL,
+                            kt_vec3_make(0.5, 0.0, 0.0));
+        if (!linkage_build(&l, 0.0))
+            return;
+        asked s = ask(&l);
+        s.tau[0] = DBL_MAX;
+        mark((double *)(void *)joints, 6 * MOST);
+        mark((double *)(void *)loops, 6 * LINKAGE_LOOPS);
+        kt_check_equal_int("acceleration",
+                           kt_acceleration_evaluate(l.model, l.data, s.t, s.q, s.v, s.tau, NULL, &a, &e), KT_OK);
+        kt_check_near("it stays", a, 0.0, 1e-9);
+        check_words("reaction", kt_reaction_evaluate(l.model, l.data, s.t, s.q, s.v, s.tau, NULL, joints, loops, &e),
+                    &e, KT_ERROR_NOT_FINITE, "t = 0 s, loop 'bolt'", "the reaction overflows");
+        check_words("in joints", kt_reaction_evaluate(l.model, l.data, s.t, s.q, s.v, s.tau, NULL, joints, NULL, &e),
+                    &e, KT_ERROR_NOT_FINITE, "t = 0 s, body 'bar'", "the reaction overflows");
+        kt_check_true("nothing is written", untouched((double *)(void *)joints, 6 * MOST) &&
+                                                untouched((double *)(void *)loops, 6 * LINKAGE_LOOPS));
+        linkage_free(&l);
+    }
+}
+
 /* ---- freedoms without inertia ------------------------------------------------------------------------------------ */
 
 static void make_massless(kt_body *body) {
