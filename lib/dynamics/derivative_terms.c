@@ -63,7 +63,7 @@ static inline void way_out(const kt_model *model, const kt_data *data, const dou
     int32_t first = 0;
     w->nodes = 1;
     w->branched = false;
-    for (size_t lane = 0; lane < KT_LANES; lane++)
+    for (size_t lane = 0; lane < KT_LANES && model->n.v > 0; lane++) /* where nothing moves there is no batch */
         w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
     w->node[0] = (kt_node){0};
     kt_derivative_link ground = {.place = none};

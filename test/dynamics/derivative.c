@@ -327,6 +327,43 @@ KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
     kt_check_equal_bits("outputs", out, before, 3 * 4);
 }
 
+/* Where all joints are fixed there is nothing to tell, and nothing to write: neither numbers nor beside the memory. */
+KT_TEST(derivatives_of_what_cannot_move_touch_nothing) {
+    enum { AROUND = 8192 };
+    kt_tree tree;
+    kt_error e = {0};
+    double out[2] = {7.0, 7.0};
+    memset(&tree, 0, sizeof tree);
+    tree.description = kt_description_default();
+    tree.body[0] = kt_body_default();
+    tree.body[0].name = "rock";
+    tree.body[0].mass = 1.0;
+    tree.description.bodies = tree.body;
+    tree.description.body_count = 1;
+    const kt_model_options options = kt_model_options_default();
+    if (!kt_tree_compile(&tree, &options))
+        return;
+    const size_t size = kt_derivative_work_size(tree.model);
+    unsigned char *memory =
+        aligned_alloc(KT_ALIGNMENT, 2 * AROUND + (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    memset(memory, 0xA5, 2 * AROUND + size);
+    kt_check_equal_int("forces",
+                       kt_dynamics_inverse_derivatives(tree.model, tree.data, memory + AROUND, size, out, out, out,
+                                                       NULL, out, out + 1, &e),
+                       KT_OK);
+    kt_check_equal_int("motion",
+                       kt_dynamics_forward_derivatives(tree.model, tree.data, memory + AROUND, size, out, out, out,
+                                                       NULL, out, out + 1, NULL, &e),
+                       KT_OK);
+    int touched = 0;
+    for (size_t i = 0; i < AROUND; i++)
+        touched += (memory[i] != 0xA5) + (memory[AROUND + size + i] != 0xA5);
+    kt_check_equal_int("bytes touched around the memory", touched, 0);
+    kt_check_true("nothing is written", out[0] == 7.0 && out[1] == 7.0);
+    free(memory);
+    kt_tree_free(&tree);
+}
+
 /* No velocity, acceleration, force: zeros. No place for da/dtau: the others are the same. */
 KT_TEST(null_stands_for_zeros_and_for_what_is_not_asked) {
     kt_random random = kt_random_of_test();

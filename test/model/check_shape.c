@@ -81,7 +81,7 @@ KT_TEST(rotations_of_shapes_are_checked) {
     REFUSES(KT_SHAPE_BOX, s->rotation = wrong, "shape.rotation", message);
     REFUSES(KT_SHAPE_CYLINDER, s->rotation = wrong, "shape.rotation", message);
     REFUSES(KT_SHAPE_SPHERE, s->rotation = wrong, "shape.rotation", message);
-    PASSES("a sphere has no rotation", KT_SHAPE_SPHERE, s->rotation = wrong);
+    PASSES("a point has no rotation", KT_SHAPE_POINT, s->rotation = wrong);
 }
 
 KT_TEST(mass_properties_of_no_shape_are_refused) {
