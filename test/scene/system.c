@@ -24,6 +24,7 @@ static struct {
     bool no_locale;
 } trouble;
 
+/* NOLINTBEGIN(readability-inconsistent-declaration-parameter-name): the system's have underscores */
 ssize_t read(int file, void *bytes, size_t size) {
     if (trouble.interruptions > 0 || trouble.read_error != 0) {
         errno = trouble.interruptions > 0 ? EINTR : trouble.read_error;
@@ -54,6 +55,7 @@ locale_t newlocale(int mask, const char *name, locale_t base) {
     }
     return duplocale(base == (locale_t)0 ? LC_GLOBAL_LOCALE : base); /* a test runs in the C locale */
 }
+/* NOLINTEND(readability-inconsistent-declaration-parameter-name) */
 
 /* A file of its own with this text, and its name; the caller removes it. */
 static bool make_file(char path[32], const char *text) {

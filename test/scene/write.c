@@ -240,6 +240,7 @@ static void check_refused(const char *what, const kt_scene *scene, kt_status exp
     free(text);
 }
 
+/* NOLINTNEXTLINE(readability-function-size): a list */
 KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     kt_scene scene = kt_scene_default();
     kt_body body = kt_body_default();

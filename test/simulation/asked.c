@@ -66,6 +66,7 @@ KT_TEST(push_that_is_set_again_alike_costs_nothing) {
 /* ---- works under equations of the caller's ------------------------------------------------------------------------
  */
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): the type is the library's */
 static int push_alone(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate;
     (void)error;

@@ -127,6 +127,7 @@ KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
 /* An adaptive method goes around a projection that refuses after long steps only; it stops at one that refuses for
  * good.
  */
+/* NOLINTNEXTLINE(readability-non-const-parameter): the type is the library's */
 static int refuse_long_steps(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
     double *last = user;
     (void)q;

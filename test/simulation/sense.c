@@ -379,6 +379,7 @@ KT_TEST(sensing_between_records_of_a_step_changes_none) {
     kt_model_free(model);
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): the type is the library's */
 static int refuse(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate, (void)error;
     a[0] = -at->q[0];
