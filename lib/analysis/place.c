@@ -104,7 +104,7 @@ kt_status kt_linearization_place(const kt_model *model, const kt_linearization_o
     const kt_linearization_sizes sizes = measure(model, &wish);
     const size_t needed = lay_out(NULL, &sizes);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("a linearisation takes", memory, size, needed, error);
+        return kt_arena_refuse("kt_linearization_place", "kt_linearization_size", memory, size, needed, error);
     kt_linearization *l = memory;
     memset(l, 0, sizeof *l);
     (void)lay_out(memory, &sizes);
@@ -171,7 +171,7 @@ size_t kt_modes_size(const kt_model *model) { return lay_out_modes(NULL, 2 * mod
 kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
     const size_t needed = kt_modes_size(model);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("modes take", memory, size, needed, error);
+        return kt_arena_refuse("kt_modes_place", "kt_modes_size", memory, size, needed, error);
     kt_modes *m = memory;
     memset(m, 0, sizeof *m);
     (void)lay_out_modes(memory, 2 * model->n.v);

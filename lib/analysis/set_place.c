@@ -93,7 +93,7 @@ kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_option
         return status;
     const size_t needed = lay_out(model, NULL);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("a coordinate set takes", memory, size, needed, error);
+        return kt_arena_refuse("kt_set_place", "kt_set_size", memory, size, needed, error);
     kt_set *placed = memory;
     (void)lay_out(model, memory);
     placed->owned = NULL;

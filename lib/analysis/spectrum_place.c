@@ -51,7 +51,7 @@ kt_status kt_spectrum_place(const kt_model *model, int samples, void *memory, si
         return kt_error_set(error, KT_ERROR_ARGUMENT, "samples", "%d: at least one state is needed", samples);
     const size_t needed = lay_out(NULL, &sizes);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("a spectrum takes", memory, size, needed, error);
+        return kt_arena_refuse("kt_spectrum_place", "kt_spectrum_size", memory, size, needed, error);
     kt_spectrum *placed = memory;
     memset(placed, 0, sizeof *placed);
     (void)lay_out(memory, &sizes);

@@ -26,7 +26,8 @@ static inline bool kt_arena_fits(const void *memory, size_t size, size_t needed)
     return memory && size >= needed && (uintptr_t)memory % KT_ARENA_ALIGNMENT == 0;
 }
 
-/* KT_ERROR_MEMORY, with what it must be: `takes` is "a simulation takes". */
-kt_status kt_arena_refuse(const char *takes, const void *memory, size_t size, size_t needed, kt_error *error);
+/* KT_ERROR_MEMORY at `where`, with what the memory must be; `query` is the call that tells its size. */
+kt_status kt_arena_refuse(const char *where, const char *query, const void *memory, size_t size, size_t needed,
+                          kt_error *error);
 
 #endif

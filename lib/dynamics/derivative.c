@@ -41,11 +41,8 @@ size_t kt_derivative_work_size(const kt_model *model) { return work_layout(&mode
 
 static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_derivative_work *w, kt_error *error) {
     const size_t needed = kt_derivative_work_size(model);
-    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, "work", "the memory must be aligned to %d bytes", KT_ALIGNMENT);
-    if (size < needed)
-        return kt_error_set(error, KT_ERROR_MEMORY, "work",
-                            "%zu bytes are given and %zu are needed (kt_derivative_work_size)", size, needed);
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("work", "kt_derivative_work_size", memory, size, needed, error);
     work_layout(&model->n, (char *)memory, w);
     return KT_OK;
 }

@@ -37,12 +37,8 @@ static kt_model *copy_at(const kt_model *model, char *memory) {
 
 kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
     const size_t needed = kt_model_size(model);
-    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_model_copy", "the memory must be aligned to %d bytes",
-                            KT_ALIGNMENT);
-    if (size < needed)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_model_copy",
-                            "%zu bytes are given and %zu are needed (kt_model_size)", size, needed);
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("kt_model_copy", "kt_model_size", memory, size, needed, error);
     *copy = copy_at(model, (char *)memory);
     return KT_OK;
 }

@@ -33,12 +33,8 @@ size_t kt_data_size(const kt_model *model) { return data_layout(&model->n, NULL,
 
 kt_status kt_data_place(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
     const size_t needed = kt_data_size(model);
-    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_data_place", "the memory must be aligned to %d bytes",
-                            KT_ALIGNMENT);
-    if (size < needed)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_data_place",
-                            "%zu bytes are given and %zu are needed (kt_data_size)", size, needed);
+    if (!kt_arena_fits(memory, size, needed))
+        return kt_arena_refuse("kt_data_place", "kt_data_size", memory, size, needed, error);
     kt_data *d = (kt_data *)memory;
     memset(memory, 0, needed);
     data_layout(&model->n, (char *)memory, d);

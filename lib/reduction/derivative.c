@@ -294,9 +294,8 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
                                       double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
     const size_t needed = kt_acceleration_work_size(model), numbers = model->n.v * model->n.v;
     work w;
-    if (!memory || (uintptr_t)memory % KT_ALIGNMENT != 0 || memory_size < needed)
-        return kt_error_set(error, KT_ERROR_MEMORY, "work",
-                            "%zu bytes aligned to %d are needed (kt_acceleration_work_size)", needed, KT_ALIGNMENT);
+    if (!kt_arena_fits(memory, memory_size, needed))
+        return kt_arena_refuse("work", "kt_acceleration_work_size", memory, memory_size, needed, error);
     work_layout(model, (char *)memory, &w);
     w.model = model;
     w.data = data;

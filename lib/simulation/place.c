@@ -200,7 +200,7 @@ kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt
     measure(model, &wish, &sizes);
     size_t needed = lay_out(NULL, &sizes);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("a simulation takes", memory, size, needed, error);
+        return kt_arena_refuse("kt_simulation_place", "kt_simulation_size", memory, size, needed, error);
     memset(memory, 0, needed); /* a checkpoint has no byte that was never set */
     (void)lay_out(memory, &sizes);
     kt_simulation *placed = memory;

@@ -313,8 +313,8 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
     o = fine;
     o.iterations = 0;
     check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "iterations", "one or more");
-    check_refusal(&l, &fine, size - 1, 0, KT_ERROR_MEMORY, "", "bytes");
-    check_refusal(&l, &fine, size, 8, KT_ERROR_MEMORY, "", "misaligned");
+    check_refusal(&l, &fine, size - 1, 0, KT_ERROR_MEMORY, "kt_set_place", "bytes");
+    check_refusal(&l, &fine, size, 8, KT_ERROR_MEMORY, "kt_set_place", "misaligned");
     kt_set *none = NULL;
     kt_check_equal_int("no memory", kt_set_place(l.model, l.data, &fine, NULL, size, &none, NULL), KT_ERROR_MEMORY);
     kt_check_true("a name of none", kt_set_type_name(KT_SET_TYPE_COUNT) == NULL);

@@ -19,6 +19,13 @@ static kt_model_options way(int k) {
     return options;
 }
 
+static bool build_four_bar(linkage *l, int k) {
+    const four_bar f = four_bar_default();
+    linkage_four_bar(l, &f);
+    l->options = way(k);
+    return linkage_build(l, 0.0);
+}
+
 /* ---- calls that must refuse -------------------------------------------------------------------------------------- */
 
 enum { MOST = 8 };
@@ -118,10 +125,7 @@ static void refuse_equations(const asked *s, kt_status expected, const char *whe
 KT_TEST(numbers_that_are_not_finite_are_named_and_nothing_is_written) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
-        const four_bar f = four_bar_default();
-        linkage_four_bar(&l, &f);
-        l.options = way(k);
-        if (!linkage_build(&l, 0.0))
+        if (!build_four_bar(&l, k))
             return;
         asked s = ask(&l);
         s.q[1] = (double)NAN;
@@ -146,10 +150,7 @@ KT_TEST(numbers_that_are_not_finite_are_named_and_nothing_is_written) {
 KT_TEST(numbers_that_overflow_are_refused) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
-        const four_bar f = four_bar_default();
-        linkage_four_bar(&l, &f);
-        l.options = way(k);
-        if (!linkage_build(&l, 0.0))
+        if (!build_four_bar(&l, k))
             return;
         asked s = ask(&l);
         s.v[0] = 1e200;
