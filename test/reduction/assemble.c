@@ -25,7 +25,7 @@ static double part_along(const tangle *g, const bool *held, kt_random *random, c
         for (int r = 0; r < g->rows && held[i]; r++)
             s.jacobian[i * g->rows + r] = 0.0;
     }
-    (void)tangle_solve(g, &s, allowed, moved);
+    (void)tangle_solve(g, &s, (tangle_way){0}, allowed, moved);
     for (int i = 0; i < nv; i++) {
         part += step[i] * allowed[i];
         *size += fabs(step[i] * allowed[i]);
@@ -64,7 +64,7 @@ static int rank_of(const tangle *g, const bool *held) {
     for (int i = 0; i < g->tree.nv; i++)
         for (int r = 0; r < g->rows && held[i]; r++)
             s.jacobian[i * g->rows + r] = 0.0;
-    return tangle_solve(g, &s, a, moved);
+    return tangle_solve(g, &s, (tangle_way){0}, a, moved);
 }
 
 /* The same mechanism with joints held, from a state that is off by `off`. Where the coordinates that are free leave as

@@ -97,7 +97,7 @@ static part part_along(const tangle *g, const tangle_system *s, bool mass, kt_ra
         other.mass[i * nv + i] = 1.0;
         other.force[i] = kt_random_uniform(random, -1.0, 1.0);
     }
-    (void)tangle_solve(g, &other, allowed, moved);
+    (void)tangle_solve(g, &other, (tangle_way){0}, allowed, moved);
     for (int i = 0; i < nv; i++)
         for (int k = 0; k < nv; k++) {
             const double w = allowed[i] * (mass ? s->mass[k * nv + i] : i == k ? 1.0 : 0.0);

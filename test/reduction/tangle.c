@@ -1,5 +1,7 @@
 #include "tangle.h"
 
+#include "model/internal.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -268,6 +270,13 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 
 void tangle_free(tangle *g) { kt_tree_free(&g->tree); }
 
+bool tangle_was_near_singular(const kt_model *model, const kt_data *data) {
+    bool near = data->beside;
+    for (size_t i = 0; i < model->n.group; i++)
+        near = near || data->near[i];
+    return near;
+}
+
 /* ---- its equations of motion ------------------------------------------------------------------------------------- */
 
 bool tangle_system_of(const tangle *g, tangle_system *s) {
@@ -356,14 +365,49 @@ static void invert(long double *k, int n) {
     free(order);
 }
 
+/* x <- x + K^-1 (right - K x). Multipliers may be so large that their part of the inverse's rounding is seen in
+ * coordinates which the loops hold still; once x is near, what is left of the right side no longer has it. */
+static void refine(const long double *k, const long double *inverse, int n, const long double *right, long double *x,
+                   long double *left) {
+    for (int i = 0; i < n; i++) {
+        left[i] = right[i];
+        for (int j = 0; j < n; j++)
+            left[i] -= k[i * n + j] * x[j];
+    }
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            x[i] += inverse[i * n + j] * left[j];
+}
+
+static long double length(const long double *x, int n) {
+    long double sum = 0.0L;
+    for (int i = 0; i < n; i++)
+        sum += x[i] * x[i];
+    return sqrtl(sum);
+}
+
+/* |K_i| |x| + |right_i| and the same of a = way.by, of force or equation i. */
+static long double products(const long double *row, int i, int n, int nv, const long double *x, tangle_way way) {
+    long double sum = 0.0L, by = 0.0L;
+    for (int j = 0; j < nv && way.by; j++) {
+        sum += fabsl(row[j] * (long double)way.by[j]);
+        by += (long double)way.by[j] * (long double)way.by[j];
+    }
+    if (way.mixes && i >= nv)
+        return length(row, nv) * (length(x, nv) + sqrtl(by));
+    for (int j = 0; j < n; j++)
+        sum += fabsl(row[j] * x[j]);
+    return sum;
+}
+
 /* K = [M A'; A 0], x = (a, -lambda), K x = (tau - h, b''); |dx| <= eps |K^-1| (|K| |x| + |right|), with the largest of
  * the last bracket among forces, and among equations: orthogonal factors mix them. */
-int tangle_solve(const tangle *g, const tangle_system *s, double *a, double *moved) {
+int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double *a, double *moved) {
     const int nv = g->tree.nv;
     int chosen[TANGLE_ROWS];
     const int rank = choose_rows(s, g->rows, nv, chosen), n = nv + rank;
     long double *k = calloc((size_t)n * (size_t)n, sizeof *k), *inverse = malloc((size_t)n * (size_t)n * sizeof *k);
-    long double *right = malloc(3 * (size_t)n * sizeof *right), *x = right + n, *size = x + n;
+    long double *right = malloc(3 * (size_t)n * sizeof *right), *x = right + n, *left = x + n;
     for (int i = 0; i < nv; i++) {
         for (int j = 0; j < nv; j++)
             k[i * n + j] = (long double)s->mass[j * nv + i];
@@ -375,19 +419,12 @@ int tangle_solve(const tangle *g, const tangle_system *s, double *a, double *mov
         right[nv + r] = (long double)s->drift[chosen[r]];
     memcpy(inverse, k, (size_t)(n * n) * sizeof *k);
     invert(inverse, n);
-    for (int i = 0; i < n; i++) {
-        x[i] = 0.0L;
-        for (int j = 0; j < n; j++)
-            x[i] += inverse[i * n + j] * right[j];
-    }
-    for (int i = 0; i < n; i++) {
-        size[i] = fabsl(right[i]);
-        for (int j = 0; j < n; j++)
-            size[i] += fabsl(k[i * n + j] * x[j]);
-    }
+    memset(x, 0, (size_t)n * sizeof *x);
+    for (int round = 0; round < 3; round++)
+        refine(k, inverse, n, right, x, left);
     long double most[2] = {0.0L, 0.0L};
     for (int i = 0; i < n; i++)
-        most[i >= nv] = fmaxl(most[i >= nv], size[i]);
+        most[i >= nv] = fmaxl(most[i >= nv], fabsl(right[i]) + products(k + i * n, i, n, nv, x, way));
     for (int i = 0; i < nv; i++) {
         long double sum = 0.0L;
         for (int j = 0; j < n; j++)
