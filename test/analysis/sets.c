@@ -42,7 +42,8 @@ static void compare(tangle *g, kt_set_type type, double times, kt_worst *worst, 
             kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, g->q, g->v, g->tau, g->external, a, &e), &e) &&
         !tangle_was_near_singular(g->tree.model, g->tree.data) && tangle_system_of(g, &s) &&
         kt_tree_fine("without loops",
-                     kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e), &e)) {
+                     kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e),
+                     &e)) {
         (void)kt_tree_fine("set",
                            kt_set_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, rate, a, &e), &e);
         memcpy(given, g->v, sizeof given);
