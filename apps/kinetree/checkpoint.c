@@ -14,7 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 /* What a run has come to, besides the simulation's state. */
@@ -42,11 +41,6 @@ static uint64_t sum_of(uint64_t sum, const void *bytes, size_t size) {
 
 static const uint64_t sum_start = 0xcbf29ce484222325U;
 
-static double clock_now(void) {
-    struct timespec time;
-    return clock_gettime(CLOCK_MONOTONIC, &time) == 0 ? (double)time.tv_sec + 1e-9 * (double)time.tv_nsec : 0.0;
-}
-
 static int take_fingerprint(kt_checkpoint *checkpoint, const kt_outcome *outcome,
                             const kt_simulation_options *options) {
     char *text = NULL;
@@ -72,7 +66,7 @@ static int take_fingerprint(kt_checkpoint *checkpoint, const kt_outcome *outcome
 
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
                        const kt_simulation_options *options) {
-    *checkpoint = (kt_checkpoint){.path = path, .interval = interval, .last = clock_now()};
+    *checkpoint = (kt_checkpoint){.path = path, .interval = interval, .last = kt_clock()};
     checkpoint->size = kt_simulation_state_size(outcome->simulation);
     checkpoint->block = malloc(checkpoint->size);
     if (checkpoint->block != NULL)
@@ -87,7 +81,7 @@ void kt_checkpoint_close(kt_checkpoint *checkpoint) {
 }
 
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint) {
-    return checkpoint->path != NULL && clock_now() - checkpoint->last >= checkpoint->interval;
+    return checkpoint->path != NULL && kt_clock() - checkpoint->last >= checkpoint->interval;
 }
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
@@ -156,7 +150,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, lo
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
     free(beside);
-    checkpoint->last = clock_now();
+    checkpoint->last = kt_clock();
     return fine ? 0 : -1;
 }
 

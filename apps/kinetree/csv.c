@@ -10,27 +10,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* ---- a line under way -------------------------------------------------------------------------------------------- */
-
-static bool make_room(kt_csv *csv, size_t more) {
-    if (csv->room - csv->used >= more)
-        return true;
-    size_t room = 2 * csv->room + more;
-    char *line = realloc(csv->line, room);
-    csv->full = csv->full || line == NULL;
-    if (line == NULL)
-        return false;
-    csv->line = line;
-    csv->room = room;
-    return true;
-}
-
 enum { NUMBER_SIZE = 32 };
 
 /* The name of a column in the header (record == NULL), its value in all other lines. */
 static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) KT_PRINTF(4, 5);
 
 static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) {
+    kt_lines *lines = &csv->lines;
     va_list arguments;
     int length = NUMBER_SIZE;
     if (record == NULL) {
@@ -38,11 +24,11 @@ static void add_cell(kt_csv *csv, const kt_record *record, double value, const c
         length = vsnprintf(NULL, 0, format, arguments);
         va_end(arguments);
     }
-    if (length < 0 || !make_room(csv, (size_t)length + 2)) /* a comma before it, a zero after it */
+    if (length < 0 || !kt_lines_make_room(lines, (size_t)length + 2)) /* a comma before it, a zero after it */
         return;
-    if (csv->used > 0)
-        csv->line[csv->used++] = ',';
-    char *end = csv->line + csv->used;
+    if (lines->used > lines->whole)
+        lines->text[lines->used++] = ',';
+    char *end = lines->text + lines->used;
     if (record != NULL) {
         length = snprintf(end, NUMBER_SIZE, "%.17g", value);
     } else {
@@ -50,7 +36,7 @@ static void add_cell(kt_csv *csv, const kt_record *record, double value, const c
         length = vsnprintf(end, (size_t)length + 1, format, arguments);
         va_end(arguments);
     }
-    csv->used += (size_t)length;
+    lines->used += (size_t)length;
 }
 
 /* ---- the columns ------------------------------------------------------------------------------------------------- */
@@ -134,97 +120,56 @@ static void add_line(kt_csv *csv, const kt_record *r) {
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-static const char *shown_path(const kt_csv *csv) { return csv->file == STDOUT_FILENO ? "standard output" : csv->path; }
-
-/* All of the line in one write; what a write leaves over, as pipes do, in further ones. */
-static int write_line(kt_csv *csv) {
-    size_t done = 0;
-    if (!csv->full && make_room(csv, 1))
-        csv->line[csv->used++] = '\n';
-    if (csv->full) {
-        kt_say("there is not enough memory for a line of %s", shown_path(csv));
-        return -1;
-    }
-    while (done < csv->used) {
-        ssize_t count = write(csv->file, csv->line + done, csv->used - done);
-        if (count < 0 && errno == EINTR)
-            continue;
-        if (count < 0) {
-            int reason = errno;
-            if (csv->is_regular && ftruncate(csv->file, csv->whole) != 0)
-                kt_say("%s ends in an incomplete line", shown_path(csv));
-            kt_say("%s cannot be written: %s", shown_path(csv), strerror(reason));
-            return -1;
-        }
-        done += (size_t)count;
-    }
-    csv->whole += (long long)csv->used;
-    csv->used = 0;
-    return 0;
-}
-
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
-    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model), .path = path};
-    csv->file = strcmp(path, "-") == 0 ? STDOUT_FILENO : open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (csv->file < 0) {
+    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model)};
+    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) {
         kt_say("%s cannot be written: %s; --out FILE writes elsewhere", path, strerror(errno));
         return KT_EXIT_INTEGRATION;
     }
-    struct stat status;
-    csv->is_regular = csv->file != STDOUT_FILENO && fstat(csv->file, &status) == 0 && S_ISREG(status.st_mode);
+    kt_lines_start(&csv->lines, file, path, 0);
     add_line(csv, NULL);
-    if (write_line(csv) == 0)
+    if (kt_lines_end(&csv->lines) == 0)
         return -1;
-    (void)kt_csv_close(csv);
+    (void)kt_lines_close(&csv->lines);
     return KT_EXIT_INTEGRATION;
 }
 
-/* Whether the file begins with this header. */
-static bool begins_with_line(const kt_csv *csv) {
-    char *text = malloc(csv->used + 1);
-    bool same = text != NULL && pread(csv->file, text, csv->used + 1, 0) >= (ssize_t)csv->used &&
-                memcmp(text, csv->line, csv->used) == 0 && text[csv->used] == '\n';
+/* Whether the file begins with the line under way. */
+static bool begins_with_line(const kt_lines *lines) {
+    char *text = malloc(lines->used + 1);
+    bool same = text != NULL && pread(lines->file, text, lines->used + 1, 0) >= (ssize_t)lines->used &&
+                memcmp(text, lines->text, lines->used) == 0 && text[lines->used] == '\n';
     free(text);
     return same;
 }
 
-int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long lines) {
-    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model), .path = path, .whole = lines};
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written) {
+    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model)};
     struct stat status;
-    csv->file = open(path, O_RDWR | O_CLOEXEC);
-    if (csv->file < 0) {
+    int file = open(path, O_RDWR | O_CLOEXEC);
+    if (file < 0) {
         kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
         return KT_EXIT_USAGE;
     }
-    csv->is_regular = true;
+    kt_lines *lines = &csv->lines;
+    kt_lines_start(lines, file, path, written);
     add_line(csv, NULL);
     const char *wrong = NULL;
-    if (fstat(csv->file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size < lines || csv->full ||
-        !begins_with_line(csv))
+    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size < written || lines->full ||
+        !begins_with_line(lines))
         wrong = "these are not the records until the checkpoint; give the --out of the run that wrote it";
-    else if (ftruncate(csv->file, lines) != 0 || lseek(csv->file, lines, SEEK_SET) != lines)
+    else if (ftruncate(file, written) != 0 || lseek(file, written, SEEK_SET) != written)
         wrong = strerror(errno);
+    lines->used = 0;
     if (wrong == NULL)
         return -1;
     kt_say("%s: %s", path, wrong);
-    (void)kt_csv_close(csv);
+    (void)kt_lines_close(lines);
     return KT_EXIT_USAGE;
 }
 
 int kt_csv_write(kt_csv *csv, const kt_record *record) {
-    csv->used = 0;
     add_line(csv, record);
-    return write_line(csv);
-}
-
-int kt_csv_close(kt_csv *csv) {
-    int failed = 0;
-    if (csv->file > STDOUT_FILENO && close(csv->file) != 0) {
-        kt_say("%s cannot be written: %s", csv->path, strerror(errno));
-        failed = -1;
-    }
-    csv->file = -1;
-    free(csv->line);
-    csv->line = NULL;
-    return failed;
+    return kt_lines_end(&csv->lines);
 }

@@ -59,7 +59,8 @@ static void show_sizes(const kt_model *model) {
         printf(": %d of the tree, less %d by loops (%d equations)", freedom.tree, freedom.rank, freedom.equations);
     if (nq != nv)
         printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural(nq - nv));
-    printf("\nkernels    %s\n", name_level(kt_model_level(model)));
+    printf("\nplan       %s, %s kernels; --plan lists its steps\n", kt_model_plan(model),
+           name_level(kt_model_level(model)));
 }
 
 enum { LISTED_MAX = 20 };

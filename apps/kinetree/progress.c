@@ -7,7 +7,7 @@
 
 enum { BAR_WIDTH = 40 };
 
-static double now(void) {
+double kt_clock(void) {
     struct timespec time;
     if (clock_gettime(CLOCK_MONOTONIC, &time) != 0)
         return 0.0;
@@ -18,7 +18,7 @@ kt_progress kt_progress_start(bool quiet) {
     kt_progress progress = {0};
     progress.is_shown = !quiet && isatty(STDERR_FILENO);
     progress.has_utf8 = kt_speaks_utf8(STDERR_FILENO);
-    progress.start = progress.last = now();
+    progress.start = progress.last = kt_clock();
     return progress;
 }
 
@@ -27,7 +27,7 @@ static bool is_time(const kt_progress *progress, double time) {
 }
 
 void kt_progress_show(kt_progress *progress, double part, const char *words) {
-    double time = now();
+    double time = kt_clock();
     if (!is_time(progress, time))
         return;
     progress->last = time;

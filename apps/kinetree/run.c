@@ -87,7 +87,8 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
         if (!sinks.pauses)
             break;
         sinks.pauses = false;
-        sinks.failed = kt_checkpoint_write(checkpoint, outcome, csv->whole) != 0;
+        sinks.failed =
+            kt_lines_flush(&csv->lines) != 0 || kt_checkpoint_write(checkpoint, outcome, csv->lines.written) != 0;
         if (sinks.failed)
             break;
     }
@@ -155,7 +156,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
         if (code == KT_EXIT_DONE && !warned)
             (void)kt_warn_of_step(outcome->model, outcome->run, outcome->simulation);
-        if (kt_csv_close(&csv) != 0 && code == KT_EXIT_DONE)
+        if (kt_lines_close(&csv.lines) != 0 && code == KT_EXIT_DONE)
             code = KT_EXIT_INTEGRATION;
         int rest = finish(arguments, outcome, out, plot);
         code = code == KT_EXIT_DONE ? rest : code;

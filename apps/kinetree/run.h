@@ -3,6 +3,7 @@
 #define KT_COMMAND_RUN_H
 
 #include "command.h"
+#include "lines.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -31,33 +32,28 @@ int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run
 
 /* ---- records as lines -------------------------------------------------------------------------------------------- */
 
-/* Numbers as CSV, each line whole in one write, so that a process that is killed leaves whole lines. */
+/* Records as CSV. */
 typedef struct kt_csv {
     const kt_model *model;
     const kt_run *run;
     unsigned record;
-    int file; /* descriptor; -1: closed */
-    const char *path;
-    bool is_regular; /* cut back to whole lines where a write fails */
-    long long whole; /* bytes of whole lines */
-    char *line;      /* under way */
-    size_t used, room;
-    bool full; /* no memory for the line */
+    kt_lines lines;
 } kt_csv;
 
 /* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
-/* The same for a file of which the first `lines` bytes stand; what follows them is cut off. */
-int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long lines);
-/* Returns 0, or -1 where the line could not be written, which has been said. */
+/* The same for a file of which the first `written` bytes stand; what follows them is cut off. */
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written);
+/* Returns 0, or -1 where lines could not be written, which has been said. */
 int kt_csv_write(kt_csv *csv, const kt_record *record);
-/* Returns 0, or -1 where the file could not be closed, which has been said. */
-int kt_csv_close(kt_csv *csv);
 
 /* kinetic + potential + dissipated - supplied: what a run keeps constant. NaN where the works are not known. */
 static inline double kt_balance_of(const kt_record *record) {
     return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
 }
+
+/* s, of a clock that only goes forward. */
+double kt_clock(void);
 
 /* ---- what came out ----------------------------------------------------------------------------------------------- */
 

@@ -10,6 +10,7 @@
 #include "kinetree/effect.h"
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"
+#include "kinetree/loop.h"
 #include "kinetree/model.h"
 #include "kinetree/reduction.h"
 #include "kinetree/scene.h"

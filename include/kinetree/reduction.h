@@ -13,6 +13,7 @@
 #define KINETREE_REDUCTION_H
 
 #include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -28,11 +29,6 @@ typedef struct kt_freedom {
 
 /* Freedoms of a model, found when it was compiled. O(1). */
 KT_API kt_freedom kt_model_freedom(const kt_model *model);
-
-/* Loops, in the description's order: how many, their names and types. */
-KT_API int kt_loop_count(const kt_model *model);
-KT_API const char *kt_loop_name(const kt_model *model, int loop);
-KT_API kt_loop_type kt_loop_type_of(const kt_model *model, int loop);
 
 /* A group of loops that share moving links; each is reduced by itself. */
 typedef struct kt_loop_group {

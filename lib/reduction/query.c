@@ -1,10 +1,7 @@
-/* What can be asked about the loops of a model. */
+/* What can be asked about the loops of a model together. */
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
 
-int kt_loop_count(const kt_model *model) { return (int)model->n.loop; }
-const char *kt_loop_name(const kt_model *model, int loop) { return model->text + model->loop[loop].name; }
-kt_loop_type kt_loop_type_of(const kt_model *model, int loop) { return (kt_loop_type)model->loop[loop].type; }
 int kt_loop_group_count(const kt_model *model) { return (int)model->n.group; }
 
 kt_loop_group kt_loop_group_at(const kt_model *model, int group) {

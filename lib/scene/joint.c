@@ -193,6 +193,28 @@ static const kt_kind kind_velocity = {read_velocity, write_velocity, same_veloci
 
 /* ---- the joint --------------------------------------------------------------------------------------------------- */
 
+/* The description's zero stands for a second axis that is not given; one that is given as zero is a slip. */
+static bool read_second_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_vec3 *axis = kt_field_in(object, field);
+    if (!kt_kind_axis.read(r, scope, node, field, object))
+        return false;
+    if (axis->x != 0.0 || axis->y != 0.0 || axis->z != 0.0)
+        return true;
+    return kt_fault_at(r, KT_ERROR_MODEL, scope, node,
+                       "a zero axis has no direction; give one, such as [0, 0, 1], or leave the key out for the axis "
+                       "after 'axis'");
+}
+
+static void write_second_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_kind_axis.write(e, field, object, standard);
+}
+
+static bool same_second_axis(const kt_field *field, const void *object, const void *standard) {
+    return kt_kind_axis.same(field, object, standard);
+}
+
+static const kt_kind kind_second_axis = {read_second_axis, write_second_axis, same_second_axis};
+
 #define AT(member) .offset = offsetof(kt_joint, member)
 enum {
     HAS_AXIS = REVOLUTE | PRISMATIC | SCREW | CYLINDRICAL | PLANAR | UNIVERSAL,
@@ -201,7 +223,7 @@ enum {
 static const kt_field fields[] = {
     {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
     {.key = "axis", .kind = &kt_kind_axis, AT(axis), .types = HAS_AXIS},
-    {.key = "axis2", .kind = &kt_kind_axis, AT(axis2), .types = UNIVERSAL},
+    {.key = "axis2", .kind = &kind_second_axis, AT(axis2), .types = UNIVERSAL},
     {.key = "pitch", .kind = &kt_kind_number, AT(pitch), .types = SCREW, .flags = KT_FIELD_REQUIRED},
     {.key = "at", .kind = &kt_kind_vector, AT(at)},
     {.key = "rotation", .kind = &kt_kind_rotation, AT(rotation)},

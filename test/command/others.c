@@ -61,6 +61,9 @@ KT_TEST(info_is_short_for_any_size) {
     kt_check_contains("many children", ran.out, ": 4991 children more, 4991 bodies in all\n");
     ran = kt_shell("$K make pendulum | $K info -");
     kt_check_contains("one body", ran.out, "world\n`- link1  revolute, 1 freedom, 1 kg, markers tip\n");
+    kt_check_contains("plan", ran.out, "\nplan       planar, ");
+    ran = kt_shell("$K make chain --links 3 --axes xyz | $K info -");
+    kt_check_contains("plan", ran.out, "\nplan       spatial, ");
 }
 
 /* Two arms, a spring on the second, a damper in the first: what is there is listed with its amount, what is not with

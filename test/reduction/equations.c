@@ -130,7 +130,7 @@ KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
     static matrices all, one;
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
-    long differ = 0, rows = 0;
+    long differ = 0, rows = 0, astray = 0;
     plan.options.plan = KT_PLAN_SPATIAL;
     for (int i = 0; i < 40; i++) {
         if (!tangle_grow(&g, &plan, &random) || !evaluate(&g, g.t, g.q, g.v, &all))
@@ -150,6 +150,9 @@ KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
                     kt_loop_equations(model, data, g.t, g.q, g.v, one.jacobian, one.residual, one.rate, one.drift, &e),
                     &e)) {
                 const int count = kt_model_freedom(model).equations;
+                const kt_loop_rows stand = kt_loop_rows_of(g.tree.model, l);
+                astray += stand.first != row || stand.count != count;
+                astray += kt_loop_find(g.tree.model, g.loop[l].name) != l;
                 for (int r = 0; r < count; r++, row++, rows++) {
                     bool same = one.residual[r] == all.residual[row] && one.rate[r] == all.rate[row] &&
                                 one.drift[r] == all.drift[row];
@@ -161,9 +164,11 @@ KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
             kt_data_free(data);
             kt_model_free(model);
         }
+        astray += g.tree.model != NULL && kt_loop_find(g.tree.model, "none") != -1;
         tangle_free(&g);
     }
     kt_check_above("rows", (double)rows, 300.0);
+    kt_check_equal_int("loops that are not found, or not where their rows are", astray, 0);
     kt_check_equal_int("rows that differ", differ, 0);
 }
 

@@ -169,6 +169,73 @@ static void check_words(const char *name) {
 
 KT_TEST(every_scene_says_what_it_is) { visit_all(check_words); }
 
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+/* What is written of a scene, for the caller to free; NULL, told, where it cannot be. */
+static char *write_text(const kt_scene *scene) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {KT_OK, "", ""};
+    FILE *stream = open_memstream(&text, &size);
+    if (stream == NULL)
+        return NULL;
+    const kt_status status = kt_scene_write(scene, stream, &error);
+    (void)fclose(stream);
+    if (kt_fine("writing", status, &error))
+        return text;
+    free(text);
+    return NULL;
+}
+
+/* The same initial state, assembled, and the same accelerations there, to the bit. */
+static void check_same_motion(const kt_case *c, const kt_scene *again) {
+    enum { NUMBERS = 256 };
+    double q[2][NUMBERS], v[2][NUMBERS], a[2][NUMBERS];
+    kt_model *model = NULL;
+    kt_error error = {KT_OK, "", ""};
+    if (!kt_fine("compiling", kt_model_compile(&again->description, NULL, &model, &error), &error))
+        return;
+    const kt_model *models[2] = {c->model, model};
+    bool fine = kt_model_nq(model) == kt_model_nq(c->model) && kt_model_nq(model) <= NUMBERS;
+    for (int k = 0; k < 2 && fine; k++) {
+        kt_data *data = NULL;
+        kt_model_initial(models[k], q[k], v[k]);
+        fine = kt_fine("data", kt_data_create(models[k], &data, &error), &error) &&
+               kt_fine("assembly", kt_state_assemble(models[k], data, 0.0, q[k], v[k], &error), &error) &&
+               kt_fine("accelerations",
+                       kt_acceleration_evaluate(models[k], data, 0.0, q[k], v[k], NULL, NULL, a[k], &error), &error);
+        kt_data_free(data);
+    }
+    const size_t nv = (size_t)kt_model_nv(c->model) * sizeof(double);
+    kt_check_true("moves the same, to the bit",
+                  fine && memcmp(q[0], q[1], (size_t)kt_model_nq(c->model) * sizeof(double)) == 0 &&
+                      memcmp(v[0], v[1], nv) == 0 && memcmp(a[0], a[1], nv) == 0);
+    kt_model_free(model);
+}
+
+static void check_written(const char *name) {
+    kt_case c;
+    kt_scene again;
+    kt_error error = {KT_OK, "", ""};
+    kt_note("%s", name);
+    if (kt_case_open(&c, name)) {
+        char *first = write_text(&c.scene), *second = NULL;
+        if (first != NULL &&
+            kt_fine("reading", kt_scene_parse(name, first, strlen(first), &again, NULL, NULL, &error), &error)) {
+            second = write_text(&again);
+            kt_check_true("writing what was read of what was written gives the same bytes",
+                          second != NULL && strcmp(first, second) == 0);
+            check_same_motion(&c, &again);
+            kt_scene_free(&again);
+        }
+        free(first);
+        free(second);
+    }
+    kt_case_close(&c);
+}
+
+KT_TEST(every_scene_comes_back_from_the_writer_to_the_bit) { visit_all(check_written); }
+
 /* ---- running ----------------------------------------------------------------------------------------------------- */
 
 static int count_finite(const kt_record *record, void *user) {
