@@ -54,7 +54,7 @@ bool tangle_system_of(const tangle *g, tangle_system *s);
 
 /* How the accelerations are computed that are to be compared. */
 typedef struct tangle_way {
-    bool mixes;       /* orthogonal factors mix all coordinates: of equations, |A_r| |a| is rounded, and not its terms */
+    bool mixes; /* orthogonal factors mix all coordinates: of equations, |A_r| |a| is rounded, and not its terms */
     const double *by; /* other accelerations that they go by, with products as large as these make them; or NULL */
 } tangle_way;
 
