@@ -5,7 +5,8 @@
  * own kt_data.
  *
  * SI units and radians. Body 0 is the world. Queries take indices of bodies, markers, loops as these calls give them,
- * and do not check them; they are O(1), allocate nothing and cannot fail. Names live as long as the model.
+ * and do not check them; they are O(1) where they do not say otherwise, allocate nothing and cannot fail. Names live as
+ * long as the model.
  */
 #ifndef KINETREE_MODEL_H
 #define KINETREE_MODEL_H
@@ -145,6 +146,9 @@ typedef struct kt_coordinates {
 
 /* Of a body, 0 <= body < kt_model_body_count. */
 KT_API kt_coordinates kt_body_coordinates(const kt_model *model, int body);
+/* The body whose joint velocity coordinate v belongs to, as the columns of Jacobians and mass matrices do: that with
+ * 0 <= v - kt_body_coordinates(...).v < nv; -1 unless 0 <= v < kt_model_nv. O(log bodies). */
+KT_API int kt_body_of_velocity(const kt_model *model, int v);
 
 /* Markers of a body, in the order of the description: how many, their names and places (body frame, m); the index of
  * one, -1 where there is none of that name. */

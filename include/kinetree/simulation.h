@@ -208,8 +208,8 @@ KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
 
 /* Starts again at time t from q (nq) and v (nv), which are projected: quaternions to unit norm, loops closed. Counts
- * return to zero, torques and wrenches are kept. Errors: KT_ERROR_NOT_FINITE naming the body; KT_ERROR_CONSTRAINT; the
- * simulation is then as before. */
+ * return to zero, torques and wrenches are kept. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of
+ * zeros, naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
 

@@ -163,7 +163,7 @@ kt_nearest kt_nearest_make(const char *wanted, int64_t *effort) {
     if (search.length == 1)
         search.limit = 0; /* a letter for a letter is no likeness; only its case may differ */
     else if (search.length > 1 && search.length <= LONGEST)
-        search.limit = smaller(larger((int)search.length, 3) / 3, FARTHEST);
+        search.limit = FARTHEST;
     return search;
 }
 
@@ -173,13 +173,14 @@ bool kt_nearest_try(kt_nearest *search, const char *candidate) {
     if (candidate == NULL)
         return true;
     int m = (int)search->length, n = (int)bounded_length(candidate);
-    bool fits = n <= LONGEST && n - m <= search->limit && m - n <= search->limit;
+    const int limit = smaller(search->limit, larger(larger(m, n), 3) / 3);
+    bool fits = n <= LONGEST && n - m <= limit && m - n <= limit;
     if (search->effort != NULL)
-        *search->effort -= 1 + n + (fits ? m * (2 * search->limit + 1) : 0);
+        *search->effort -= 1 + n + (fits ? m * (2 * limit + 1) : 0);
     if (!fits)
         return true;
-    int d = distance(search->wanted, m, candidate, n, search->limit);
-    if (d <= search->limit) {
+    int d = distance(search->wanted, m, candidate, n, limit);
+    if (d <= limit) {
         search->best = candidate;
         search->limit = d - 1;
     }

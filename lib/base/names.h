@@ -55,7 +55,7 @@ kt_name_text kt_name_quote(const char *name);
 
 /* A search for the candidate nearest to a name that does not exist, by the Damerau-Levenshtein distance (insertions,
  * deletions, replacements and swaps of neighbours each count one; case does not count). Candidates farther than a third
- * of the name's length are no suggestion; of equally near ones the first tried is. */
+ * of the longer one's letters are no suggestion; of equally near ones the first tried is. */
 typedef struct kt_nearest {
     const char *wanted;
     size_t length;

@@ -33,6 +33,22 @@ kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
     return (kt_coordinates){.type = (kt_joint_type)b->type, .q = b->q, .nq = kind->nq, .v = b->v, .nv = kind->nv};
 }
 
+/* Coordinates are in the order of bodies, and bodies without any begin where the next ones do: the last that does not
+ * begin behind v. */
+int kt_body_of_velocity(const kt_model *model, int v) {
+    int low = 0, high = (int)model->n.body; /* body[low].v <= v < body[high].v */
+    if (v < 0 || v >= (int)model->n.v)
+        return -1;
+    while (high - low > 1) {
+        const int middle = low + (high - low) / 2;
+        if (model->body[middle].v <= v)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 int kt_marker_count(const kt_model *model, int body) { return model->body[body].marker_count; }
 
 const char *kt_marker_name(const kt_model *model, int body, int marker) {

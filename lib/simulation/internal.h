@@ -83,6 +83,7 @@ struct kt_simulation {
     kt_held held;
     const double *slope; /* as the integrator was given it by the last evaluation */
     kt_error cause;      /* of the last callback that failed; code KT_OK: none did in this step */
+    bool ahead;          /* it failed beyond the present state, at which every step begins: a smaller one may help */
 #define KT_SIMULATION_DECLARE(type, name, count, meaning) type *name;
     KT_SIMULATION_FIELDS(KT_SIMULATION_DECLARE)
 #undef KT_SIMULATION_DECLARE
@@ -144,8 +145,8 @@ void kt_simulation_count(kt_simulation *simulation);
 /* One step; the records are left alone. */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
-/* Tells an error of the integrator or of a callback again, with the time in front. */
-kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt_error *error);
+/* Tells an error of the integrator or of a callback again, with the time in front; outside a step. */
+kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 
 /* A record of no state yet. */
 kt_record kt_record_empty(int64_t index, double time);

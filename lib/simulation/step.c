@@ -13,6 +13,7 @@
  * method's order.
  */
 #include "algebra/lane.h"
+#include "dynamics/kernel.h"
 #include "simulation/internal.h"
 
 #include <float.h>
@@ -91,8 +92,10 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, d
     /* powers, and a right-hand side of the caller's, leave in data what they like */
     simulation->held = power == NULL && simulation->acceleration == NULL ? KT_HELD_EVALUATION : KT_HELD_NOTHING;
     simulation->slope = dydt;
-    if (result != 0) /* at the present state every step begins: no smaller one helps */
-        return result > 0 && t != kt_integrator_time(simulation->integrator) ? 1 : -1;
+    if (result != 0) {
+        simulation->ahead = t != kt_integrator_time(simulation->integrator);
+        return result > 0 && simulation->ahead ? 1 : -1;
+    }
     if (simulation->size.nq == 0)
         dydt[0] = 0.0; /* the integrator's one number where nothing moves */
     return 0;
@@ -152,30 +155,11 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
-/* The body in whose coordinates the first number of q and v that is not finite lies; -1: none. */
-static int find_not_finite(const kt_simulation *simulation, const double *q, const double *v) {
-    for (int body = 1; body < (int)simulation->size.body; body++) {
-        kt_coordinates at = kt_body_coordinates(simulation->face, body);
-        for (int i = 0; i < at.nq; i++)
-            if (!isfinite(q[at.q + i]))
-                return body;
-        for (int i = 0; i < at.nv; i++)
-            if (!isfinite(v[at.v + i]))
-                return body;
-    }
-    return -1;
-}
-
-static kt_status say_not_finite(const kt_simulation *simulation, int body, const char *what, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->face, body));
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "%s is not finite", what);
-}
-
 /* The integrator has seen to it that y is finite. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
+    simulation->ahead = true;
     if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL)
         simulation->held = KT_HELD_POSES;
     return status == KT_OK ? 0 : is_recoverable(status) ? 1 : -1;
@@ -190,7 +174,8 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
 
-kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt_error *error) {
+/* stepped: it was a step that failed. */
+static kt_status fail(const kt_simulation *simulation, const kt_error *from, bool stepped, kt_error *error) {
     const kt_error *cause = &simulation->cause;
     char where[KT_WHERE_SIZE + 32];
     double t = kt_integrator_time(simulation->integrator);
@@ -205,11 +190,15 @@ kt_status kt_simulation_fail(kt_simulation *simulation, const kt_error *from, kt
     if (from->code == KT_ERROR_STEP)
         return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
                             from->message);
-    if (simulation->step > 0.0 && is_recoverable(cause->code))
+    if (stepped && simulation->step > 0.0 && simulation->ahead && is_recoverable(cause->code))
         return kt_error_set(error, cause->code, where,
                             "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
                             cause->message, simulation->step);
     return kt_error_set(error, cause->code, where, "%s", cause->message);
+}
+
+kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
+    return fail(simulation, from, false, error);
 }
 
 /* ---- pushes ------------------------------------------------------------------------------------------------------ */
@@ -275,8 +264,11 @@ static bool wrench_is_finite(const kt_wrench *wrench) {
 kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches, kt_error *error) {
     size_t count = simulation->size.body;
     for (int body = 1; wrenches != NULL && body < (int)count; body++)
-        if (!wrench_is_finite(&wrenches[body]))
-            return say_not_finite(simulation, body, "the wrench", error);
+        if (!wrench_is_finite(&wrenches[body])) {
+            char where[KT_WHERE_SIZE];
+            snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->face, body));
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the wrench is not finite");
+        }
     if (wrenches != NULL)
         memcpy(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
     else
@@ -298,7 +290,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)
-        return kt_simulation_fail(simulation, &from, error);
+        return fail(simulation, &from, true, error);
     kt_simulation_see(simulation, kt_integrator_time(simulation->integrator) - t);
     return KT_OK;
 }
@@ -370,10 +362,10 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     memmove(new_v, v, nv * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
-    int body = find_not_finite(simulation, new_q, new_v);
-    if (body >= 0)
-        return say_not_finite(simulation, body, "a position or velocity", error);
-    kt_status status = start_at(simulation, t, new_q, new_v, error);
+    const kt_input input = {.q = new_q, .v = new_v};
+    kt_status status = kt_input_check(simulation->face, &input, error);
+    if (status == KT_OK)
+        status = start_at(simulation, t, new_q, new_v, error);
     if (status != KT_OK)
         return status;
     memcpy(simulation->seen, new_q, simulation->size.seen * sizeof(double));

@@ -59,6 +59,34 @@ KT_TEST(bodies_are_found_by_name_and_named_by_index) {
     kt_tree_free(&tree);
 }
 
+/* Fixed bodies, which have none, stand between them, before them and behind. */
+KT_TEST(velocities_know_their_bodies) {
+    kt_random random = kt_random_of_test();
+    long coordinates = 0, fixed = 0, wrong = 0;
+    for (int n = 0; n < 40; n++) {
+        kt_tree tree;
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
+        kt_tree_describe(&tree, &plan, &random);
+        if (!kt_tree_compile(&tree, NULL))
+            return;
+        for (int b = 0; b < kt_model_body_count(tree.model); b++) {
+            const kt_coordinates at = kt_body_coordinates(tree.model, b);
+            for (int i = 0; i < at.nv; i++)
+                wrong += kt_body_of_velocity(tree.model, at.v + i) != b;
+            coordinates += at.nv;
+            fixed += at.nv == 0 && b > 0;
+        }
+        const int nv = kt_model_nv(tree.model);
+        wrong += kt_body_of_velocity(tree.model, -1) != -1;
+        wrong += kt_body_of_velocity(tree.model, nv) != -1;
+        kt_tree_free(&tree);
+    }
+    kt_check_equal_int("wrong answers", wrong, 0);
+    kt_check_above("coordinates", (double)coordinates, 100.0);
+    kt_check_above("fixed bodies", (double)fixed, 20.0);
+}
+
 KT_TEST(markers_are_found_on_their_own_body) {
     kt_tree tree;
     if (!make(&tree))

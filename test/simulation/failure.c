@@ -184,10 +184,10 @@ KT_TEST(state_that_is_not_finite_is_refused_and_the_old_one_stays) {
     kt_check_equal_bits("quaternion scaled", kt_simulation_positions(simulation) + 3, unit, 4);
     v[3] = HUGE_VAL;
     kt_check_equal_int("velocity", kt_simulation_set_state(simulation, 0.0, q, v, &error), KT_ERROR_NOT_FINITE);
-    kt_check_contains("where", error.where, "body 'block'");
+    kt_check_text("where", error.where, "joint 'block'");
     v[3] = 0.0;
     q[5] = q[6] = 0.0;
-    kt_check_equal_int("quaternion", kt_simulation_set_state(simulation, 0.0, q, v, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("quaternion", kt_simulation_set_state(simulation, 0.0, q, v, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_bits("quaternion", kt_simulation_positions(simulation) + 3, unit, 4);
     kt_check_near("time", kt_simulation_time(simulation), 2.0, 0.0);
     kt_simulation_free(simulation);
