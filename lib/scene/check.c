@@ -168,12 +168,14 @@ static bool is_tree_known(const kt_reader *r) {
            !kt_node_is_faulty(kt_node_find(r->root, "loops"));
 }
 
-/* What only the whole mechanism shows is told by its compilation, where it comes so far. */
+/* What only the whole mechanism shows is told by its compilation, where it comes so far; here only beside other faults,
+ * as long as there is room for more and memory, of which it takes what a compilation does. */
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_error error;
-    kt_status status = kt_description_check(description, take_fault, r, &error);
-    if (status != KT_ERROR_MEMORY && r->fault_count > 0 && is_tree_known(r))
-        status = kt_model_check(description, take_fault, r, &error);
-    if (status == KT_ERROR_MEMORY)
+    if (kt_description_check(description, take_fault, r, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);
+    else if (r->fault_count > 0 && r->fault_count < KT_FAULT_COUNT_MAX && is_tree_known(r)) {
+        const kt_status told = kt_model_check(description, take_fault, r, &error);
+        (void)told; /* fault by fault, or not to be had */
+    }
 }
