@@ -31,6 +31,9 @@
 
 typedef struct build {
     const kt_description *description;
+    kt_report *report; /* of the faults that the tree shows; NULL: none */
+    void *user;
+    bool trial; /* these faults are all that is wanted */
     kt_model *model;
     kt_names names;
 #define BUILD_DECLARE(type, name, count, meaning) type *name;
@@ -319,42 +322,6 @@ static void size_links(build *b) {
     }
 }
 
-/* Positions that are generic and the same everywhere: a fixed sequence (golden ratio) of numbers in (-1, 1). */
-static void generic_positions(const kt_model *m, int variant, double *q) {
-    for (size_t i = 0; i < m->n.q; i++) {
-        const double x = (double)(i + 1) * 0.61803398874989485 + 0.41421356237309505 * variant;
-        q[i] = m->q0[i] + 2.0 * (x - floor(x)) - 1.0;
-    }
-}
-
-/* A freedom without inertia, at the initial and at generic positions, can never be moved. */
-static kt_status check_inertia(const kt_model *m, kt_error *error) {
-    kt_data *data = NULL;
-    double *q = malloc((m->n.q + 1) * sizeof *q);
-    kt_status status = q ? kt_data_create(m, &data, error) : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
-    if (status == KT_OK) {
-        size_t singular = kt_singular_link(m, data, m->q0);
-        for (int variant = 0; singular && variant < 3; variant++) {
-            generic_positions(m, variant, q);
-            singular = kt_singular_link(m, data, q);
-        }
-        if (singular) {
-            const kt_body_record *body = &m->body[m->link[singular].body];
-            const char *name = m->text + body->name;
-            char where[KT_WHERE_SIZE];
-            (void)snprintf(where, sizeof where, "body '%s'", name);
-            status =
-                kt_error_set(error, KT_ERROR_MODEL, where,
-                             "its %s joint moves nothing that has inertia along one of its freedoms: give '%s', or "
-                             "a body that it carries, mass and inertia there, or make the joint fixed",
-                             kt_joint_type_name((kt_joint_type)body->type), name);
-        }
-    }
-    kt_data_free(data);
-    free(q);
-    return status;
-}
-
 static kt_status compile(build *b, const kt_model_options *options, kt_error *error) {
     kt_counts n;
     order_bodies(b);
@@ -389,32 +356,47 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",
                                   "this processor or build does not have that instruction set; use KT_LEVEL_AUTO");
     }
-    if (status == KT_OK && b->description->loop_count == 0)
-        status = check_inertia(m, error);
-    if (status == KT_OK && (b->description->loop_count || b->description->effect_count))
+    if (status == KT_OK)
+        status = kt_tree_check(m, b->description, b->report, b->user, error);
+    if (status == KT_OK && !b->trial && (b->description->loop_count || b->description->effect_count))
         status = kt_model_attach(&b->model, b->description, b->flat, error);
+    return status;
+}
+
+/* With the description, and what is to be done, in b. */
+static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
+    const kt_description *d = b->description;
+    const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
+    const size_t bytes = build_layout(n, loops, table, NULL, b);
+    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    if (!memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    memset(memory, 0, bytes);
+    build_layout(n, loops, table, memory, b);
+    kt_names_place(&b->names, n, b->table);
+    for (size_t i = 0; i < n; i++)
+        (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);
+    const kt_status status = compile(b, options, error);
+    free(memory);
     return status;
 }
 
 kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                          kt_error *error) {
-    const size_t n = (size_t)description->body_count, loops = (size_t)description->loop_count, table = kt_names_size(n);
     build b = {.description = description};
-    const size_t bytes = build_layout(n, loops, table, NULL, &b);
-    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
-    if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
-    memset(memory, 0, bytes);
-    build_layout(n, loops, table, memory, &b);
-    kt_names_place(&b.names, n, b.table);
-    for (size_t i = 0; i < n; i++)
-        (void)kt_names_add(&b.names, 0, description->bodies[i].name, (int)i);
-    const kt_status status = compile(&b, options, error);
-    free(memory);
+    const kt_status status = build_all(&b, options, error);
     if (status == KT_OK)
         *model = b.model;
     else
         free(b.model);
+    return status;
+}
+
+kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error) {
+    const kt_model_options options = kt_model_options_default();
+    build b = {.description = description, .report = report, .user = user, .trial = true};
+    const kt_status status = build_all(&b, &options, error);
+    free(b.model);
     return status;
 }
 
