@@ -30,6 +30,10 @@ void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal);
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation);
 
+/* KT_OK where a search from q closes the loops at t to `tolerance`; else kt_open_loops_error, with `what`. */
+kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
+                         const char *what, kt_error *error);
+
 /* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
  * gaps; or where `moving`, the loops whose velocity equations are violated as `right` has it. */
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
