@@ -110,6 +110,7 @@ typedef struct kt_body_record {
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
     uint32_t name; /* offset in the model's text */
+    bool fixed;    /* to the world, with no freedom between; in the absolute formulation, by what were joints */
 } kt_body_record;
 
 typedef struct kt_marker_record {
