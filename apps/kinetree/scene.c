@@ -75,6 +75,31 @@ int kt_read_scene(const char *path, kt_scene *scene) {
     return kt_exit_code(status);
 }
 
+typedef struct kt_told_of {
+    const kt_scene *scene;
+    kt_told told;
+} kt_told_of;
+
+static void tell_located(void *user, const kt_place *place, const kt_error *fault) {
+    kt_told_of *of = user;
+    kt_error error = *fault;
+    (void)place;
+    (void)kt_scene_locate(of->scene, &error);
+    tell(&of->told, &error);
+}
+
+/* Every fault of a mechanism that shows only as a whole, where any is; else the one that compiling it found. */
+static void tell_all(const kt_scene *scene, kt_error *found) {
+    kt_told_of of = {.scene = scene};
+    kt_error error = {0};
+    if (kt_model_check(&scene->description, tell_located, &of, &error) == KT_OK || of.told.faults == 0) {
+        if (kt_scene_locate(scene, found))
+            tell(&of.told, found);
+        else
+            kt_say_error(found);
+    }
+}
+
 int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
@@ -83,9 +108,8 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     options.formulation = scene->run.formulation;
     options.plan = scene->run.plan;
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
-    kt_told told = {0};
-    if (status == KT_ERROR_MODEL && kt_scene_locate(scene, &error))
-        tell(&told, &error);
+    if (status == KT_ERROR_MODEL)
+        tell_all(scene, &error);
     else if (status != KT_OK)
         kt_say_error(&error);
     return kt_exit_code(status);

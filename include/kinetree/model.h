@@ -87,11 +87,20 @@ KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
  * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where
- * and how: the first fault of kt_description_check, or a joint without inertia, a loop on one rigid part;
+ * and how: the first fault of kt_description_check, or of kt_model_check;
  * KT_ERROR_ARGUMENT (an option that is none, no place for the model); KT_ERROR_UNSUPPORTED (a level that this processor
  * does not have). O(size), and an assembly (kt_state_assemble) where springs in loops start unstretched. */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
+/* The faults that show only in the mechanism as a whole: joints that move nothing with inertia along one of their
+ * freedoms, where no loop is that might hold or drive what they carry; loops within one rigid part. Calls report (may
+ * be NULL) for every one, in the order of the description. Of a description with faults of kt_description_check those
+ * are told that stand there whatever the others turn out to be, and none where these leave open what the tree is.
+ * Returns KT_OK, or KT_ERROR_MODEL with the first in *error; KT_ERROR_ARGUMENT (NULL), KT_ERROR_MEMORY. Allocates what
+ * a compilation does. O(size). */
+KT_API KT_CHECKED kt_status kt_model_check(const kt_description *description, kt_report *report, void *user,
+                                           kt_error *error);
+
 /* Releases what kt_model_compile made; does nothing with a copy, nor with NULL. */
 KT_API void kt_model_free(kt_model *model);
 

@@ -53,7 +53,8 @@ static void take_position(const kt_model *model, kt_data *data, const double *q)
     }
 }
 
-size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q) {
+size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict) {
+    size_t found = 0;
     take_position(model, data, q);
     memset(data->articulated, 0, model->n.link * sizeof *data->articulated);
     memset(data->place, 0, model->n.link * sizeof *data->place);
@@ -66,8 +67,16 @@ size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q) {
         s.trace += kt_v4_dot(kt_v4_splat(1.0), kt_diagonal3(x.j));
         s.mass += link->mass;
         kt_articulated_add(&x, &data->articulated[i]);
-        if (!is_regular(link, m, &x, &s) || !kt_joint_absorb(model, data, i, model->zero, &x))
-            return i;
+        if (verdict[i] == KT_INERTIA_THERE &&
+            (!is_regular(link, m, &x, &s) || !kt_joint_absorb(model, data, i, model->zero, &x))) {
+            verdict[i] = KT_INERTIA_NONE;
+            found++;
+        }
+        if (verdict[i] != KT_INERTIA_THERE) {
+            if (link->motion != KT_MOTION_FREE) /* which would carry nothing over to its parent */
+                verdict[link->parent] = KT_INERTIA_UNKNOWN;
+            continue;
+        }
         if (link->motion == KT_MOTION_BALL)
             s.trace = s.largest = 0.0;
         if (link->motion == KT_MOTION_FREE || link->parent == 0)
@@ -78,5 +87,5 @@ size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q) {
         up->trace += s.trace;
         up->largest = fmax(up->largest, fmax(s.largest, s.mass * kt_v4_dot(m->offset, m->offset)));
     }
-    return 0;
+    return found;
 }

@@ -51,15 +51,6 @@ void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis) {
 /* ---- paths --------------------------------------------------------------------------------------
  */
 
-static kt_status refuse_rigid(const kt_loop *loop, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "loop '%.100s'", loop->name);
-    return kt_error_set(
-        error, KT_ERROR_MODEL, where,
-        "both its ends are on the same rigid part, which no motion can close or open; connect two bodies "
-        "that move against each other");
-}
-
 static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n, kt_error *error) {
     for (int k = 0; k < 2; k++) {
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
@@ -67,8 +58,6 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
             return status;
         kt_attach_turn_to_axis(&r->frame[k], kt_attach_axis(loop, k));
     }
-    if (r->link[0] == r->link[1])
-        return refuse_rigid(loop, error);
     r->ancestor = kt_attach_ancestor(a, r->link[0], r->link[1]);
     for (int k = 0; k < 2; k++) {
         r->length[k] = kt_attach_join_path(a, r->link[k], r->ancestor);

@@ -31,6 +31,9 @@
 
 typedef struct build {
     const kt_description *description;
+    kt_report *report; /* of the faults that the tree shows; NULL: none */
+    void *user;
+    bool trial; /* these faults are all that is wanted */
     kt_model *model;
     kt_names names;
 #define BUILD_DECLARE(type, name, count, meaning) type *name;
@@ -245,7 +248,6 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     }
     body->link = up;
     body->in_link = frame;
-    body->fixed = up == 0;
     load_link(m, body);
 }
 
@@ -354,29 +356,46 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",
                                   "this processor or build does not have that instruction set; use KT_LEVEL_AUTO");
     }
-    if (status == KT_OK && (b->description->loop_count || b->description->effect_count))
+    if (status == KT_OK)
+        status = kt_tree_check(m, b->description, b->report, b->user, error);
+    if (status == KT_OK && !b->trial && (b->description->loop_count || b->description->effect_count))
         status = kt_model_attach(&b->model, b->description, b->flat, error);
+    return status;
+}
+
+/* With the description, and what is to be done, in b. */
+static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
+    const kt_description *d = b->description;
+    const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
+    const size_t bytes = build_layout(n, loops, table, NULL, b);
+    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    if (!memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    memset(memory, 0, bytes);
+    build_layout(n, loops, table, memory, b);
+    kt_names_place(&b->names, n, b->table);
+    for (size_t i = 0; i < n; i++)
+        (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);
+    const kt_status status = compile(b, options, error);
+    free(memory);
     return status;
 }
 
 kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                          kt_error *error) {
-    const size_t n = (size_t)description->body_count, loops = (size_t)description->loop_count, table = kt_names_size(n);
     build b = {.description = description};
-    const size_t bytes = build_layout(n, loops, table, NULL, &b);
-    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
-    if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
-    memset(memory, 0, bytes);
-    build_layout(n, loops, table, memory, &b);
-    kt_names_place(&b.names, n, b.table);
-    for (size_t i = 0; i < n; i++)
-        (void)kt_names_add(&b.names, 0, description->bodies[i].name, (int)i);
-    const kt_status status = compile(&b, options, error);
-    free(memory);
+    const kt_status status = build_all(&b, options, error);
     if (status == KT_OK)
         *model = b.model;
     else
         free(b.model);
+    return status;
+}
+
+kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error) {
+    const kt_model_options options = kt_model_options_default();
+    build b = {.description = description, .report = report, .user = user, .trial = true};
+    const kt_status status = build_all(&b, &options, error);
+    free(b.model);
     return status;
 }

@@ -1,46 +1,9 @@
-/* From a description to a model and its data: checked, built (build.c), and what only shows then checked on the model.
+/* From a description to a model, and its data: what is wished for is checked, the model built (build.c), springs that
+ * start unstretched measured (measure.c), and where it is asked for the absolute formulation made of it (absolute.c).
  */
 #include "model/absolute.h"
 
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-
-/* Positions that are generic and the same everywhere: a fixed sequence (golden ratio) of numbers in (-1, 1). */
-static void generic_positions(const kt_model *m, int variant, double *q) {
-    for (size_t i = 0; i < m->n.q; i++) {
-        const double x = (double)(i + 1) * 0.61803398874989485 + 0.41421356237309505 * variant;
-        q[i] = m->q0[i] + 2.0 * (x - floor(x)) - 1.0;
-    }
-}
-
-/* A freedom without inertia, at the initial and at generic positions, can never be moved. */
-static kt_status check_inertia(const kt_model *m, kt_error *error) {
-    kt_data *data = NULL;
-    double *q = malloc((m->n.q + 1) * sizeof *q);
-    kt_status status = q ? kt_data_create(m, &data, error) : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
-    if (status == KT_OK) {
-        size_t singular = kt_singular_link(m, data, m->q0);
-        for (int variant = 0; singular && variant < 3; variant++) {
-            generic_positions(m, variant, q);
-            singular = kt_singular_link(m, data, q);
-        }
-        if (singular) {
-            const kt_body_record *body = &m->body[m->link[singular].body];
-            const char *name = m->text + body->name;
-            char where[KT_WHERE_SIZE];
-            (void)snprintf(where, sizeof where, "body '%s'", name);
-            status =
-                kt_error_set(error, KT_ERROR_MODEL, where,
-                             "its %s joint moves nothing that has inertia along one of its freedoms: give '%s', or "
-                             "a body that it carries, mass and inertia there, or make the joint fixed",
-                             kt_joint_type_name((kt_joint_type)body->type), name);
-        }
-    }
-    kt_data_free(data);
-    free(q);
-    return status;
-}
 
 /* What a library that was built without loops cannot do. */
 static kt_status refuse_loops(const kt_description *description, const kt_model_options *options, kt_error *error) {
@@ -87,9 +50,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         status = refuse_loops(description, wish, error);
     if (status == KT_OK)
         status = kt_model_build(description, wish, &tree, error);
-    if (status == KT_OK && description->loop_count == 0)
-        status = check_inertia(tree, error);
-    if (status == KT_OK && description->effect_count > 0)
+    if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
     if (status == KT_OK && wish->formulation == KT_FORMULATION_ABSOLUTE)
         status = kt_absolute_compile(description, wish, tree, &tree->absolute, error);

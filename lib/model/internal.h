@@ -77,9 +77,12 @@ struct kt_model {
 size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model);
 
 /* Supplied by lib/dynamics: the level that is meant on this processor (KT_LEVEL_AUTO where it lacks the one asked for),
- * and the first link that has no inertia along one of its freedoms at q, or 0. */
+ * and which links have no inertia along one of their freedoms at q. A verdict that is KT_INERTIA_UNKNOWN from the
+ * start, and those of the links that carry such a link or one without inertia, are not decided. Returns the number of
+ * links without. */
+typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
 kt_level kt_level_resolve(kt_level asked);
-size_t kt_singular_link(const kt_model *model, kt_data *data, const double *q);
+size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
 /* Equations of a loop: as many as its type has (rolling: 3 with contact). */
 int kt_loop_row_count(const kt_loop *loop);
@@ -95,6 +98,13 @@ kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
 /* kt_model_compile without the check. */
 kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                          kt_error *error);
+
+/* Builds the tree of a description that has been checked, for nothing but kt_tree_check. */
+kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error);
+
+/* The faults that only the whole tree shows, in the order of the description; report may be NULL. */
+kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
+                        kt_error *error);
 
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);

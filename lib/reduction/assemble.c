@@ -153,7 +153,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         for (size_t k = 0; k < model->n.v; k++)
             v[k] += model->held[k] ? 0.0 : data->delta[k];
     }
-    if (violation.slip <= KT_CLOSED_FAR * given)
+    if (violation.slip <= KT_CLOSED_FAR * given || kt_velocities_fit(model, data, v, KT_CLOSED_FAR))
         return KT_OK;
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "

@@ -114,6 +114,23 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     return closure;
 }
 
+bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance) {
+    double widest = 0.0, fastest = 0.0, slip = 0.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        for (int r = 0; r < w.k; r++) {
+            for (int i = 0; i < w.m; i++) {
+                const double a = fabs(w.a[(size_t)r * (size_t)w.m + (size_t)i]);
+                widest = fmax(widest, a / w.scale[r]);
+                if (a > 0.0)
+                    fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
+            }
+            slip = fmax(slip, fabs(w.right[r]) / w.scale[r]);
+        }
+    }
+    return slip <= tolerance * widest * fastest;
+}
+
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation) {
     data->closing = (kt_iterations){0, 0, 0, 0};
@@ -127,7 +144,9 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
         return closure;
     if (!isfinite(violation->velocity))
         return KT_CLOSURE_NOT_FINITE;
-    return violation->slip <= tolerance * violation->speed ? KT_CLOSURE_DONE : KT_CLOSURE_OPEN;
+    return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, v, tolerance)
+               ? KT_CLOSURE_DONE
+               : KT_CLOSURE_OPEN;
 }
 
 /* ---- messages ------------------------------------------------------------------------------------------------------

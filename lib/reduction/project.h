@@ -30,6 +30,11 @@ void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal);
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation);
 
+/* Whether the velocity equations, their violations being in `right`, hold to `tolerance` of the speeds in the groups.
+ * An entry of A that is rounding alone makes a term of a speed, and where loops lock all else (a frame with a wheel in
+ * it) there is no larger term in A v that it could be held against. */
+bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance);
+
 /* KT_OK where a search from q closes the loops at t to `tolerance`; else kt_open_loops_error, with `what`. */
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error);

@@ -159,8 +159,23 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
     (void)kt_fault_put(r, error->code, node->line, node->column, "%s%s", where.text, error->message);
 }
 
+/* Whether the file says what the tree and its loops are: a key that is misspelt may have said more. */
+static bool is_tree_known(const kt_reader *r) {
+    for (const kt_node *node = r->root->of.first; node != NULL; node = node->next)
+        if (node->faulty)
+            return false;
+    return r->names_are_known && !kt_node_is_faulty(kt_node_find(r->root, "bodies")) &&
+           !kt_node_is_faulty(kt_node_find(r->root, "loops"));
+}
+
+/* What only the whole mechanism shows is told by its compilation, where it comes so far; here only beside other faults,
+ * as long as there is room for more and memory, of which it takes what a compilation does. */
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_error error;
     if (kt_description_check(description, take_fault, r, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);
+    else if (r->fault_count > 0 && r->fault_count < KT_FAULT_COUNT_MAX && is_tree_known(r)) {
+        const kt_status told = kt_model_check(description, take_fault, r, &error);
+        (void)told; /* fault by fault, or not to be had */
+    }
 }

@@ -12,13 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool is_near_singular(const kt_tree *tree) {
-    for (size_t i = 0; i < tree->model->n.group; i++)
-        if (tree->data->near[i])
-            return true;
-    return false;
-}
-
 /* How much larger the errors may be: numbers that the augmented set adds are of the size s |A|^2, those of the others
  * that of M. */
 static double growth(const kt_set *set) {
@@ -32,12 +25,13 @@ static double growth(const kt_set *set) {
 }
 
 /* The set on the mechanism's state, against the dense solution of tangle_solve in long double; `moved` is what a
- * rounding of the matrices does. Force projection accelerates at the rates that it makes of v: what they are off by
+ * rounding of the matrices does: all sets begin with the accelerations without loops, M^-1 f, and loops take away what
+ * is not theirs. Force projection accelerates at the rates that it makes of v: what they are off by
  * (`rates`) is not counted once more. */
 static void compare(tangle *g, kt_set_type type, double times, kt_worst *worst, kt_worst *rates) {
     static tangle_system s;
     double a[KT_TREE_NV], rate[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
-    double given[KT_TREE_NV];
+    double given[KT_TREE_NV], loose[KT_TREE_NV];
     const kt_set_options options = kt_set_options_default(type, 1.0);
     kt_error e = {0};
     kt_set *set = closure_set(g->tree.model, &options);
@@ -46,13 +40,16 @@ static void compare(tangle *g, kt_set_type type, double times, kt_worst *worst, 
     if (kt_tree_fine(
             "acceleration",
             kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, g->q, g->v, g->tau, g->external, a, &e), &e) &&
-        !is_near_singular(&g->tree) && tangle_system_of(g, &s)) {
+        !tangle_was_near_singular(g->tree.model, g->tree.data) && tangle_system_of(g, &s) &&
+        kt_tree_fine("without loops",
+                     kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e),
+                     &e)) {
         (void)kt_tree_fine("set",
                            kt_set_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, rate, a, &e), &e);
         memcpy(given, g->v, sizeof given);
         memcpy(g->v, rate, (size_t)g->tree.nv * sizeof *rate);
         (void)tangle_system_of(g, &s);
-        (void)tangle_solve(g, &s, expected, moved);
+        (void)tangle_solve(g, &s, (tangle_way){.mixes = true, .by = loose}, expected, moved);
         memcpy(g->v, given, sizeof given);
         const double least = 16.0 * DBL_EPSILON * kt_tree_largest(expected, g->tree.nv);
         for (int i = 0; i < g->tree.nv; i++) {
@@ -86,14 +83,14 @@ static void run(const tangle_plan *plan, kt_random *random, int mechanisms, cons
 KT_TEST(every_set_accelerates_as_the_dense_equations_say_on_the_manifold) {
     kt_random random = kt_random_of_test();
     const tangle_plan plan = tangle_plan_default();
-    static const double times[] = {4.0, 4.0, 4.0, 4.0};
+    static const double times[] = {4.0, 4.0, 0.5, 4.0};
     run(&plan, &random, 100, times);
 }
 
 KT_TEST(every_set_accelerates_redundant_mechanisms_on_the_manifold) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
-    static const double times[] = {4.0, 4.0, 4.0, 4.0};
+    static const double times[] = {4.0, 4.0, 0.5, 4.0};
     plan.loops = 6;
     plan.nearby = 1.0;
     plan.still = true;

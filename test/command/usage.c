@@ -100,6 +100,25 @@ KT_TEST(fault_that_compiling_finds_has_its_place) {
     }
 }
 
+KT_TEST(faults_that_compiling_finds_are_told_at_once) {
+    kt_write_file("stills.yaml", "kinetree: 1\nbodies:\n"
+                                 "  - {name: a, joint: {type: revolute}}\n"
+                                 "  - {name: b, mass: 1, inertia: [1, 1, 1], joint: {type: revolute}}\n"
+                                 "  - {name: c, joint: {type: prismatic}}\n"
+                                 "loops:\n"
+                                 "  - {name: l, type: weld, between: [world, b]}\n");
+    kt_ran ran = kt_shell("$K check stills.yaml");
+    kt_check_equal_int("exit code", ran.code, 2);
+    kt_check_equal_int("the first", strncmp(ran.err, "stills.yaml:3:22: body 'a': its revolute ", 41), 0);
+    kt_check_contains("the second", ran.err, "\nstills.yaml:5:22: body 'c': its prismatic ");
+    ran = kt_shell("sed -i 's/mass: 1/mass: -1/; $ a simulate: {step: 0}' stills.yaml; $K check stills.yaml");
+    kt_check_equal_int("exit code", ran.code, 2);
+    kt_check_equal_int("the first", strncmp(ran.err, "stills.yaml:3:22: body 'a': its revolute ", 41), 0);
+    kt_check_contains("a mass", ran.err, "\nstills.yaml:4:21: body 'b': mass is -1;");
+    kt_check_contains("the second", ran.err, "\nstills.yaml:5:22: body 'c': its prismatic ");
+    kt_check_contains("a step", ran.err, "\nstills.yaml:8:18: simulate.step: ");
+}
+
 /* Joints and loops share the names of columns. */
 KT_TEST(reactions_of_a_loop_and_a_body_of_one_name_are_refused) {
     kt_write_file("twice.yaml", "kinetree: 1\nbodies:\n"

@@ -250,8 +250,11 @@ KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
     for (int forward = 0; forward < 2; forward++) {
         for (int k = 0; k < 5; k++) {
             kt_tree_state_draw(&tree, &random, &s);
-            double *const spoilt[] = {&s.q[3], &s.v[2], forward ? &s.tau[1] : &s.a[1], &s.external[2].force.y, &s.v[0]};
-            *spoilt[k] = k == 4 ? 1e200 : (double)NAN;
+            double *const spoilt[] = {&s.q[3], &s.v[2], forward ? &s.tau[1] : &s.a[1], &s.external[2].force.y};
+            if (k < 4)
+                *spoilt[k] = (double)NAN;
+            for (int i = 0; i < tree.nv && k == 4; i++) /* of all joints: a slide's alone need not overflow */
+                s.v[i] = 1e200;
             kt_check_equal_int("not finite", call(&tree, &s, forward, work, size, out, &e), KT_ERROR_NOT_FINITE);
         }
         kt_tree_state_draw(&tree, &random, &s);

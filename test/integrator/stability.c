@@ -43,10 +43,13 @@ static kt_stability stability_of(const kt_method *m, int stages) {
 }
 
 /* What rounding makes of a step: a few eps of the sum of all terms, 1 + sum_k |z|^k |b|' |A|^(k-1) 1; of the stabilised
- * method, whose recurrence adds what each stage rounds of values of the size of 1 + |z|, that times the stages. */
+ * methods, whose recurrence adds what each stage rounds of values of the size of 1 + |z|, that times the stages: of
+ * rkc4 T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, T_k being k steps of z / k. */
 static double rounding_of(const kt_method *m, int stages, double size) {
-    if (m->stabilised)
+    if (m->stabilised && kt_chebyshev_copies(m) == 1)
         return DBL_EPSILON * stages * (1.0 + size);
+    if (m->stabilised)
+        return DBL_EPSILON * stages * ((1.0 + size) / 12.0 + 4.0 / 3.0 * (2.0 + size) + 9.0 / 4.0 * (3.0 + size));
     double power[KT_METHOD_STAGES_MAX], sum = 1.0, z = 1.0;
     for (int i = 0; i < m->stages; i++)
         power[i] = 1.0;

@@ -1,9 +1,9 @@
 #include "tangle.h"
 
-#include <float.h>
+#include "model/internal.h"
+
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 tangle_plan tangle_plan_default(void) {
@@ -268,135 +268,9 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 
 void tangle_free(tangle *g) { kt_tree_free(&g->tree); }
 
-/* ---- its equations of motion ------------------------------------------------------------------------------------- */
-
-bool tangle_system_of(const tangle *g, tangle_system *s) {
-    const kt_tree *tree = &g->tree;
-    kt_error e = {0};
-    if (!kt_tree_fine("mass matrix", kt_dynamics_mass(tree->model, tree->data, g->q, s->mass, &e), &e) ||
-        !kt_tree_fine("bias", kt_dynamics_inverse(tree->model, tree->data, g->q, g->v, NULL, g->external, s->force, &e),
-                      &e))
-        return false;
-    for (int i = 0; i < tree->nv; i++)
-        s->force[i] = g->tau[i] - s->force[i];
-    return kt_tree_fine(
-        "equations",
-        kt_loop_equations(tree->model, tree->data, g->t, g->q, g->v, s->jacobian, NULL, NULL, s->drift, &e), &e);
-}
-
-/* Independent rows of A, by Gram-Schmidt with pivots; returns their number. */
-static int choose_rows(const tangle_system *s, int rows, int nv, int *chosen) {
-    static long double a[TANGLE_ROWS][KT_TREE_NV];
-    bool taken[TANGLE_ROWS] = {false};
-    long double first = 0.0L;
-    for (int r = 0; r < rows; r++)
-        for (int i = 0; i < nv; i++)
-            a[r][i] = (long double)s->jacobian[i * rows + r];
-    for (int count = 0;; count++) {
-        int best = -1;
-        long double most = 0.0L;
-        for (int r = 0; r < rows; r++) {
-            long double norm = 0.0L;
-            for (int i = 0; i < nv; i++)
-                norm += a[r][i] * a[r][i];
-            if (!taken[r] && norm > most) {
-                most = norm;
-                best = r;
-            }
-        }
-        if (count == 0)
-            first = most;
-        if (best < 0 || most < 1e-22L * first) /* 1e-11 of the first */
-            return count;
-        taken[best] = true;
-        chosen[count] = best;
-        for (int r = 0; r < rows; r++) {
-            long double dot = 0.0L;
-            for (int i = 0; i < nv && !taken[r]; i++)
-                dot += a[r][i] * a[best][i];
-            for (int i = 0; i < nv && !taken[r]; i++)
-                a[r][i] -= dot / most * a[best][i];
-        }
-    }
-}
-
-/* K <- K^-1 by Gauss and Jordan with row pivots. */
-static void invert(long double *k, int n) {
-    int *order = malloc((size_t)n * sizeof *order);
-    for (int j = 0; j < n; j++) {
-        int best = j;
-        for (int i = j; i < n; i++)
-            if (fabsl(k[i * n + j]) > fabsl(k[best * n + j]))
-                best = i;
-        order[j] = best;
-        for (int c = 0; c < n; c++) {
-            const long double t = k[j * n + c];
-            k[j * n + c] = k[best * n + c];
-            k[best * n + c] = t;
-        }
-        const long double d = 1.0L / k[j * n + j];
-        k[j * n + j] = 1.0L;
-        for (int c = 0; c < n; c++)
-            k[j * n + c] *= d;
-        for (int i = 0; i < n; i++) {
-            const long double f = k[i * n + j];
-            if (i == j)
-                continue;
-            k[i * n + j] = 0.0L;
-            for (int c = 0; c < n; c++)
-                k[i * n + c] -= f * k[j * n + c];
-        }
-    }
-    for (int j = n - 1; j >= 0; j--)
-        for (int i = 0; i < n; i++) {
-            const long double t = k[i * n + j];
-            k[i * n + j] = k[i * n + order[j]];
-            k[i * n + order[j]] = t;
-        }
-    free(order);
-}
-
-/* K = [M A'; A 0], x = (a, -lambda), K x = (tau - h, b''); |dx| <= eps |K^-1| (|K| |x| + |right|), with the largest of
- * the last bracket among forces, and among equations: orthogonal factors mix them. */
-int tangle_solve(const tangle *g, const tangle_system *s, double *a, double *moved) {
-    const int nv = g->tree.nv;
-    int chosen[TANGLE_ROWS];
-    const int rank = choose_rows(s, g->rows, nv, chosen), n = nv + rank;
-    long double *k = calloc((size_t)n * (size_t)n, sizeof *k), *inverse = malloc((size_t)n * (size_t)n * sizeof *k);
-    long double *right = malloc(3 * (size_t)n * sizeof *right), *x = right + n, *size = x + n;
-    for (int i = 0; i < nv; i++) {
-        for (int j = 0; j < nv; j++)
-            k[i * n + j] = (long double)s->mass[j * nv + i];
-        for (int r = 0; r < rank; r++)
-            k[i * n + nv + r] = k[(nv + r) * n + i] = (long double)s->jacobian[i * g->rows + chosen[r]];
-        right[i] = (long double)s->force[i];
-    }
-    for (int r = 0; r < rank; r++)
-        right[nv + r] = (long double)s->drift[chosen[r]];
-    memcpy(inverse, k, (size_t)(n * n) * sizeof *k);
-    invert(inverse, n);
-    for (int i = 0; i < n; i++) {
-        x[i] = 0.0L;
-        for (int j = 0; j < n; j++)
-            x[i] += inverse[i * n + j] * right[j];
-    }
-    for (int i = 0; i < n; i++) {
-        size[i] = fabsl(right[i]);
-        for (int j = 0; j < n; j++)
-            size[i] += fabsl(k[i * n + j] * x[j]);
-    }
-    long double most[2] = {0.0L, 0.0L};
-    for (int i = 0; i < n; i++)
-        most[i >= nv] = fmaxl(most[i >= nv], size[i]);
-    for (int i = 0; i < nv; i++) {
-        long double sum = 0.0L;
-        for (int j = 0; j < n; j++)
-            sum += fabsl(inverse[i * n + j]) * most[j >= nv];
-        a[i] = (double)x[i];
-        moved[i] = DBL_EPSILON * (double)sum;
-    }
-    free(right);
-    free(inverse);
-    free(k);
-    return rank;
+bool tangle_was_near_singular(const kt_model *model, const kt_data *data) {
+    bool near = data->beside;
+    for (size_t i = 0; i < model->n.group; i++)
+        near = near || data->near[i];
+    return near;
 }

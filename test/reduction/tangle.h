@@ -52,8 +52,23 @@ typedef struct tangle_system {
 } tangle_system;
 bool tangle_system_of(const tangle *g, tangle_system *s);
 
+/* How the accelerations are computed that are to be compared. */
+typedef struct tangle_way {
+    bool mixes; /* orthogonal factors mix all coordinates: of equations, |A_r| |a| is rounded, and not its terms */
+    const double *by; /* other accelerations that they go by, with products as large as these make them; or NULL */
+} tangle_way;
+
 /* a by elimination in long double, and how much rounding of the matrices may move each (1 unit of eps). Returns the
  * number of independent equations. */
-int tangle_solve(const tangle *g, const tangle_system *s, double *a, double *moved);
+int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double *a, double *moved);
+
+/* How far a coordinate moves, at most, to close loops that are open by one, all moving least in the metric W of masses
+ * or of ones: the largest row sum of |W^-1 A' (A W^-1 A')^-1|. That of ones tells how near to a singular position the
+ * state is: 1 to 100 mostly. */
+double tangle_reach(const tangle *g, bool mass);
+
+/* Whether the accelerations that were asked for last are those of a state so near to a singular position that they came
+ * from states beside it: to h^6 and not to rounding, which is another test's. */
+bool tangle_was_near_singular(const kt_model *model, const kt_data *data);
 
 #endif

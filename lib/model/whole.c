@@ -1,0 +1,218 @@
+/* What shows only in the mechanism as a whole: joints that move nothing with inertia along one of their freedoms, and
+ * loops within one rigid part.
+ *
+ * A freedom without inertia at the initial and at generic positions can never be moved. Links are judged from the tips
+ * of the tree inwards. What carries a link without inertia is not judged itself: its own inertia may be all that is
+ * missing there. Nor is what carries an end of a loop, which may hold or drive it: that shows in motion.
+ *
+ * Of a description that has other faults as well, bodies with faults count as sound, so that no fault is told that only
+ * another one brings about.
+ */
+#include "model/attach.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { VARIANTS = 4 }; /* positions: the initial one, and generic ones */
+
+typedef struct teller {
+    kt_report *report;
+    void *user;
+    kt_error first; /* KT_OK: none yet */
+} teller;
+
+static void tell(teller *t, kt_item item, int index, const char *field, const kt_error *error) {
+    const kt_place place = {.item = item, .index = index, .sub = -1, .field = field};
+    if (t->first.code == KT_OK)
+        t->first = *error;
+    if (t->report)
+        t->report(t->user, &place, error);
+}
+
+/* ---- inertia ----------------------------------------------------------------------------------------------------- */
+
+/* Positions that are generic and the same everywhere: a fixed sequence (golden ratio) of numbers in (-1, 1). */
+static void generic_positions(const kt_model *m, int variant, double *q) {
+    for (size_t i = 0; i < m->n.q; i++) {
+        const double x = (double)(i + 1) * 0.61803398874989485 + 0.41421356237309505 * variant;
+        q[i] = m->q0[i] + 2.0 * (x - floor(x)) - 1.0;
+    }
+}
+
+/* From a body's link to the ground. */
+static void leave_unknown(const kt_model *m, const char *body, unsigned char *verdict) {
+    const int found = body ? kt_body_find(m, body) : 0;
+    for (int32_t i = found > 0 ? m->body[found].link : 0; i > 0; i = m->link[i].parent)
+        verdict[i] = KT_INERTIA_UNKNOWN;
+}
+
+static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
+    for (int i = 0; i < d->loop_count; i++) {
+        const kt_loop *loop = &d->loops[i];
+        for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
+            leave_unknown(m, loop->between[k].body, verdict);
+        for (int k = 0; k < loop->term_count && loop->type == KT_LOOP_COUPLING; k++)
+            leave_unknown(m, loop->terms[k].joint, verdict);
+        if (loop->type == KT_LOOP_MOTION)
+            leave_unknown(m, loop->joint, verdict);
+    }
+}
+
+/* Working arrays. */
+typedef struct trial {
+    kt_data *data;
+    double *q;
+    unsigned char *verdict; /* of links, at one position */
+    bool *moves, *still;    /* of links: has inertia somewhere; has none somewhere */
+    bool *faulty;           /* of bodies, by their places in the description */
+} trial;
+
+static kt_status begin(trial *t, const kt_model *m, kt_error *error) {
+    *t = (trial){.q = malloc((m->n.q + 1) * sizeof *t->q), .verdict = malloc(m->n.link)};
+    t->moves = calloc(2 * m->n.link + m->n.body, sizeof *t->moves);
+    t->still = t->moves ? t->moves + m->n.link : NULL;
+    t->faulty = t->moves ? t->still + m->n.link : NULL;
+    if (!t->q || !t->verdict || !t->moves)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    return kt_data_create(m, &t->data, error);
+}
+
+static void end(trial *t) {
+    kt_data_free(t->data);
+    free(t->moves);
+    free(t->verdict);
+    free(t->q);
+}
+
+static void find_faulty(trial *t, const kt_model *m, const kt_description *d) {
+    size_t found = 1;
+    for (int variant = 0; variant < VARIANTS && found; variant++) {
+        if (variant > 0)
+            generic_positions(m, variant - 1, t->q);
+        memset(t->verdict, KT_INERTIA_THERE, m->n.link);
+        leave_loops(m, d, t->verdict);
+        found = kt_singular_links(m, t->data, variant > 0 ? t->q : m->q0, t->verdict);
+        for (size_t i = 1; i < m->n.link; i++) {
+            t->moves[i] |= t->verdict[i] == KT_INERTIA_THERE;
+            t->still[i] |= t->verdict[i] == KT_INERTIA_NONE;
+        }
+    }
+    for (size_t i = 1; i < m->n.link; i++)
+        if (t->still[i] && !t->moves[i])
+            t->faulty[m->body[m->link[i].body].source] = true;
+}
+
+static void tell_of_inertia(teller *t, const kt_body *body, int index) {
+    kt_error error;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "body '%s'", body->name);
+    (void)kt_error_set(&error, KT_ERROR_MODEL, where,
+                       "its %s joint moves nothing that has inertia along one of its freedoms: give '%s', or a body "
+                       "that it carries, mass and inertia there, or make the joint fixed",
+                       kt_joint_type_name(body->joint.type), body->name);
+    tell(t, KT_ITEM_BODY, index, "joint", &error);
+}
+
+/* ---- loops ------------------------------------------------------------------------------------------------------- */
+
+static int32_t link_of(const kt_model *m, const kt_end *end) {
+    return m->body[end->body ? kt_body_find(m, end->body) : 0].link;
+}
+
+static void tell_of_rigid(teller *t, const kt_loop *loop, int index) {
+    kt_error error;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "loop '%.100s'", loop->name);
+    (void)kt_error_set(&error, KT_ERROR_MODEL, where,
+                       "both its ends are on the same rigid part, which no motion can close or open; connect two "
+                       "bodies that move against each other");
+    tell(t, KT_ITEM_LOOP, index, "between", &error);
+}
+
+/* ---- both -------------------------------------------------------------------------------------------------------- */
+
+kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
+                        kt_error *error) {
+    teller t = {.report = report, .user = user, .first = {.code = KT_OK}};
+    trial try;
+    const kt_status status = begin(&try, tree, error);
+    if (status == KT_OK) {
+        find_faulty(&try, tree, description);
+        for (int i = 0; i < description->body_count; i++)
+            if (try.faulty[i])
+                tell_of_inertia(&t, &description->bodies[i], i);
+        for (int i = 0; i < description->loop_count; i++) {
+            const kt_loop *loop = &description->loops[i];
+            if (!kt_attach_is_relation((int32_t)loop->type) &&
+                link_of(tree, &loop->between[0]) == link_of(tree, &loop->between[1]))
+                tell_of_rigid(&t, loop, i);
+        }
+    }
+    end(&try);
+    if (t.first.code != KT_OK && error)
+        *error = t.first;
+    return status == KT_OK ? t.first.code : status;
+}
+
+/* ---- beside other faults ----------------------------------------------------------------------------------------- */
+
+typedef struct others {
+    const kt_description *description;
+    kt_body *bodies; /* those with faults made sound; NULL: none has any */
+    bool unknown;    /* what the mechanism is */
+    bool no_memory;
+} others;
+
+static void make_sound(kt_body *body) {
+    kt_body sound = kt_body_default();
+    sound.name = body->name;
+    sound.parent = body->parent;
+    sound.markers = body->markers;
+    sound.marker_count = body->marker_count;
+    sound.mass = 1.0;
+    sound.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    *body = sound;
+}
+
+static void note_fault(void *user, const kt_place *place, const kt_error *error) {
+    others *o = user;
+    const kt_description *d = o->description;
+    const bool is_body = place->item == KT_ITEM_BODY;
+    (void)error;
+    if (place->item == KT_ITEM_LOOP || (place->item == KT_ITEM_SCENE && strcmp(place->field, "gravity") != 0) ||
+        (is_body && (strcmp(place->field, "name") == 0 || strcmp(place->field, "parent") == 0 ||
+                     strcmp(place->field, "markers") == 0)))
+        o->unknown = true;
+    if (!is_body || o->unknown || o->no_memory)
+        return;
+    if (!o->bodies) {
+        o->bodies = malloc((size_t)d->body_count * sizeof *o->bodies);
+        o->no_memory = !o->bodies;
+        if (o->no_memory)
+            return;
+        memcpy(o->bodies, d->bodies, (size_t)d->body_count * sizeof *o->bodies);
+    }
+    make_sound(&o->bodies[place->index]);
+}
+
+kt_status kt_model_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
+    others o = {.description = description};
+    if (!description)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_check", "description is NULL");
+    kt_status status = kt_description_check(description, note_fault, &o, error);
+    if (o.no_memory)
+        status = kt_error_set(error, KT_ERROR_MEMORY, "kt_model_check", "out of memory");
+    if (status != KT_ERROR_MEMORY && !o.unknown) {
+        kt_description sound = *description;
+        sound.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+        sound.effect_count = sound.hold_count = 0;
+        sound.bodies = o.bodies ? o.bodies : description->bodies;
+        status = kt_model_try(&sound, report, user, error);
+    } else if (status == KT_ERROR_MODEL) {
+        status = KT_OK; /* none of these */
+    }
+    free(o.bodies);
+    return status;
+}
