@@ -56,9 +56,21 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
     outcome->records++;
 }
 
+/* Squares of speeds overflow long before the speeds do, which the integration watches. */
+static bool has_energy_beyond_numbers(const kt_record *record) {
+    return !isnan(record->kinetic) && !isfinite(record->kinetic + record->potential);
+}
+
 static int take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
     double start = cpu_now();
+    if (has_energy_beyond_numbers(record)) {
+        kt_say("t = %.9g s: the energy is beyond all numbers: the motion has blown up; take smaller steps, or see what "
+               "drives it",
+               record->time);
+        sinks->failed = true;
+        return -1;
+    }
     watch(sinks->outcome, record);
     if (kt_csv_write(sinks->csv, record) != 0) {
         sinks->failed = true;

@@ -148,6 +148,24 @@ KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
     json_decref(root);
 }
 
+/* Speeds of 1e200 are numbers, their squares are none. */
+KT_TEST(energy_beyond_all_numbers_ends_in_four) {
+    kt_write_file("grow.yaml", "kinetree: 1\nbodies:\n"
+                               "  - {name: a, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1]}\n"
+                               "effects: [{type: joint_spring, joint: a, stiffness: 1e6}]\n"
+                               "simulate: {duration: 10, step: 0.1, integrator: euler}\n");
+    kt_ran ran = kt_shell("$K run grow.yaml --out g.csv --summary g.json");
+    kt_check_equal_int("exit code", ran.code, 4);
+    kt_check_contains("words", ran.err, " s: the energy is beyond all numbers: the motion has blown up");
+    const char *text = kt_read_file("g.csv");
+    check_whole(text);
+    const int last = kt_count_lines(text) - 1;
+    kt_check_equal_int("records until then", last, (long long)floor(kt_csv_number(text, last, 0) / 0.01 + 0.5) + 1);
+    for (int column = 0; column < 6; column++)
+        kt_check_true("the last one is finite", isfinite(kt_csv_number(text, last, column)));
+    kt_expect(0, NULL, "$K run grow.yaml --quiet --out g.csv --record position,velocity");
+}
+
 /* A reader that has seen enough. */
 KT_TEST(closed_pipe_ends_the_run_quietly) {
     kt_expect(0, NULL, "$K make chain --links 20 >c.yaml");
