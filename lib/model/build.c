@@ -248,6 +248,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     }
     body->link = up;
     body->in_link = frame;
+    body->fixed = up == 0;
     load_link(m, body);
 }
 
