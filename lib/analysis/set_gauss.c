@@ -50,7 +50,7 @@ void kt_set_constrain(kt_set *set, int rank, const double *b, double *x) {
     const int n = set->n, most = n < set->k ? n : set->k;
     if (rank == 0)
         return;
-    (void)kt_lapack_ormqr('T', n, 1, most, set->factor, set->reflector, x, set->work, 65 * 64 + 64);
+    (void)kt_lapack_ormqr('T', n, 1, most, set->factor, set->reflector, x, set->work, 1);
     for (int i = 0; i < rank; i++) {
         const double *column = set->factor + (size_t)i * (size_t)n;
         double sum = b[set->pivot[i] - 1];
@@ -58,7 +58,7 @@ void kt_set_constrain(kt_set *set, int rank, const double *b, double *x) {
             sum -= column[j] * x[j];
         x[i] = sum / column[i];
     }
-    (void)kt_lapack_ormqr('N', n, 1, most, set->factor, set->reflector, x, set->work, 65 * 64 + 64);
+    (void)kt_lapack_ormqr('N', n, 1, most, set->factor, set->reflector, x, set->work, 1);
 }
 
 kt_status kt_set_least_constraint(kt_set *set, double t, double *a, kt_error *error) {

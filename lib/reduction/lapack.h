@@ -30,7 +30,7 @@ static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, doubl
     return KT_LAPACK(LAPACKE_dgeqp3_work(LAPACK_COL_MAJOR, m, n, a, m, pivot, tau, work, size));
 }
 
-/* C = Q C or Q' C for the reflectors of geqp3. */
+/* C = Q C or Q' C for the reflectors of geqp3; one by one where size, of `work`, is `columns` alone. */
 static inline int kt_lapack_ormqr(char trans, int m, int columns, int reflectors, const double *a, const double *tau,
                                   double *c, double *work, int size) {
     return KT_LAPACK(

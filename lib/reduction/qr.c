@@ -5,14 +5,23 @@
  *   multipliers: R1 lambda = Q1' g
  *
  * Q is kept as reflectors I - t u u', u below R with its leading 1 left out, as LAPACK does. For the small matrices of
- * small loops, the loop below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK's
- * blocks win (bench/scaling).
+ * small loops, the loop below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK
+ * wins (bench/scaling).
+ *
+ * Reflectors are applied one by one, for which LAPACK is given no room for blocks: to one column in a fourth of the
+ * instructions of blocks, to a fourth of m columns in as many or fewer, and to m / 2 in a tenth more. It is also what
+ * makes results independent of the number of OpenBLAS's threads below KT_BLOCKED coordinates: the products that one
+ * reflector takes are so small there that it leaves them to one thread, while those within blocks are shared out, and
+ * rounded, as there are threads.
  */
 #include "reduction/dense.h"
 #include "reduction/lapack.h"
 
 #include <math.h>
 #include <string.h>
+
+/* From so many coordinates on (96^2 numbers) OpenBLAS shares out the product of a matrix and a vector, too. */
+enum { KT_BLOCKED = 96 };
 
 static inline void swap_columns(const kt_group_work *w, int m, int a, int b) {
     double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
@@ -169,7 +178,8 @@ static int factor(kt_group_work *w, int cap) {
 KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double *x, int columns) {
     const size_t m = (size_t)w->m;
     if (w->m >= KT_LARGE && count > 0) {
-        const int size = (int)kt_group_work_count(m, (size_t)w->k);
+        const bool blocks = w->m >= KT_BLOCKED && 4 * columns > w->m;
+        const int size = blocks ? (int)kt_group_work_count(m, (size_t)w->k) : columns;
         (void)kt_lapack_ormqr(transposed ? 'T' : 'N', w->m, columns, count, w->factor, w->reflector, x, w->work, size);
         return;
     }

@@ -210,3 +210,32 @@ KT_TEST(nothing_is_allocated_after_set_up) {
     }
     kt_check_equal_int("threads of OpenBLAS", openblas_get_num_threads(), threads);
 }
+
+/* Everything of windows in a row, with so many threads of OpenBLAS; the caller's number is put back. */
+static void accelerate_with(int threads, int windows, double theta, double *a) {
+    static linkage l;
+    const int before = openblas_get_num_threads();
+    openblas_set_num_threads(threads);
+    linkage_windows(&l, windows, theta, 1.0, KT_LOOP_REVOLUTE);
+    if (linkage_build(&l, 0.0)) {
+        (void)linkage_accelerate(&l, 0.0, a);
+        memcpy(a + LINKAGE_NQ, l.q, (size_t)l.nq * sizeof *a);
+        memcpy(a + 2 * LINKAGE_NQ, l.v, (size_t)l.nv * sizeof *a);
+    }
+    linkage_free(&l);
+    openblas_set_num_threads(before);
+}
+
+/* 41 to 95 coordinates in one group: beyond that OpenBLAS shares out what it does, and rounds accordingly. */
+KT_TEST(threads_of_openblas_change_no_bit_of_groups_below_96_coordinates) {
+    static const int windows[] = {20, 33, 40, 47};
+    for (size_t i = 0; i < sizeof windows / sizeof *windows; i++) {
+        static double one[3 * LINKAGE_NQ], many[3 * LINKAGE_NQ];
+        memset(one, 0, sizeof one);
+        memset(many, 0, sizeof many);
+        accelerate_with(1, windows[i], 0.4, one);
+        accelerate_with(4, windows[i], 0.4, many);
+        kt_check_above("accelerations", fabs(one[0]), 0.1);
+        kt_check_equal_bits("accelerations, positions, velocities", many, one, 3 * LINKAGE_NQ);
+    }
+}
