@@ -135,7 +135,7 @@ static kt_vec3 end_point(const kt_small_motion *motion, const kt_end *end) {
                              marker >= 0 ? kt_marker_at(motion->model, body, marker) : end->at);
 }
 
-/* What is counted from the initial positions stays what it was: the lengths of springs. */
+/* What is counted from the assembled start stays what it was: the lengths of springs. */
 static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects, int count, kt_error *error) {
     double *q = calloc((size_t)kt_model_nq(motion->model) + 1, sizeof *q);
     double *v = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *v);
@@ -144,8 +144,10 @@ static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects,
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
     } else {
         kt_model_initial(motion->model, q, v);
-        status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
+        status = kt_state_assemble(motion->model, motion->data, 0.0, q, v, error);
     }
+    if (status == KT_OK)
+        status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
     for (int i = 0; status == KT_OK && i < count; i++)
         if (effects[i].type == KT_EFFECT_SPRING && effects[i].initial_length) {
             effects[i].initial_length = false;

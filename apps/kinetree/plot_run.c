@@ -26,10 +26,10 @@ typedef struct kt_curves {
 
 struct kt_plot_run {
     kt_curves curves[KT_QUANTITY_COUNT];
-    int width;    /* numbers a record: time, drift, curves in order */
+    int width;    /* numbers a record: time, energy, curves in order */
     double *rows; /* column-major would move at each growth; rows only append */
     size_t count, room;
-    double energy_start;
+    double energy_start; /* total; or where works are recorded, the balance */
 };
 
 /* What coordinate k of a joint measures. */
@@ -89,7 +89,9 @@ int kt_plot_run_take(kt_plot_run *plot, const kt_record *record) {
         plot->rows = rows;
         plot->room = room;
     }
-    double total = record->kinetic + record->potential;
+    double balance = kt_balance_of(record), total = record->kinetic + record->potential;
+    if (!isnan(balance))
+        total = balance;
     if (plot->count == 0)
         plot->energy_start = total;
     double *row = plot->rows + plot->count++ * (size_t)plot->width;
@@ -116,6 +118,7 @@ static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome
                 bool is_dark) {
     static const char *const titles[] = {"Angles", "Lengths", "Quaternions"};
     static const char *const units[] = {"rad", "m", NULL};
+    const bool is_error = outcome->has_balance || kt_keeps_energy(&outcome->scene->description);
     kt_plot_series series[KT_QUANTITY_COUNT + 1][KT_PLOT_SERIES_MAX];
     kt_plot_panel panels[KT_QUANTITY_COUNT + 1];
     int panel_count = 0, column = 2;
@@ -135,10 +138,17 @@ static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome
                                                     .left_out = curves->left_out,
                                                     .has_legend = true};
     }
-    series[KT_QUANTITY_COUNT][0] = (kt_plot_series){
-        .label = "drift", .x = columns, .y = columns + plot->count, .count = plot->count, .is_dense = true};
-    panels[panel_count++] = (kt_plot_panel){
-        .title = "Drift of the total energy", .unit = "J", .series = series[KT_QUANTITY_COUNT], .series_count = 1};
+    series[KT_QUANTITY_COUNT][0] = (kt_plot_series){.label = is_error ? "drift" : "change",
+                                                    .x = columns,
+                                                    .y = columns + plot->count,
+                                                    .count = plot->count,
+                                                    .is_dense = true};
+    panels[panel_count++] = (kt_plot_panel){.title = outcome->has_balance ? "Drift of the energy balance"
+                                                     : is_error           ? "Drift of the total energy"
+                                                                          : "Change of the total energy",
+                                            .unit = "J",
+                                            .series = series[KT_QUANTITY_COUNT],
+                                            .series_count = 1};
     char subtitle[96];
     describe(outcome, subtitle, sizeof subtitle);
     kt_plot picture = {.title = outcome->name,

@@ -1,4 +1,5 @@
-/* The picture of a run: joint positions and the drift of the total energy against time. */
+/* The picture of a run: joint positions against time, and what the total energy changes by; or where works are
+ * recorded, energy and works together, which none should. */
 #ifndef KT_COMMAND_PLOT_RUN_H
 #define KT_COMMAND_PLOT_RUN_H
 

@@ -78,6 +78,9 @@ typedef struct kt_outcome {
  */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
+/* Whether nothing in a scene gives or takes energy, so that what changes of it is the run's error: "drift". */
+bool kt_keeps_energy(const kt_description *description);
+
 /* A few lines for people, on standard error. */
 void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot);
 

@@ -17,7 +17,7 @@ typedef struct arguments {
     double step, duration;
     long samples;
     const char *integrator, *plot;
-    bool json;
+    bool json, dark;
 } arguments;
 
 static const kt_option options[] = {
@@ -29,6 +29,7 @@ static const kt_option options[] = {
      "states along the motion that are looked at; default: 9, 1 for large scenes", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
      "draw the modes times the step in the method's region of stability, .svg or .png", NULL},
+    {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "the picture on a dark page", NULL},
     {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "all modes and steps as JSON", NULL},
 };
 
@@ -247,7 +248,7 @@ static int show(const kt_stability_look *look, const arguments *given) {
         print_modes(look);
         print_limits(look);
     }
-    return given->plot != NULL ? kt_stability_draw(look, given->plot) : KT_EXIT_DONE;
+    return given->plot != NULL ? kt_stability_draw(look, given->plot, given->dark) : KT_EXIT_DONE;
 }
 
 static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {

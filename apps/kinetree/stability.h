@@ -30,6 +30,6 @@ bool kt_warn_of_step(const kt_model *model, const kt_run *run, const kt_simulati
 
 /* The eigenvalues times a step and the boundary of the method's region, as a picture. Returns KT_EXIT_DONE, or an exit
  * code after saying why. */
-int kt_stability_draw(const kt_stability_look *look, const char *path);
+int kt_stability_draw(const kt_stability_look *look, const char *path, bool is_dark);
 
 #endif

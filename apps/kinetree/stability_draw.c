@@ -154,7 +154,7 @@ static void put_modes(const kt_stability_look *look, const kt_stability *s, doub
 }
 
 static int draw(const kt_stability_look *look, const kt_stability *s, double step, const char *about, double *gain,
-                lines parts[3], const char *path) {
+                lines parts[3], const char *path, bool is_dark) {
     char subtitle[256], more[64] = "", stages[32] = "";
     window w = find_region(s, gain);
     const int left_out = include_modes(look, step, &w);
@@ -188,11 +188,12 @@ static int draw(const kt_stability_look *look, const kt_stability *s, double ste
                           .x_title = "Re(h \316\273)",
                           .panels = &panel,
                           .panel_count = 1,
-                          .is_row = true};
+                          .is_row = true,
+                          .is_dark = is_dark};
     return kt_plot_draw(&plot, path);
 }
 
-int kt_stability_draw(const kt_stability_look *look, const char *path) {
+int kt_stability_draw(const kt_stability_look *look, const char *path, bool is_dark) {
     const int fastest = kt_spectrum_fastest(look->spectrum);
     const size_t marks = 4 * (size_t)kt_spectrum_count(look->spectrum) + 4;
     double step = look->step;
@@ -220,7 +221,7 @@ int kt_stability_draw(const kt_stability_look *look, const char *path) {
              !lines_make(&parts[2], marks))
         kt_say("there is not enough memory for the picture");
     else
-        code = draw(look, &s, step, about, gain, parts, path);
+        code = draw(look, &s, step, about, gain, parts, path, is_dark);
     for (int i = 0; i < 3; i++)
         lines_free(&parts[i]);
     free(gain);

@@ -210,7 +210,8 @@ typedef struct kt_loop {
     double pitch;         /* screw, m per radian */
     double radius;        /* rolling, m */
     bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation; default true */
-    kt_function function; /* distance: the length (not given: the initial one); motion: the joint's position */
+    kt_function function; /* distance: the length (not given: that in the given positions, before loops are closed);
+                             motion: the joint's position */
     const char *joint;    /* motion: that is driven */
     const kt_term *terms; /* coupling: sum of terms = offset */
     int term_count;       /* coupling: length of terms */
@@ -280,8 +281,8 @@ typedef struct kt_effect {
     double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
     double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
     double length;         /* spring: rest length, m */
-    bool initial_length;   /* spring: the rest length is the distance in the given positions, before loops are closed,
-                              and `length` is ignored */
+    bool initial_length;   /* spring: the rest length is the distance at the start, where loops have been closed (in
+                              the given positions where they cannot be), and `length` is ignored */
     double rest;           /* joint_spring: position without force, rad or m; default 0 */
     double coulomb;        /* joint_friction: in motion, N (m) */
     double viscous;        /* joint_friction: N (m) s per rad or m */

@@ -94,7 +94,8 @@ KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int bo
 
 /* Of all bodies, J. */
 KT_API double kt_kinetic_energy(const kt_model *model, const kt_data *data);
-/* Of gravity, J: -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. */
+/* Of gravity, J: -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. Bodies
+ * that are fixed to the world do not count, here and there, nor in the absolute formulation. */
 KT_API double kt_potential_energy(const kt_model *model, const kt_data *data);
 /* Linear momentum (force) and angular momentum about the world's origin (moment), world axes. */
 KT_API kt_wrench kt_momentum(const kt_model *model, const kt_data *data);

@@ -89,7 +89,7 @@ KT_API kt_model_options kt_model_options_default(void);
  * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where
  * and how: the first fault of kt_description_check, or of kt_model_check;
  * KT_ERROR_ARGUMENT (an option that is none, no place for the model); KT_ERROR_UNSUPPORTED (a level that this processor
- * does not have). O(size). */
+ * does not have). O(size), and an assembly (kt_state_assemble) where springs in loops start unstretched. */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
 /* The faults that show only in the mechanism as a whole: joints that move nothing with inertia along one of their

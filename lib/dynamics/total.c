@@ -1,5 +1,5 @@
 /* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; those that are
- * fixed to the world have no part in them.
+ * fixed to the world have no part in them: what they weigh would be a constant, which far away takes digits.
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c,   p = sum m v_c,   L = sum c x m v_c + I_c w
  */
@@ -31,7 +31,7 @@ double kt_potential_energy(const kt_model *model, const kt_data *data) {
     double energy = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
-        if (b->link == 0)
+        if (b->fixed)
             continue;
         energy -= b->mass * kt_vec3_dot(g, kt_point_position(model, data, i, b->com));
     }
@@ -57,7 +57,7 @@ double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *cente
     double mass = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
-        if (b->link == 0)
+        if (b->fixed)
             continue;
         mass += b->mass;
         moment = kt_vec3_add(moment, kt_vec3_scale(b->mass, kt_point_position(model, data, i, b->com)));

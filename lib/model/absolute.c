@@ -233,6 +233,11 @@ static void copy_all(loosen *w) {
         copy_list(w->term + w->used.term, d->loops[i].terms, loop->term_count, sizeof *w->term);
         w->used.term += (size_t)loop->term_count;
     }
+    for (size_t i = 0; i < w->tree->n.effect; i++) { /* springs have been measured */
+        kt_effect *effect = &w->effect[w->tree->effect[i].source];
+        effect->length = w->tree->effect[i].length;
+        effect->initial_length = false;
+    }
     w->used.body = (size_t)d->body_count;
     w->used.loop = (size_t)d->loop_count;
 }
@@ -300,6 +305,8 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
         w.joint = made->joint;
         status = compile(&w, options, &made->model, error);
     }
+    for (size_t b = 1; b < tree->n.body && status == KT_OK; b++)
+        made->model->body[made->joint[b].body].fixed = tree->body[b].fixed;
     free(memory);
     if (status == KT_OK)
         *absolute = made;

@@ -228,11 +228,9 @@ static double length_of(const kt_attach *a, const kt_model *m) {
     return longest > 0.0 ? longest : 1.0;
 }
 
-/* The frames that an effect acts on, or its joint; the length of a spring that starts unstretched. */
-static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r,
-                              kt_error *error) {
+/* The frames that an effect acts on, or its joint. */
+static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_effect_record *r, kt_error *error) {
     const int ends = kt_effect_end_count(effect);
-    kt_pose at[2];
     r->ends = ends;
     if (ends == 0) {
         r->body[0] = kt_body_find(m, effect->joint);
@@ -242,11 +240,8 @@ static kt_status place_effect(const kt_attach *a, const kt_model *m, const kt_ef
         const kt_status status = place_end(m, &effect->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
-        at[k] = kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
         r->arm[k] = kt_vec3_sub(r->frame[k].position, m->body[r->body[k]].in_link.position);
     }
-    if (ends == 2 && effect->initial_length)
-        r->length = distance_between(at[0], at[1]);
     if (kt_effect_is_turned(effect))
         kt_attach_turn_to_axis(&r->frame[1], effect->axis);
     return KT_OK;
@@ -272,7 +267,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             memcpy(m->text + *text, effect->name, size);
             *text += size;
         }
-        const kt_status status = place_effect(a, m, effect, r, error);
+        const kt_status status = place_effect(m, effect, r, error);
         if (status != KT_OK)
             return status;
         for (int k = 0; k < 3; k++) {

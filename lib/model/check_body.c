@@ -60,7 +60,8 @@ static bool has_axis(kt_joint_type type) {
 static void check_joint(kt_checker *checker, const kt_joint *joint) {
     const bool is_known = kt_joint_type_name(joint->type) != NULL;
     if (!is_known)
-        kt_checker_fault(checker, "joint.type", -1, "joint.type is %d, and there is no joint of that number",
+        kt_checker_fault(checker, "joint.type", -1,
+                         "joint.type is %d, and there is no joint of that number; take one of kt_joint_type",
                          (int)joint->type);
     if (is_known && has_axis(joint->type)) {
         const bool fine = kt_checker_axis(checker, "joint.axis", joint->axis);
@@ -104,13 +105,13 @@ static void check_inertia(kt_checker *checker, kt_sym3 inertia) {
                          KT_INERTIA_LEAST);
     else if (fault == KT_INERTIA_NEGATIVE)
         kt_checker_fault(checker, "inertia", -1,
-                         "inertia has the principal moments %g, %g, %g; none can be negative (entries: Ixx, Iyy, Izz, "
-                         "Ixy, Ixz, Iyz)",
+                         "inertia has the principal moments %g, %g, %g; none can be negative: check signs and order "
+                         "(Ixx, Iyy, Izz, Ixy, Ixz, Iyz)",
                          m.x, m.y, m.z);
     else if (fault == KT_INERTIA_TRIANGLE)
         kt_checker_fault(checker, "inertia", -1,
                          "inertia has the principal moments %g, %g, %g; of no body is one larger than the two others "
-                         "together",
+                         "together: check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com",
                          m.x, m.y, m.z);
 }
 

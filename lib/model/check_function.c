@@ -82,7 +82,8 @@ bool kt_checker_function(kt_checker *checker, const char *field, const kt_functi
     case KT_FUNCTION_TABLE:
         return check_table(checker, field, function);
     }
-    kt_checker_fault(checker, field, -1, "%s has function type %d, and there is none of that number", field,
+    kt_checker_fault(checker, field, -1,
+                     "%s has function type %d, and there is none of that number; take one of kt_function_type", field,
                      (int)function->type);
     return false;
 }

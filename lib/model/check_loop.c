@@ -68,7 +68,8 @@ static void check_terms(kt_checker *checker, const kt_loop *loop) {
 void kt_checker_loop(kt_checker *checker, const kt_loop *loop) {
     kt_checker_name(checker, KT_SCOPE_LOOP, "loops", loop->name, false);
     if (kt_loop_type_name(loop->type) == NULL) {
-        kt_checker_fault(checker, "type", -1, "type is %d, and there is no loop of that number", (int)loop->type);
+        kt_checker_fault(checker, "type", -1,
+                         "type is %d, and there is no loop of that number; take one of kt_loop_type", (int)loop->type);
         return;
     }
     const unsigned what = reads[loop->type];

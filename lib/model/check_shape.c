@@ -25,7 +25,8 @@ static void check_box(kt_checker *checker, const kt_shape *shape) {
 void kt_checker_shape(kt_checker *checker, const kt_shape *shape) {
     const kt_shape_type type = shape->type;
     if (kt_shape_type_name(type) == NULL) {
-        kt_checker_fault(checker, "shape.type", -1, "shape.type is %d, and there is no shape of that number",
+        kt_checker_fault(checker, "shape.type", -1,
+                         "shape.type is %d, and there is no shape of that number; take one of kt_shape_type",
                          (int)type);
         return;
     }

@@ -1,227 +1,12 @@
-/* The compiled model, for the folders above.
- *
- * Two trees stand here. The *links* are what the recursions sweep: each has one elementary joint, whose motion is about
- * or along a coordinate axis of the link's own frame (or a ball, or free); a joint of more than one axis is a short
- * chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a frame
- * at rest in its link. Link and body 0 are the ground; a parent precedes its children in both.
- */
+/* The compiled model, for the folders above: arrays of records (record.h), and the workspace that goes with it. */
 #ifndef KT_MODEL_INTERNAL_H
 #define KT_MODEL_INTERNAL_H
 
-#include "algebra/lane.h"
 #include "base/names.h"
-#include "kinetree/model.h"
-#include "model/function.h"
 #include "model/planar.h"
+#include "model/record.h"
 
 #include <stdint.h>
-
-/* What an elementary joint does; `axis` of the link says about or along which coordinate axis. */
-typedef enum kt_motion {
-    KT_MOTION_NONE = 0, /* ground only */
-    KT_MOTION_TURN,
-    KT_MOTION_SLIDE,
-    KT_MOTION_HELIX, /* turn, and advance by pitch */
-    KT_MOTION_BALL,
-    KT_MOTION_FREE
-} kt_motion;
-
-/* An elementary joint as a joint type names it: its link's frame against the joint frame, and what moves. */
-typedef struct kt_element {
-    kt_motion motion;
-    int axis;
-    double pitch;
-    kt_mat3 frame;
-} kt_element;
-
-enum { KT_ELEMENT_MAX = 3 };
-
-/* What of a joint does not move, in the joint frame. */
-typedef struct kt_joint_axes {
-    kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */
-    kt_vec3 second; /* unit; the second axis of a universal joint */
-} kt_joint_axes;
-
-/* A body against the joint frame on its parent, and its rates as seen from there: angular, and of the body's origin. */
-typedef struct kt_joint_motion {
-    kt_pose pose;
-    kt_twist velocity, acceleration;
-} kt_joint_motion;
-
-/* A joint type: one file of lib/joint each; the joint has been checked before. */
-typedef struct kt_joint_kind {
-    int nq, nv;
-    /* Writes up to KT_ELEMENT_MAX elements and returns their number. Coordinates follow the elements. */
-    int (*elements)(const kt_joint *joint, kt_element *elements);
-    /* The same pair as a closure, for the absolute formulation; KT_LOOP_TYPE_COUNT: nothing is held. */
-    kt_loop_type loop;
-    /* Coordinates of a body that moves as the joint lets it, and their first and second rates. Of the numbers that
-     * stand for the same rotation those next to `near` (nq) are taken. NULL where there are none. */
-    void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a);
-    /* A wrench on the body (about its origin) and against its parent with the power tau . v in all motions that the
-     * joint allows; joint frame's axes. */
-    kt_wrench (*push)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
-} kt_joint_kind;
-
-extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
-
-typedef struct kt_link {
-    kt_v4 at;         /* origin of the joint frame in the parent link's frame */
-    kt_v4 turn[3];    /* this link's axes at rest (q = 0) in the parent link's frame, columns */
-    kt_v4 inertia[3]; /* of all bodies on the link, about its origin, link axes */
-    kt_v4 moment;     /* first moment m c, link axes */
-    double mass;
-    double pitch;
-    double size; /* what rounding errors of an inertia along its freedoms are proportional to, with all it carries */
-    int32_t parent;
-    int32_t q, v;   /* first coordinate */
-    int32_t angle;  /* place among the turning links' sines and cosines */
-    int32_t body;   /* whose joint it is part of */
-    int32_t group;  /* of loops that it is part of, or -1 */
-    int32_t local;  /* its first coordinate among the group's */
-    uint8_t motion; /* kt_motion */
-    uint8_t axis;   /* 0, 1, 2 */
-    bool turned;    /* `turn` is not the identity */
-    bool follows;   /* its parent is the link before it */
-    bool branches;  /* some child does not follow it directly */
-    bool leads;     /* the next link is its child */
-} kt_link;
-
-/* Velocity coordinates of a link. */
-static inline int kt_link_freedoms(const kt_link *link) {
-    return link->motion == KT_MOTION_NONE   ? 0
-           : link->motion == KT_MOTION_BALL ? 3
-           : link->motion == KT_MOTION_FREE ? 6
-                                            : 1;
-}
-
-/* A body of the caller's. */
-typedef struct kt_body_record {
-    kt_pose in_link; /* body frame in its link's frame */
-    kt_pose joint;   /* joint frame in the parent's body frame */
-    kt_sym3 inertia; /* own, about the com, body axes */
-    kt_vec3 com;     /* body frame */
-    double mass;
-    int32_t link;
-    int32_t parent;
-    int32_t type;   /* kt_joint_type */
-    int32_t q, v;   /* first coordinate */
-    int32_t source; /* index in the description */
-    int32_t marker, marker_count;
-    uint32_t name; /* offset in the model's text */
-} kt_body_record;
-
-typedef struct kt_marker_record {
-    kt_vec3 at;
-    uint32_t name;
-} kt_marker_record;
-
-/* A loop: two frames on links, or a relation of joint positions. */
-typedef struct kt_loop_record {
-    int32_t type;    /* kt_loop_type */
-    int32_t source;  /* index in the description */
-    int32_t body[2]; /* that bear the ends */
-    int32_t link[2]; /* that bear the ends; of relations: the first joint's, and 0 */
-    kt_pose
-        frame[2];   /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
-    kt_vec3 origin; /* what places on the paths are counted from, in the ancestor's frame */
-    int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
-    int32_t path[2];          /* in model->path: the links from below the ancestor down to each end's */
-    int32_t length[2];        /* of the paths */
-    int32_t term, term_count; /* relations: in model->term */
-    int32_t group;
-    int32_t equation;       /* its first row among those of all loops */
-    int32_t row, row_count; /* rows in its group: first, number */
-    kt_curve curve;         /* distance: length; motion: position; coupling: offset */
-    double pitch, radius;
-    double angle;  /* screw: relative angle at the start */
-    bool contact;  /* rolling: the wheel also touches the surface */
-    uint32_t name; /* offset in the model's text */
-} kt_loop_record;
-
-/* coefficient times a link's one coordinate */
-typedef struct kt_term_record {
-    int32_t link;
-    double coefficient;
-} kt_term_record;
-
-/* Which equations of a group: all, for velocities and accelerations; or those that have a residual, for positions. */
-typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
-
-enum { KT_GROUP_MATRICES = 20 };
-
-/* Loops that share links are reduced together; groups do not share any. `parent` carries the whole group and is not
- * part of it. Equations that are void at every position are left out; those with a residual come first. */
-typedef struct kt_group {
-    int32_t parent;               /* link */
-    int32_t loop, loop_count;     /* in model->group_loop */
-    int32_t link, link_count;     /* in model->group_link, ascending */
-    int32_t v, v_count;           /* in model->group_v: the coordinates of these links, in their order */
-    int32_t row, row_count;       /* in model->slot: its loops' equations */
-    int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
-    int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
-    double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
-    bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
-    size_t dense;                 /* first number in data->dense */
-    size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
-} kt_group;
-
-/* Numbers that a record has of its kt_effect, under the same names. */
-#define KT_EFFECT_NUMBERS(X)                                                                                           \
-    X(stiffness)                                                                                                       \
-    X(damping)                                                                                                         \
-    X(length)                                                                                                          \
-    X(rest)                                                                                                            \
-    X(coulomb)                                                                                                         \
-    X(viscous)                                                                                                         \
-    X(breakaway)                                                                                                       \
-    X(stribeck)                                                                                                        \
-    X(smoothing)                                                                                                       \
-    X(lower)                                                                                                           \
-    X(upper)                                                                                                           \
-    X(linear)                                                                                                          \
-    X(quadratic)                                                                                                       \
-    X(strength)                                                                                                        \
-    X(radius)                                                                                                          \
-    X(exponent)                                                                                                        \
-    X(dissipation)                                                                                                     \
-    X(friction)                                                                                                        \
-    X(slip)
-
-/* An effect: one or two frames on links, or a joint. */
-typedef struct kt_effect_record {
-    int32_t type;      /* kt_effect_type */
-    int32_t source;    /* index in the description */
-    int32_t body[2];   /* that bear the ends */
-    int32_t link[2];   /* of joint effects: link[0] is the joint's */
-    int32_t bearer[2]; /* the links' places in model->bearer */
-    int32_t ends;      /* 1 or 2; 0: a joint */
-    uint32_t name;     /* offset in the model's text; 0: none */
-    kt_pose frame[2];
-    kt_vec3 arm[2]; /* from the bodies' frames' origins to the ends, links' axes */
-    kt_effect_push *push;
-    kt_effect_drive *drive;
-    void *user;
-#define KT_EFFECT_DECLARE(member) double member;
-    KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
-#undef KT_EFFECT_DECLARE
-    double stiffnesses[6], dampings[6]; /* bushing */
-    kt_curve curve[3];                  /* motor: one; force, torque: the components */
-    bool in_body;                       /* force, torque: components in the end's axes */
-} kt_effect_record;
-
-/* Effects of one type and kind of ends, one after the other; those on joints come first. */
-typedef struct kt_effect_batch {
-    int32_t type, ends;
-    int32_t first, count;
-} kt_effect_batch;
-
-/* A link that bears an effect's end, or lies between such a one and the ground. */
-typedef struct kt_bearer {
-    int32_t link, parent; /* the parent's place among the bearers */
-    bool base;            /* part of the joint that the tree stands on the ground with */
-} kt_bearer;
 
 typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
@@ -333,6 +118,12 @@ const kt_function *kt_effect_function(const kt_effect *effect, int k);
 /* Loops and effects onto a model that has bodies and links; *model may move. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
                           kt_error *error);
+
+/* Gives springs that start unstretched their lengths. Errors: KT_ERROR_MEMORY. */
+kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
+
+/* Supplied by lib/reduction: the state q, v as it is assembled at the start; untouched where that cannot be done. */
+void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
 
 /* Poses of all links in the world at q, and for these poses their twists (world axes, of their origins), with plain
  * arithmetic; for set-up only. */

@@ -182,3 +182,8 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     memcpy(v, new_v, model->n.v * sizeof *v);
     return KT_OK;
 }
+
+void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v) {
+    if (kt_state_assemble(model, data, 0.0, q, v, NULL) != KT_OK)
+        return;
+}

@@ -53,19 +53,17 @@ static double squares(const kt_group_work *w) {
     return sum;
 }
 
-/* dy of one group into step, in the coordinates' own units; nothing where the damped matrix is not positive definite.
- */
-static void damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, double mu, double *step) {
+bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu) {
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
-    double *row = w->work, trace = 0.0, largest = 0.0;
+    double *row = w->work, trace = 0.0;
     memset(w->reduced, 0, m * m * sizeof(double));
     memset(w->base, 0, m * sizeof(double));
     for (int r = 0; r < w->k; r++) {
         for (size_t i = 0; i < m; i++)
             row[i] = w->a[(size_t)r * m + i] * unit[i] / w->scale[r];
         for (size_t c = 0; c < m; c++) {
-            w->base[c] -= row[c] * (w->residual[r] / w->scale[r]);
+            w->base[c] -= row[c] * (gap[r] / w->scale[r]);
             for (size_t i = c; i < m && row[c] != 0.0; i++)
                 w->reduced[c * m + i] += row[c] * row[i];
         }
@@ -75,8 +73,18 @@ static void damped_step(const kt_model *model, const kt_group *group, const kt_g
     for (size_t i = 0; i < m; i++)
         w->reduced[i * (m + 1)] += mu * trace + DBL_MIN;
     if (!kt_dense_cholesky(w->reduced, w->m, NULL))
-        return;
+        return false;
     kt_dense_solve(w->reduced, w->m, w->base);
+    return true;
+}
+
+/* dy of one group into step; nothing where the damped matrix is not positive definite. */
+static void damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, double mu, double *step) {
+    const size_t m = (size_t)w->m;
+    const double *unit = model->unit + group->v;
+    double largest = 0.0;
+    if (!kt_give_way(model, group, w, w->residual, mu))
+        return;
     for (size_t i = 0; i < m; i++)
         largest = fmax(largest, fabs(w->base[i]));
     const double shorter = largest > 0.5 ? 0.5 / largest : 1.0;

@@ -10,6 +10,11 @@
  * evaluations. Uses delta, moved_q and beside_q of the data. */
 double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q);
 
+/* Of one group, whose matrix is filled: the change of its coordinates, in their own units, that makes |A change +
+ * gap|^2 in the equations' scales least, changes being damped by mu; into w->base. false: none, the matrix is not
+ * finite. */
+bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu);
+
 /* out = q (+) step, but a link that does not move, because its step is zero or it is held (NULL: none are), keeps its
  * bits: the exponential map would round its quaternion anew. out may not be q. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out);

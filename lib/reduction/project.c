@@ -185,6 +185,20 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
     return worst;
 }
 
+/* What velocities are apart by where all equations give way alike, into `right`: as factored, one of some that
+ * contradict each other would have it all. */
+static void share_out(const kt_model *model, const kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        if (!kt_give_way(model, group, &w, w.right, 1e-13))
+            continue;
+        for (int r = 0; r < w.k; r++)
+            for (int i = 0; i < w.m; i++)
+                w.right[r] += w.a[r * w.m + i] * model->unit[group->v + i] * w.base[i];
+    }
+}
+
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
                               kt_error *error) {
     enum { NAMED = 4, NAME_MOST = 40 };
@@ -193,6 +207,8 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
     double relative = (double)INFINITY, most = 0.0;
     int worst = -1;
     bool others = false;
+    if (moving)
+        share_out(model, data);
     for (int n = 0; n <= NAMED; n++) { /* one after the other, the worst first */
         worst = next_worst(model, data, moving, relative, worst);
         if (worst < 0)
@@ -237,14 +253,22 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
     return true;
 }
 
+kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
+                         const char *what, kt_error *error) {
+    memcpy(data->assembled_q, q, model->n.q * sizeof *q);
+    if (kt_close_from_far(model, data, t, NULL, false, data->assembled_q) <= tolerance)
+        return KT_OK;
+    return kt_open_loops_error(model, data, t, what, false, error);
+}
+
 /* Tells what stays open where the loops are closed as far as they can be; or where that closes them, which is farther
  * than a projection goes, what is open at q. */
 static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
     kt_violation violation;
-    memcpy(data->assembled_q, q, model->n.q * sizeof *q);
-    if (kt_close_from_far(model, data, t, NULL, false, data->assembled_q) > KT_CLOSED_NEAR)
-        return kt_open_loops_error(model, data, t, "the loops can no longer be closed; what stays open is", false,
-                                   error);
+    const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_NEAR,
+                                            "the loops can no longer be closed; what stays open is", error);
+    if (status != KT_OK)
+        return status;
     (void)kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation);
     return kt_open_loops_error(model, data, t,
                                "the loops are too far open to be closed again in one go (smaller steps may help); open "

@@ -35,6 +35,10 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
  * it) there is no larger term in A v that it could be held against. */
 bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance);
 
+/* KT_OK where a search from q closes the loops at t to `tolerance`; else kt_open_loops_error, with `what`. */
+kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
+                         const char *what, kt_error *error);
+
 /* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
  * gaps; or where `moving`, the loops whose velocity equations are violated as `right` has it. */
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,

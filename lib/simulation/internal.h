@@ -145,7 +145,12 @@ void kt_simulation_count(kt_simulation *simulation);
 /* One step; the records are left alone. */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
-/* Tells an error of the integrator or of a callback again, with the time in front; outside a step. */
+/* Whether a smaller step may lead around an error. */
+bool kt_simulation_is_recoverable(kt_status status);
+
+/* Tells an error of the integrator or of a callback again, with the time in front: of a step, with what may help; of
+ * all else. */
+kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 
 /* A record of no state yet. */

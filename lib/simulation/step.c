@@ -21,12 +21,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A smaller step may lead around these. */
-static bool is_recoverable(kt_status status) {
-    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT ||
-           status == KT_ERROR_EFFECT;
-}
-
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */
 
 static kt_instant instant_at(const kt_simulation *simulation, double t, const double *y, const double *tau,
@@ -61,7 +55,7 @@ KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, con
         const kt_status status = accelerate(simulation, t, y, tau, external, a, power, error);
         simulation->memory.factorizations += slope != NULL ? (uint64_t)simulation->groups : 0;
         if (status != KT_OK)
-            return is_recoverable(status) ? 1 : -1;
+            return kt_simulation_is_recoverable(status) ? 1 : -1;
     }
     if (simulation->acceleration != NULL) {
         const kt_instant at = instant_at(simulation, t, y, tau, external);
@@ -162,7 +156,7 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     simulation->ahead = true;
     if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL)
         simulation->held = KT_HELD_POSES;
-    return status == KT_OK ? 0 : is_recoverable(status) ? 1 : -1;
+    return status == KT_OK ? 0 : kt_simulation_is_recoverable(status) ? 1 : -1;
 }
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
@@ -170,35 +164,6 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     if (kt_simulation_is_balanced(simulation))
         callbacks.rhs = evaluate_slope_and_powers;
     return callbacks;
-}
-
-/* ---- errors ------------------------------------------------------------------------------------------------------ */
-
-/* stepped: it was a step that failed. */
-static kt_status fail(const kt_simulation *simulation, const kt_error *from, bool stepped, kt_error *error) {
-    const kt_error *cause = &simulation->cause;
-    char where[KT_WHERE_SIZE + 32];
-    double t = kt_integrator_time(simulation->integrator);
-    if (cause->code == KT_OK) {
-        snprintf(where, sizeof where, "t = %.9g s", t);
-        return kt_error_set(error, from->code, where, "%s", from->message);
-    }
-    if (strstr(cause->where, "t = ") != NULL) /* the time of a stage */
-        snprintf(where, sizeof where, "%s", cause->where);
-    else
-        snprintf(where, sizeof where, "t = %.9g s%s%s", t, cause->where[0] != '\0' ? ", " : "", cause->where);
-    if (from->code == KT_ERROR_STEP)
-        return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
-                            from->message);
-    if (stepped && simulation->step > 0.0 && simulation->ahead && is_recoverable(cause->code))
-        return kt_error_set(error, cause->code, where,
-                            "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
-                            cause->message, simulation->step);
-    return kt_error_set(error, cause->code, where, "%s", cause->message);
-}
-
-kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
-    return fail(simulation, from, false, error);
 }
 
 /* ---- pushes ------------------------------------------------------------------------------------------------------ */
@@ -290,7 +255,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)
-        return fail(simulation, &from, true, error);
+        return kt_simulation_fail_step(simulation, &from, error);
     kt_simulation_see(simulation, kt_integrator_time(simulation->integrator) - t);
     return KT_OK;
 }

@@ -200,6 +200,34 @@ KT_TEST(report_tells_what_was_done_and_where_it_is) {
     kt_check_true("no bar where there is no terminal", strchr(ran.err, '\r') == NULL);
 }
 
+/* What changes of the energy is an error only where nothing gives or takes any. */
+KT_TEST(energy_that_is_given_or_taken_is_no_drift) {
+    static const struct {
+        const char *word, *more;
+    } scenes[] = {
+        {"drift",
+         "effects: [{type: spring, between: [world, a], stiffness: 3}, {type: attraction, between: [world, a], "
+         "strength: 1}, {type: joint_limit, joint: a, upper: 2, stiffness: 4}, {type: bushing, between: [world, "
+         "a], stiffness: [1, 1, 1, 1, 1, 1]}]"},
+        {"change", "effects: [{type: spring, between: [world, a], stiffness: 3, damping: 1}]"},
+        {"change", "effects: [{type: bushing, between: [world, a], damping: [0, 0, 0, 0, 0, 1]}]"},
+        {"change", "effects: [{type: motor, joint: a, force: 1}]"},
+        {"change", "effects: [{type: drag, on: a, linear: 1}]"},
+        {"drift", "loops: [{name: l, type: motion, joint: a, position: 1}]"},
+        {"change", "loops: [{name: l, type: motion, joint: a, position: {polynomial: [1, 1]}}]"},
+    };
+    for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
+        char text[1024], words[64];
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic, position: 1}, mass: 1}]\n"
+                 "simulate: {duration: 0.1}\n%s\n",
+                 scenes[i].more);
+        kt_write_file("e.yaml", text);
+        snprintf(words, sizeof words, "J, %s at most ", scenes[i].word);
+        kt_check_contains(scenes[i].more, kt_shell("$K run e.yaml --out /dev/null").err, words);
+    }
+}
+
 /* ---- evaluate ---------------------------------------------------------------------------------------------------- */
 
 /* Two slender rods of m = 3 kg, l = 2 m in line along x: with relative angles

@@ -66,6 +66,13 @@ KT_TEST(stability_draws_the_region) {
     const char *svg = kt_read_file("a.svg");
     kt_check_contains("it is one", svg, "<svg");
     kt_check_above("a boundary of many pieces", (double)strlen(svg), 2e4);
+    static const char white[] = "style=\"fill:rgb(100%,100%,100%)"; /* the page is painted first */
+    kt_check_true("a white page", strstr(svg, white) != NULL);
+    ran = kt_shell("$K stability " GOVERNOR " --integrator rk4 --step 1e-3 --samples 1 --dark --plot b.svg");
+    kt_check_equal_int("exit code", ran.code, 0);
+    svg = kt_read_file("b.svg");
+    kt_check_above("as many pieces on a dark page", (double)strlen(svg), 2e4);
+    kt_check_true("which is not white", strstr(svg, white) == NULL);
 }
 #endif
 

@@ -156,6 +156,8 @@ static void run_out_of_reach(kt_hard *h) {
     kt_hard_claim(h, 1,
                   strstr(error.where, "t = ") && (strstr(error.message, "'pull'") || strstr(error.where, "'pull'")),
                   "time and loop are told");
+    kt_hard_claim(h, 1, fabs(told_gap(&error) - length[1] * (t + motion.step - 3.0)) <= 1e-6,
+                  "the gap is that of the next step, not of where a wild one has led");
     kt_hard_claim(h, 1, records == (int)floor(t / motion.interval + 1e-9) + 1, "all records until then are there");
     kt_hard_say(h, "%s: %s", error.where, error.message);
 }

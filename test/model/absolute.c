@@ -124,6 +124,64 @@ KT_TEST(initial_state_is_that_of_the_tree) {
     kt_check_worst(&velocity);
 }
 
+typedef struct totals {
+    double kinetic, potential, mass;
+    kt_vec3 center;
+} totals;
+
+/* At the initial state. */
+static totals totals_of(const kt_model *model) {
+    static double q[2 * KT_TREE_NQ], v[2 * KT_TREE_NV];
+    totals t = {(double)NAN, (double)NAN, (double)NAN, {0.0, 0.0, 0.0}};
+    kt_data *data = NULL;
+    kt_error error = {0};
+    kt_model_initial(model, q, v);
+    kt_status status = kt_data_create(model, &data, &error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, data, q, v, NULL, &error);
+    if (kt_tree_fine("kinematics", status, &error)) {
+        t.kinetic = kt_kinetic_energy(model, data);
+        t.potential = kt_potential_energy(model, data);
+        t.mass = kt_mass_center(model, data, &t.center);
+    }
+    kt_data_free(data);
+    return t;
+}
+
+/* Neither counts bodies that are fixed to the world. Bounds: five times the largest of forty seeds. */
+KT_TEST(totals_are_those_of_the_bodies_that_the_tree_moves) {
+    static kt_tree tree;
+    kt_random random = kt_random_of_test();
+    kt_worst kinetic = kt_worst_make("kinetic energy"), potential = kt_worst_make("potential energy");
+    kt_worst mass = kt_worst_make("mass"), center = kt_worst_make("centre of mass");
+    double fixed = 0.0;
+    for (int n = 0; n < 20; n++) {
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.bodies = 12;
+        plan.from_world = 0.5;
+        plan.is_shuffled = true;
+        kt_tree_describe(&tree, &plan, &random);
+        kt_model *model = compile_both(&tree.description);
+        if (!model)
+            return;
+        const totals t = totals_of(model), a = totals_of(kt_model_absolute(model));
+        const double weight = t.mass * kt_vec3_norm(tree.description.gravity);
+        kt_worst_near(&kinetic, a.kinetic, t.kinetic, 4e-15 * t.kinetic, "tree %d", n);
+        kt_worst_near(&potential, a.potential, t.potential, 2.5e-15 * weight, "tree %d", n);
+        kt_worst_near(&mass, a.mass, t.mass, 9.0 * DBL_EPSILON * t.mass, "tree %d", n);
+        kt_worst_below(&center, kt_vec3_norm(kt_vec3_sub(a.center, t.center)), 4e-15, "tree %d", n);
+        for (int b = 1; b < kt_model_body_count(model); b++)
+            fixed += kt_body_mass(model, b);
+        fixed -= t.mass;
+        kt_model_free(model);
+    }
+    kt_check_worst(&kinetic);
+    kt_check_worst(&potential);
+    kt_check_worst(&mass);
+    kt_check_worst(&center);
+    kt_check_above("mass that is fixed to the world", fixed, 1.0);
+}
+
 /* The caller's loops come first, as they are; a joint whose position is referred to, however often, has one counter,
  * which starts from the position given, turns included; the description is not touched. */
 KT_TEST(positions_that_are_referred_to_are_counted) {

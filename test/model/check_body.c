@@ -70,7 +70,7 @@ KT_TEST(numbers_of_a_joint_are_finite) {
     REFUSES(SCREW, b->joint.pitch = nan_value, -1, "joint.pitch", "body 'screw'",
             "joint.pitch is nan; give a finite number");
     REFUSES(CRANK, b->joint.type = (kt_joint_type)42, -1, "joint.type", "body 'crank'",
-            "joint.type is 42, and there is no joint of that number");
+            "joint.type is 42, and there is no joint of that number; take one of kt_joint_type");
 }
 
 KT_TEST(what_a_joint_does_not_read_is_not_checked) {
@@ -142,9 +142,11 @@ KT_TEST(masses_are_possible) {
 KT_TEST(inertias_are_possible) {
     REFUSES(CRANK, b->inertia.xz = nan_value, -1, "inertia", "body 'crank'", "inertia[4] is nan; give a finite number");
     REFUSES(CRANK, b->inertia = kt_sym3_make(1.0, 2.0, 2.0, 0.0, 0.0, 3.0), -1, "inertia", "body 'crank'",
-            "inertia has the principal moments -1, 1, 5; none can be negative (entries: Ixx, Iyy, Izz, Ixy, Ixz, Iyz)");
+            "inertia has the principal moments -1, 1, 5; none can be negative: check signs and order (Ixx, Iyy, Izz, "
+            "Ixy, Ixz, Iyz)");
     REFUSES(CRANK, b->inertia = kt_sym3_make(1.0, 4.0, 2.5, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
-            "inertia has the principal moments 1, 2.5, 4; of no body is one larger than the two others together");
+            "inertia has the principal moments 1, 2.5, 4; of no body is one larger than the two others together: check "
+            "units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com");
     REFUSES(CRANK, b->inertia = kt_sym3_make(2e150, 2e150, 2e150, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
             "inertia has the entry 2e+150, and the equations would overflow; magnitudes end at 1e+150");
     REFUSES(CRANK, b->inertia = kt_sym3_make(1e-151, 1e-151, 0.0, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",

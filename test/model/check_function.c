@@ -81,7 +81,7 @@ KT_TEST(lists_of_functions_can_be_read) {
     passes("two rows", DRIVE, kt_function_table(numbers, 4, KT_INTERPOLATION_CUBIC));
     kt_function unknown = kt_function_constant(1.0);
     unknown.type = (kt_function_type)6;
-    refuses(unknown, AT_DRIVE " has function type 6, and there is none of that number\n");
+    refuses(unknown, AT_DRIVE " has function type 6, and there is none of that number; take one of kt_function_type\n");
 }
 
 KT_TEST(times_of_tables_increase) {

@@ -44,7 +44,7 @@ KT_TEST(names_and_types_of_loops_are_checked) {
     REFUSES_LOOP(ROD, l->name = "close", -1, "name", "loop 'close'",
                  "name 'close' is that of loops[0] already; choose another");
     REFUSES_LOOP(ROD, l->type = (kt_loop_type)17, -1, "type", "loop 'rod'",
-                 "type is 17, and there is no loop of that number");
+                 "type is 17, and there is no loop of that number; take one of kt_loop_type");
     PASSES_LOOP("name of a body", ROD, l->name = "crank");
 }
 
@@ -201,7 +201,7 @@ KT_TEST(effects_are_checked) {
     REFUSES_EFFECT(ENGINE, e->name = "oil", -1, "name", "effect 'oil'",
                    "name 'oil' is that of effects[1] already; choose another");
     REFUSES_EFFECT(OIL, e->type = (kt_effect_type)99, -1, "type", "effect 'oil'",
-                   "type is 99, and there is no effect of that number");
+                   "type is 99, and there is no effect of that number; take one of kt_effect_type");
     REFUSES_EFFECT(COIL, e->between[1].marker = "hele", 1, "between", "effects[0]",
                    "body 'crank' has no marker 'hele'; did you mean 'heel'?");
     REFUSES_EFFECT(COIL, e->between[1] = e->between[0], -1, "between", "effects[0]",

@@ -51,7 +51,8 @@ KT_TEST(sound_shapes_pass) {
 }
 
 KT_TEST(numbers_of_shapes_are_checked) {
-    REFUSES((kt_shape_type)6, s->radius = 1.0, "shape.type", "shape.type is 6, and there is no shape of that number");
+    REFUSES((kt_shape_type)6, s->radius = 1.0, "shape.type",
+            "shape.type is 6, and there is no shape of that number; take one of kt_shape_type");
     REFUSES(KT_SHAPE_ROD, s->from.x = nan_value, "shape.from", "shape.from[0] is nan; give a finite number");
     REFUSES(KT_SHAPE_ROD, s->to.y = nan_value, "shape.to", "shape.to[1] is nan; give a finite number");
     REFUSES(KT_SHAPE_ROD, s->from = s->to, "shape.to", "shape.to is where shape.from is; a rod needs a length");

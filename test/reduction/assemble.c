@@ -416,6 +416,6 @@ KT_TEST(motions_that_contradict_in_velocity_are_named) {
     }
     refuse(&l,
            "the initial velocities contradict the loops; hold fewer joints, or make loops agree; apart are: 'fast' by "
-           "0.5 (m/s or rad/s)");
+           "0.25, 'slow' by 0.25 (m/s or rad/s)");
     linkage_free(&l);
 }

@@ -84,7 +84,7 @@ static bool set_stage(stage *s, kt_random *random, loss_kind kind) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = BODIES;
     plan.massless = false;
-    plan.types &= ~(1U << KT_JOINT_FIXED); /* the energy of what stands on the world is left out by the tree alone */
+    plan.types &= ~(1U << KT_JOINT_FIXED); /* what stands on the world is not moved by what pushes it */
     kt_tree_describe(&s->tree, &plan, random);
     draw_effects(s, random, kind);
     s->tree.description.effects = s->effects;

@@ -40,38 +40,42 @@ static kt_body make_rod(const char *name, double x, double to) {
 
 /* The second crank and the coupler are given off by `error` rad, for assembly to put right. With cranks of unequal
  * lengths it is a four-bar linkage whose closure is not linear in its angles. */
+static void fill_linkage(four_bar_frame *f, double error, double right) {
+    f->bodies[0] = make_rod("left", 0.0, length);
+    f->bodies[1] = make_rod("right", 2.0, right);
+    f->bodies[1].joint.position[0] = start + error;
+    f->bodies[2] = kt_body_default();
+    f->bodies[2].name = "coupler";
+    f->bodies[2].parent = "left";
+    f->bodies[2].joint.type = KT_JOINT_REVOLUTE;
+    f->bodies[2].joint.at = kt_vec3_make(0.0, -length, 0.0);
+    f->bodies[2].joint.position[0] = -start - error;
+    f->bodies[2].mass = coupler;
+    f->bodies[2].com = kt_vec3_make(1.0, 0.0, 0.0);
+    f->bodies[2].inertia = (kt_sym3){0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
+    f->loop = kt_loop_default();
+    f->loop.name = "close";
+    f->loop.type = KT_LOOP_REVOLUTE;
+    f->loop.between[0] = kt_end_default();
+    f->loop.between[0].body = "right";
+    f->loop.between[0].at = kt_vec3_make(0.0, -right, 0.0);
+    f->loop.between[1] = kt_end_default();
+    f->loop.between[1].body = "coupler";
+    f->loop.between[1].at = kt_vec3_make(2.0, 0.0, 0.0);
+    f->hold[0] = "left";
+    f->description = kt_description_default();
+    f->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    f->description.bodies = f->bodies;
+    f->description.body_count = 3;
+    f->description.loops = &f->loop;
+    f->description.loop_count = 1;
+    f->description.hold = f->hold;
+    f->description.hold_count = 1;
+}
+
 static kt_model *make_linkage(double error, double right) {
     four_bar_frame f;
-    f.bodies[0] = make_rod("left", 0.0, length);
-    f.bodies[1] = make_rod("right", 2.0, right);
-    f.bodies[1].joint.position[0] = start + error;
-    f.bodies[2] = kt_body_default();
-    f.bodies[2].name = "coupler";
-    f.bodies[2].parent = "left";
-    f.bodies[2].joint.type = KT_JOINT_REVOLUTE;
-    f.bodies[2].joint.at = kt_vec3_make(0.0, -length, 0.0);
-    f.bodies[2].joint.position[0] = -start - error;
-    f.bodies[2].mass = coupler;
-    f.bodies[2].com = kt_vec3_make(1.0, 0.0, 0.0);
-    f.bodies[2].inertia = (kt_sym3){0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
-    f.loop = kt_loop_default();
-    f.loop.name = "close";
-    f.loop.type = KT_LOOP_REVOLUTE;
-    f.loop.between[0] = kt_end_default();
-    f.loop.between[0].body = "right";
-    f.loop.between[0].at = kt_vec3_make(0.0, -right, 0.0);
-    f.loop.between[1] = kt_end_default();
-    f.loop.between[1].body = "coupler";
-    f.loop.between[1].at = kt_vec3_make(2.0, 0.0, 0.0);
-    f.hold[0] = "left";
-    f.description = kt_description_default();
-    f.description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    f.description.bodies = f.bodies;
-    f.description.body_count = 3;
-    f.description.loops = &f.loop;
-    f.description.loop_count = 1;
-    f.description.hold = f.hold;
-    f.description.hold_count = 1;
+    fill_linkage(&f, error, right);
     return kt_scene_compile(&f.description);
 }
 
@@ -147,6 +151,39 @@ KT_TEST(open_loop_is_assembled_at_the_start) {
 }
 
 /* With projection switched off the loop opens by what the steps are wrong, and halving the step divides that by 2^4. */
+/* Where it is not said how long a spring is, it is as long as the assembled start has it, which the linkage is given
+ * far off. The energy k (d - L)^2 / 2 tells how far from that it is. */
+KT_TEST(spring_without_a_length_is_unstretched_where_the_loops_are_closed) {
+    four_bar_frame f;
+    kt_effect spring = kt_effect_default();
+    fill_linkage(&f, 0.3, 1.3);
+    spring.type = KT_EFFECT_SPRING;
+    spring.between[0].at = kt_vec3_make(0.5, 0.4, 0.0);
+    spring.between[1].body = "coupler";
+    spring.between[1].at = kt_vec3_make(1.0, 0.2, 0.0);
+    spring.stiffness = 2.0;
+    spring.initial_length = true;
+    f.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    f.description.effects = &spring;
+    f.description.effect_count = 1;
+    for (int formulation = 0; formulation < KT_FORMULATION_COUNT; formulation++) {
+        kt_model *model = NULL;
+        kt_model_options options = kt_model_options_default();
+        kt_run run = kt_run_default();
+        kt_record record;
+        kt_error error;
+        run.record = KT_RECORD_ENERGY;
+        run.formulation = options.formulation = (kt_formulation)formulation;
+        if (!kt_fine("model", kt_model_compile(&f.description, &options, &model, &error), &error))
+            return;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        if (simulation && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
+            kt_check_below("stretch, m", sqrt(record.potential), 16.0 * DBL_EPSILON);
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+}
+
 KT_TEST(loop_drifts_open_without_projection) {
     kt_model *model = make_linkage(0.0, 1.3);
     double open[2];

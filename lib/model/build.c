@@ -1,0 +1,402 @@
+/* From a checked description to the model: orders the bodies, strings the links, lays everything out in one block.
+ *
+ * Bodies keep the description's order but for parents, who come first; coordinates follow the bodies. Links are strung
+ * depth first, so that the recursions mostly pass from one to its neighbour. Bodies fixed to one another share a link,
+ * whose inertia is that of all of them.
+ */
+#include "base/arena.h"
+#include "model/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Working arrays of a compilation, in one block. */
+#define BUILD_FIELDS(X)                                                                                                \
+    X(int32_t, order, n, "description index of body 1, 2, ...")                                                        \
+    X(int32_t, body_of, n, "body of a description index; 0: not yet")                                                  \
+    X(int32_t, first, n + 1, "first child of a body, 0: none")                                                         \
+    X(int32_t, next, n + 1, "next sibling of a body, 0: none")                                                         \
+    X(int32_t, stack, n + 1, "of bodies to visit")                                                                     \
+    X(double, mass, (KT_ELEMENT_MAX * n + 1), "that a link carries, itself included")                                  \
+    X(double, trace, (KT_ELEMENT_MAX * n + 1), "sum of the traces of the inertias that a link carries")                \
+    X(double, shift, (KT_ELEMENT_MAX * n + 1), "largest mass times offset^2 among the steps down from a link")         \
+    X(kt_body_plane, moves, n + 1, "how bodies move in planes")                                                        \
+    X(kt_planar_loop, flat, loops, "loops as they lie in planes")                                                      \
+    X(kt_plane, plane, n + 1, "planes")                                                                                \
+    X(int32_t, tree, n + 1, "bodies that carry a tree")                                                                \
+    X(int32_t, sorted, n + 1, "the same in the order of their links")                                                  \
+    X(int32_t, place, n + 2, "of the trees of a plane among these")                                                    \
+    X(char, table, table_size, "of the names")
+
+typedef struct build {
+    const kt_description *description;
+    kt_report *report; /* of the faults that the tree shows; NULL: none */
+    void *user;
+    bool trial; /* these faults are all that is wanted */
+    kt_model *model;
+    kt_names names;
+#define BUILD_DECLARE(type, name, count, meaning) type *name;
+    BUILD_FIELDS(BUILD_DECLARE)
+#undef BUILD_DECLARE
+} build;
+
+static size_t build_layout(size_t n, size_t loops, size_t table_size, char *base, build *b) {
+    size_t used = 0;
+#define BUILD_PLACE(type, name, count, meaning) b->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
+    BUILD_FIELDS(BUILD_PLACE)
+#undef BUILD_PLACE
+    return used;
+}
+
+static bool is_world(const char *name) { return !name || strcmp(name, "world") == 0; }
+
+static int parent_index(const build *b, int i) {
+    const char *parent = b->description->bodies[i].parent;
+    return is_world(parent) ? -1 : kt_names_find(&b->names, 0, parent);
+}
+
+/* order: each body after the ancestors that have not come yet; O(n), since every body enters the stack once. */
+static void order_bodies(build *b) {
+    const int n = b->description->body_count;
+    int32_t placed = 0;
+    for (int i = 0; i < n; i++) {
+        int depth = 0;
+        for (int j = i; j >= 0 && !b->body_of[j]; j = parent_index(b, j))
+            b->stack[depth++] = j;
+        while (depth > 0) {
+            const int32_t j = b->stack[--depth];
+            b->order[placed] = j;
+            b->body_of[j] = ++placed;
+        }
+    }
+}
+
+static int elements_of(const kt_body *body, kt_element *elements) {
+    return kt_joint_kinds[body->joint.type]->elements(&body->joint, elements);
+}
+
+static void count_all(const build *b, kt_counts *n) {
+    const kt_description *d = b->description;
+    *n = (kt_counts){.link = 1, .body = (size_t)d->body_count + 1, .spatial = 1};
+    n->text = sizeof "world" + strlen(d->name ? d->name : "") + 1;
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_body *body = &d->bodies[i];
+        const kt_joint_kind *kind = kt_joint_kinds[body->joint.type];
+        kt_element elements[KT_ELEMENT_MAX];
+        const int count = elements_of(body, elements);
+        const bool is_spatial = b->moves[b->moves[b->body_of[i]].tree].plane < 0;
+        n->link += (size_t)count;
+        n->spatial += is_spatial ? (size_t)count : 0;
+        for (int k = 0; k < count; k++) {
+            const bool turns = elements[k].motion == KT_MOTION_TURN || elements[k].motion == KT_MOTION_HELIX;
+            n->angle += turns;
+            n->spatial_angle += turns && is_spatial;
+        }
+        n->q += (size_t)kind->nq;
+        n->v += (size_t)kind->nv;
+        n->marker += (size_t)body->marker_count;
+        n->text += strlen(body->name) + 1;
+        for (int k = 0; k < body->marker_count; k++)
+            n->text += strlen(body->markers[k].name) + 1;
+    }
+    n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
+    n->index = kt_names_size(n->body + n->marker);
+}
+
+/* Which trees move in planes; returns the number of these. */
+static size_t find_planes(build *b, kt_plan plan) {
+    const size_t n = (size_t)b->description->body_count;
+    for (size_t i = 1; i <= n; i++) {
+        const int up = parent_index(b, b->order[i - 1]);
+        b->moves[i].source = b->order[i - 1];
+        b->moves[i].parent = up < 0 ? 0 : b->body_of[up];
+    }
+    const kt_ordered ordered = {.description = b->description, .names = &b->names, .body_of = b->body_of, .count = n};
+    const size_t planes = kt_planes_find(&ordered, b->moves, b->plane, b->flat);
+    for (size_t i = 1; i <= n && plan == KT_PLAN_SPATIAL; i++)
+        b->moves[i].plane = -1;
+    return plan == KT_PLAN_SPATIAL ? 0 : planes;
+}
+
+static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {
+    const uint32_t at = (uint32_t)*used;
+    const size_t length = strlen(text) + 1;
+    memcpy(m->text + at, text, length);
+    *used += length;
+    return at;
+}
+
+/* Initial coordinates; a quaternion of zeros is no rotation. */
+static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
+    const kt_joint_kind *kind = kt_joint_kinds[joint->type];
+    memcpy(m->q0 + record->q, joint->position, (size_t)kind->nq * sizeof(double));
+    memcpy(m->v0 + record->v, joint->velocity, (size_t)kind->nv * sizeof(double));
+    if (joint->type != KT_JOINT_SPHERICAL && joint->type != KT_JOINT_FREE)
+        return;
+    double *p = m->q0 + record->q + (joint->type == KT_JOINT_FREE ? 3 : 0);
+    kt_quat a = kt_quat_make(p[0], p[1], p[2], p[3]);
+    if (a.w == 0.0 && a.x == 0.0 && a.y == 0.0 && a.z == 0.0)
+        a.w = 1.0;
+    if (fabs(kt_quat_norm_squared(a) - 1.0) > 1e-15) /* what is one but for rounding keeps its bits */
+        a = kt_quat_normalize(a);
+    p[0] = a.w;
+    p[1] = a.x;
+    p[2] = a.y;
+    p[3] = a.z;
+}
+
+void kt_model_name_all(kt_model *m) {
+    kt_names_place(&m->names, m->n.body + m->n.marker, m->index);
+    for (size_t i = 0; i < m->n.body; i++) {
+        const kt_body_record *b = &m->body[i];
+        (void)kt_names_add(&m->names, 0, m->text + b->name, (int)i);
+        for (int k = 0; k < b->marker_count; k++)
+            (void)kt_names_add(&m->names, 1 + (int)i, m->text + m->marker[b->marker + k].name, k);
+    }
+}
+
+/* Body records, coordinates, markers and names, in the order of the bodies. */
+static kt_status keep_bodies(build *b, kt_error *error) {
+    kt_model *m = b->model;
+    const kt_description *d = b->description;
+    size_t text = 0, marker = 0;
+    int32_t q = 0, v = 0;
+    m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
+    m->body[0].name = keep_text(m, &text, "world");
+    m->name = keep_text(m, &text, d->name ? d->name : "");
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_body *body = &d->bodies[b->order[i]];
+        const int self = i + 1, up = parent_index(b, b->order[i]);
+        kt_body_record *r = &m->body[self];
+        *r = (kt_body_record){.mass = body->mass, .source = b->order[i], .type = (int32_t)body->joint.type};
+        r->parent = up < 0 ? 0 : b->body_of[up];
+        r->q = q;
+        r->v = v;
+        q += kt_joint_kinds[r->type]->nq;
+        v += kt_joint_kinds[r->type]->nv;
+        kt_status status = kt_body_inertia(body, &r->com, &r->inertia, error);
+        if (status == KT_OK)
+            status = kt_rotation_evaluate(&body->joint.rotation, &r->joint.rotation, error);
+        if (status != KT_OK)
+            return status;
+        r->joint.position = body->joint.at;
+        keep_initial(m, &body->joint, r);
+        r->name = keep_text(m, &text, body->name);
+        r->marker = (int32_t)marker;
+        r->marker_count = body->marker_count;
+        for (int k = 0; k < body->marker_count; k++) {
+            kt_marker_record *mark = &m->marker[marker++];
+            *mark = (kt_marker_record){.at = body->markers[k].at, .name = keep_text(m, &text, body->markers[k].name)};
+        }
+    }
+    return KT_OK;
+}
+
+/* Adds a body's inertia to its link's, about the link's origin and in its axes. */
+static void load_link(kt_model *m, const kt_body_record *body) {
+    kt_link *link = &m->link[body->link];
+    const kt_vec3 com = kt_pose_apply(body->in_link, body->com);
+    const kt_sym3 about_com = kt_sym3_rotate(body->in_link.rotation, body->inertia);
+    const kt_sym3 j = kt_sym3_shift(about_com, body->mass, com);
+    link->inertia[0] += (kt_v4){j.xx, j.xy, j.xz, 0.0};
+    link->inertia[1] += (kt_v4){j.xy, j.yy, j.yz, 0.0};
+    link->inertia[2] += (kt_v4){j.xz, j.yz, j.zz, 0.0};
+    link->moment += kt_v4_from(kt_vec3_scale(body->mass, com));
+    link->mass += body->mass;
+}
+
+static bool is_same(kt_mat3 a, kt_mat3 b) {
+    return a.x.x == b.x.x && a.y.y == b.y.y && a.z.z == b.z.z && a.x.y == b.x.y && a.x.z == b.x.z && a.y.x == b.y.x &&
+           a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
+}
+
+/* Strings the links of one body's joint onto its parent's link; *count, *angle: links and angles so far. */
+static void string_links(kt_model *m, const kt_description *d, int32_t self, size_t *count, size_t *angle) {
+    kt_body_record *body = &m->body[self];
+    const kt_body_record *parent = &m->body[body->parent];
+    kt_pose frame = kt_pose_compose(parent->in_link, body->joint); /* joint frame in the parent's link */
+    kt_element elements[KT_ELEMENT_MAX];
+    const int element_count = elements_of(&d->bodies[body->source], elements);
+    int32_t q = body->q, v = body->v, up = parent->link;
+    for (int k = 0; k < element_count; k++) {
+        const kt_element *e = &elements[k];
+        kt_link *link = &m->link[*count];
+        memset(link, 0, sizeof *link);
+        link->group = -1;
+        const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* no rounding, and nothing to turn */
+        const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
+        link->at = kt_v4_from(frame.position);
+        kt_v4_from_mat3(rest, link->turn);
+        link->turned = !is_same(rest, kt_mat3_identity());
+        link->pitch = e->pitch;
+        link->parent = up;
+        link->body = self;
+        link->motion = (uint8_t)e->motion;
+        link->axis = (uint8_t)e->axis;
+        link->q = q;
+        link->v = v;
+        q += e->motion == KT_MOTION_BALL ? 4 : e->motion == KT_MOTION_FREE ? 7 : 1;
+        v += e->motion == KT_MOTION_BALL ? 3 : e->motion == KT_MOTION_FREE ? 6 : 1;
+        if (e->motion == KT_MOTION_TURN || e->motion == KT_MOTION_HELIX) {
+            m->angle[*angle] = link->q;
+            link->angle = (int32_t)(*angle)++;
+        }
+        /* what follows is seen from this link's axes */
+        frame = (kt_pose){.rotation = kt_mat3_transpose(e->frame), .position = kt_vec3_make(0.0, 0.0, 0.0)};
+        up = (int32_t)(*count)++;
+    }
+    body->link = up;
+    body->in_link = frame;
+    body->fixed = up == 0;
+    load_link(m, body);
+}
+
+/* Strings a body and those that it carries, depth first. With `stop` only as far as they are part of the ground: the
+ * bodies that carry trees go into b->tree, and their number is returned. */
+static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
+    size_t trees = 0;
+    int depth = 0;
+    b->stack[depth++] = root;
+    while (depth > 0) {
+        const int32_t i = b->stack[--depth];
+        const bool hold = stop && b->moves[i].tree;
+        if (hold)
+            b->tree[trees++] = i;
+        else if (i > 0)
+            string_links(b->model, b->description, i, count, angle);
+        if (i != root && b->next[i])
+            b->stack[depth++] = b->next[i];
+        if (!hold && b->first[i])
+            b->stack[depth++] = b->first[i];
+    }
+    return trees;
+}
+
+/* Spatial trees first, then planar ones plane by plane, each in their order. */
+static void sort_trees(build *b, size_t trees) {
+    const size_t planes = b->model->n.plane;
+    memset(b->place, 0, (planes + 2) * sizeof *b->place);
+    for (size_t k = 0; k < trees; k++) /* place[p + 2]: how many in plane p; then, place[p + 1]: where they begin */
+        b->place[b->moves[b->tree[k]].plane + 2]++;
+    for (size_t p = 1; p < planes + 2; p++)
+        b->place[p] += b->place[p - 1];
+    for (size_t k = 0; k < trees; k++)
+        b->sorted[b->place[b->moves[b->tree[k]].plane + 1]++] = b->tree[k];
+}
+
+static void string_all(build *b) {
+    kt_model *m = b->model;
+    const int32_t n = (int32_t)m->n.body;
+    size_t count = 1, angle = 0;
+    memset(&m->link[0], 0, sizeof m->link[0]);
+    m->link[0].group = -1;
+    for (int32_t i = n - 1; i > 0; i--) { /* children in the order of the bodies */
+        b->next[i] = b->first[m->body[i].parent];
+        b->first[m->body[i].parent] = i;
+    }
+    const size_t trees = string_tree(b, 0, true, &count, &angle);
+    sort_trees(b, trees);
+    for (size_t k = 0; k < trees; k++)
+        (void)string_tree(b, b->sorted[k], false, &count, &angle);
+    for (size_t i = 1; i < count; i++) {
+        kt_link *up = &m->link[m->link[i].parent];
+        m->link[i].follows = (size_t)m->link[i].parent == i - 1;
+        up->leads |= m->link[i].follows;
+        up->branches |= !m->link[i].follows;
+    }
+}
+
+/* link->size: of the order of the rigid inertia that a link carries, but not of its growth with the cube of a chain's
+ * length, which is mostly in directions that no joint frees. */
+static void size_links(build *b) {
+    kt_model *m = b->model;
+    for (size_t i = m->n.link - 1; i > 0; i--) {
+        kt_link *link = &m->link[i];
+        b->mass[i] += link->mass;
+        b->trace[i] += link->inertia[0][0] + link->inertia[1][1] + link->inertia[2][2];
+        const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_v4_dot(link->at, link->at);
+        link->size = link->motion == KT_MOTION_SLIDE ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
+        b->mass[link->parent] += b->mass[i];
+        b->trace[link->parent] += b->trace[i];
+        b->shift[link->parent] = fmax(b->shift[link->parent], fmax(b->shift[i], step));
+    }
+}
+
+static kt_status compile(build *b, const kt_model_options *options, kt_error *error) {
+    kt_counts n;
+    order_bodies(b);
+    const size_t planes = find_planes(b, options->plan);
+    count_all(b, &n);
+    n.plane = planes;
+    if (n.q > INT32_MAX || n.marker > INT32_MAX || n.text > UINT32_MAX) /* what indices can hold */
+        return kt_error_set(error, KT_ERROR_MEMORY, "",
+                            "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
+                            n.marker, n.text);
+    const size_t bytes = kt_model_layout(&n, NULL, NULL);
+    kt_model *m = aligned_alloc(KT_ALIGNMENT, bytes);
+    if (!m)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the model cannot be had", bytes);
+    memset(m, 0, bytes);
+    kt_model_layout(&n, (char *)m, m);
+    m->n = n;
+    m->gravity = kt_v4_from(b->description->gravity);
+    m->reduction = options->reduction;
+    m->metric = options->metric;
+    b->model = m;
+    if (n.plane)
+        memcpy(m->plane, b->plane, n.plane * sizeof *m->plane);
+    kt_status status = keep_bodies(b, error);
+    if (status == KT_OK) {
+        kt_model_name_all(m);
+        string_all(b);
+        size_links(b);
+        kt_planar_place(m, b->moves);
+        m->level = kt_level_resolve(options->level);
+        if (m->level == KT_LEVEL_AUTO)
+            status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",
+                                  "this processor or build does not have that instruction set; use KT_LEVEL_AUTO");
+    }
+    if (status == KT_OK)
+        status = kt_tree_check(m, b->description, b->report, b->user, error);
+    if (status == KT_OK && !b->trial && (b->description->loop_count || b->description->effect_count))
+        status = kt_model_attach(&b->model, b->description, b->flat, error);
+    return status;
+}
+
+/* With the description, and what is to be done, in b. */
+static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
+    const kt_description *d = b->description;
+    const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
+    const size_t bytes = build_layout(n, loops, table, NULL, b);
+    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    if (!memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    memset(memory, 0, bytes);
+    build_layout(n, loops, table, memory, b);
+    kt_names_place(&b->names, n, b->table);
+    for (size_t i = 0; i < n; i++)
+        (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);
+    const kt_status status = compile(b, options, error);
+    free(memory);
+    return status;
+}
+
+kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
+                         kt_error *error) {
+    build b = {.description = description};
+    const kt_status status = build_all(&b, options, error);
+    if (status == KT_OK)
+        *model = b.model;
+    else
+        free(b.model);
+    return status;
+}
+
+kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error) {
+    const kt_model_options options = kt_model_options_default();
+    build b = {.description = description, .report = report, .user = user, .trial = true};
+    const kt_status status = build_all(&b, &options, error);
+    free(b.model);
+    return status;
+}

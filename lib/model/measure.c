@@ -1,0 +1,45 @@
+/* Springs that start unstretched: their lengths in the initial state as it is assembled, or as it is given where the
+ * loops do not close (which a simulation then says).
+ */
+#include "model/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static bool starts_unstretched(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_SPRING && effect->initial_length;
+}
+
+static void measure(kt_model *m, const kt_description *description, const kt_pose *poses) {
+    for (size_t i = 0; i < m->n.effect; i++) {
+        kt_effect_record *r = &m->effect[i];
+        if (!starts_unstretched(&description->effects[r->source]))
+            continue;
+        const kt_pose first = kt_pose_compose(poses[r->link[0]], r->frame[0]);
+        const kt_pose second = kt_pose_compose(poses[r->link[1]], r->frame[1]);
+        r->length = kt_vec3_norm(kt_vec3_sub(second.position, first.position));
+    }
+}
+
+kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error) {
+    bool any = false;
+    for (int i = 0; i < description->effect_count; i++)
+        any |= starts_unstretched(&description->effects[i]);
+    if (!any)
+        return KT_OK;
+    kt_data *data = NULL;
+    double *state = malloc((model->n.q + model->n.v + 1) * sizeof *state);
+    kt_pose *poses = malloc(model->n.link * sizeof *poses);
+    kt_status status = state && poses ? kt_data_create(model, &data, error)
+                                      : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    if (status == KT_OK) {
+        kt_model_initial(model, state, state + model->n.q);
+        kt_assemble_initial(model, data, state, state + model->n.q);
+        kt_link_poses(model, state, poses);
+        measure(model, description, poses);
+    }
+    kt_data_free(data);
+    free(poses);
+    free(state);
+    return status;
+}

@@ -1,0 +1,80 @@
+/* What is told of a step, or a record, that failed: when, what is to blame, how to mend it.
+ *
+ * Where loops change with time there may come one from which on no position closes them: motions have come to
+ * contradict each other, a length has reached all that the bars between have. What a step runs into there says little:
+ * rates beyond all bounds, steps that shrink to nothing, a state thrown far off. So the mechanism is looked at a little
+ * later, from where it was last closed: by a step, or where steps are not fixed by the interval between records. If the
+ * loops cannot be closed there either, it is they that are told, and how far they stay apart.
+ */
+#include "dynamics/kernel.h"
+#include "reduction/project.h"
+#include "simulation/internal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+bool kt_simulation_is_recoverable(kt_status status) {
+    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT ||
+           status == KT_ERROR_EFFECT;
+}
+
+/* KT_OK where the loops can be closed a part of the way ahead. */
+static kt_status look_ahead(const kt_simulation *simulation, double part, kt_error *found) {
+    const double t = kt_integrator_time(simulation->integrator);
+    const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
+    char what[96];
+    (void)snprintf(what, sizeof what, "from here on the loops cannot be closed; at t = %.9g s these stay open", later);
+    return kt_loops_reach(simulation->face, simulation->face_data, later, kt_simulation_positions(simulation),
+                          KT_CLOSED_FAR, what, found);
+}
+
+/* Whether it is the loops, though they can be closed now, that keep a step from being taken; says so in *found. A
+ * search that starts too far off may miss where they close: it is not believed alone. */
+static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
+    const kt_status cause = simulation->cause.code;
+    if (!simulation->face->driven || simulation->unprojected || simulation->projection != NULL)
+        return false;
+    if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
+        return false;
+    simulation->held = KT_HELD_NOTHING;
+    return (cause == KT_ERROR_CONSTRAINT || look_ahead(simulation, 0.1, found) != KT_OK) &&
+           look_ahead(simulation, 1.0, found) != KT_OK;
+}
+
+/* where: room for KT_WHERE_SIZE + 32. */
+static void add_time(const kt_simulation *simulation, char *where) {
+    const kt_error *cause = &simulation->cause;
+    const bool told = cause->code != KT_OK;
+    if (told && strstr(cause->where, "t = ") != NULL) /* the time of a stage */
+        (void)snprintf(where, KT_WHERE_SIZE + 32, "%s", cause->where);
+    else
+        (void)snprintf(where, KT_WHERE_SIZE + 32, "t = %.9g s%s%s", kt_integrator_time(simulation->integrator),
+                       told && cause->where[0] != '\0' ? ", " : "", told ? cause->where : "");
+}
+
+kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
+    const kt_error *what = simulation->cause.code != KT_OK ? &simulation->cause : from;
+    char where[KT_WHERE_SIZE + 32];
+    add_time(simulation, where);
+    return kt_error_set(error, what->code, where, "%s", what->message);
+}
+
+kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error) {
+    const kt_error *cause = &simulation->cause;
+    char where[KT_WHERE_SIZE + 32];
+    kt_error end;
+    if (is_end_of_loops(simulation, from->code, &end)) {
+        (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
+        return kt_error_set(error, end.code, where,
+                            "%s. Let what drives them agree and stay within reach, or end before", end.message);
+    }
+    add_time(simulation, where);
+    if (cause->code != KT_OK && from->code == KT_ERROR_STEP)
+        return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
+                            from->message);
+    if (simulation->step > 0.0 && simulation->ahead && kt_simulation_is_recoverable(cause->code))
+        return kt_error_set(error, cause->code, where,
+                            "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
+                            cause->message, simulation->step);
+    return kt_simulation_fail(simulation, from, error);
+}
