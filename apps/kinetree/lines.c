@@ -45,8 +45,7 @@ static int write_whole(const kt_lines *lines) {
  * this process's memory (vfork), of which it changes nothing that counts. */
 static int write_apart(const kt_lines *lines) {
     int status = 0;
-    /* fork would copy the page tables. NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork)
-     */
+    /* NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork): for fork's cost */
     const pid_t child = vfork();
     if (child < 0)
         return write_whole(lines);
