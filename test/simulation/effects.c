@@ -176,7 +176,7 @@ KT_TEST(energy_balance_closes_on_random_trees) {
     kt_random random = kt_random_of_test();
     kt_worst balance = kt_worst_make("balance, relative");
     bool cooled = false;
-    double least = INFINITY;
+    double least = (double)INFINITY;
     for (int n = 0; n < 20 && set_stage(&s, &random, MOST); n++) {
         for (int formulation = 0; formulation < KT_FORMULATION_COUNT; formulation++) {
             kt_run run = kt_run_default();
