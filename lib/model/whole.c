@@ -74,9 +74,10 @@ static kt_status begin(trial *t, const kt_model *m, kt_error *error) {
     t->moves = calloc(2 * m->n.link + m->n.body, sizeof *t->moves);
     t->still = t->moves ? t->moves + m->n.link : NULL;
     t->faulty = t->moves ? t->still + m->n.link : NULL;
-    if (!t->q || !t->verdict || !t->moves)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
-    return kt_data_create(m, &t->data, error);
+    if (t->q && t->verdict && t->moves)
+        return kt_data_create(m, &t->data, error);
+    (void)kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    return KT_ERROR_MEMORY;
 }
 
 static void end(trial *t) {
