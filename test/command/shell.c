@@ -127,7 +127,11 @@ kt_ran kt_terminal(const char *format, ...) {
     }
     int status = 0;
     bool is_running = true;
-    while (used + 1 < sizeof text) {
+    for (;;) {
+        if (used + 1 == sizeof text) { /* of what is longer, the end */
+            used = sizeof text / 2;
+            memmove(text, text + sizeof text - 1 - used, used);
+        }
         ssize_t count = read(master, text + used, sizeof text - 1 - used);
         if (count > 0)
             used += (size_t)count;
