@@ -270,3 +270,21 @@ KT_TEST(set_that_cannot_do_a_scene_is_a_point_that_says_so) {
     kt_check_true("unusable", !r->points[0].usable);
     kt_accuracy_free(b.study);
 }
+
+/* ---- without options -----------------------------------------------------------------------------------------------
+ */
+
+KT_TEST(without_options_every_method_is_measured_until_errors_no_longer_fall) {
+    bench b;
+    make(&b);
+    b.run.duration = 0.2;
+    if (!kt_check_equal_int("study", kt_accuracy_create(&b.description, &b.run, NULL, &b.study, &b.error), KT_OK))
+        return;
+    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    kt_check_equal_int("a curve a method", r->curve_count, (long long)kt_method_count());
+    kt_check_above("points", (double)r->point_count, 10.0 * (double)kt_method_count());
+    kt_check_true("one is as good as can be", kt_accuracy_best(b.study, 1e-13) >= 0);
+    kt_check_true("none is better than rounding", kt_accuracy_best(b.study, 1e-17) < 0);
+    kt_check_true("no clock, no times", isnan(r->points[0].cpu));
+    kt_accuracy_free(b.study);
+}
