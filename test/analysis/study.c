@@ -47,6 +47,23 @@ KT_TEST(markers_count_in_the_length_scale) {
     kt_accuracy_free(b.study);
 }
 
+/* It has no centre of mass, and turns as fast for ever. */
+KT_TEST(wheel_without_mass_is_measured) {
+    bench b;
+    make(&b);
+    b.body.mass = 0.0;
+    b.body.com = kt_vec3_make(0.0, 0.0, 0.0);
+    b.body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    b.body.joint.velocity[0] = 3.0;
+    if (!kt_check_equal_int("study", create(&b), KT_OK))
+        return;
+    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    kt_check_near("amplitude", r->amplitude, 3.0, 1e-13);
+    kt_check_below("error", r->points[0].error.position, 1e-13);
+    kt_check_true("usable", r->points[0].usable);
+    kt_accuracy_free(b.study);
+}
+
 /* On the axis nothing has an extent: a metre is the scale. */
 KT_TEST(motion_without_extent_is_measured_against_a_metre) {
     bench b;
