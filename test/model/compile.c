@@ -1,7 +1,7 @@
 /* From descriptions to models: the order of bodies and coordinates, what is refused and what is not, and that failures
  * leave nothing behind. */
-#include "dynamics/tree.h"
 #include "interpose.h"
+#include "string_up.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -66,28 +66,6 @@ KT_TEST(bodies_keep_the_order_of_the_description_but_follow_their_parents) {
 /* ---- inertia ------------------------------------------------------------------------------------------------- */
 
 static const kt_vec3 ex = {1.0, 0.0, 0.0}, ey = {0.0, 1.0, 0.0}, ez = {0.0, 0.0, 1.0}, oblique = {1.0, -2.0, 0.5};
-
-/* Starts a mechanism, or goes on with it: a massless body on the one before. */
-static kt_body *add(kt_tree *tree, const char *name, kt_joint_type type, kt_vec3 axis) {
-    if (tree->description.bodies == NULL) {
-        tree->description = kt_description_default();
-        tree->description.bodies = tree->body;
-    }
-    const int i = tree->description.body_count++;
-    kt_body *body = &tree->body[i];
-    *body = kt_body_default();
-    body->name = name;
-    body->parent = i ? tree->body[i - 1].name : NULL;
-    body->joint.type = type;
-    body->joint.axis = axis;
-    return body;
-}
-
-static void load(kt_body *body, double mass, kt_vec3 com, double moment) {
-    body->mass = mass;
-    body->com = com;
-    body->inertia = kt_sym3_make(moment, moment, moment, 0.0, 0.0, 0.0);
-}
 
 /* A rod along `along`, without thickness. */
 static void load_rod(kt_body *body, kt_vec3 along) {

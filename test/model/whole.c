@@ -1,35 +1,13 @@
 /* Faults that only the whole mechanism shows: told all at once, and beside other faults. */
-#include "../dynamics/tree.h"
 #include "check.h"
 #include "interpose.h"
+#include "string_up.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 static const kt_vec3 ex = {1.0, 0.0, 0.0}, ey = {0.0, 1.0, 0.0}, ez = {0.0, 0.0, 1.0};
-
-/* A massless body on the one before. */
-static kt_body *add(kt_tree *tree, const char *name, kt_joint_type type, kt_vec3 axis) {
-    if (tree->description.bodies == NULL) {
-        tree->description = kt_description_default();
-        tree->description.bodies = tree->body;
-    }
-    const int i = tree->description.body_count++;
-    kt_body *body = &tree->body[i];
-    *body = kt_body_default();
-    body->name = name;
-    body->parent = i ? tree->body[i - 1].name : NULL;
-    body->joint.type = type;
-    body->joint.axis = axis;
-    return body;
-}
-
-static void load(kt_body *body, double mass, kt_vec3 com, double moment) {
-    body->mass = mass;
-    body->com = com;
-    body->inertia = kt_sym3_make(moment, moment, moment, 0.0, 0.0, 0.0);
-}
 
 typedef struct told {
     char text[600]; /* "item index field: where; " of each */
