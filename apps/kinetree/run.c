@@ -164,10 +164,10 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     int code = open_records(arguments, outcome, checkpoint, out, &csv);
     if (code < 0) {
         /* At its start, and if nothing was to be said there at its end, where it came so far. */
-        bool warned = arguments->quiet || kt_warn_of_step(outcome->model, outcome->run, outcome->simulation);
+        bool warned = kt_warn_of_step(&outcome->warnings, outcome->model, outcome->run, outcome->simulation);
         code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
         if (code == KT_EXIT_DONE && !warned)
-            (void)kt_warn_of_step(outcome->model, outcome->run, outcome->simulation);
+            (void)kt_warn_of_step(&outcome->warnings, outcome->model, outcome->run, outcome->simulation);
         if (kt_lines_close(&csv.lines) != 0 && code == KT_EXIT_DONE)
             code = KT_EXIT_INTEGRATION;
         int rest = finish(arguments, outcome, out, plot);
@@ -212,7 +212,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     options.unprojected = arguments->unprojected;
     if (arguments->summary != NULL || arguments->plot != NULL)
         options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
-    kt_outcome outcome = {.scene = scene, .model = model, .run = &run};
+    kt_outcome outcome = {.scene = scene, .model = model, .run = &run, .warnings.quiet = arguments->quiet};
     outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
     if (code < 0) {
         kt_status status = kt_simulation_create(model, &run, &options, &outcome.simulation, &error);
@@ -228,6 +228,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
         code = run_simulation(arguments, &outcome, out, &checkpoint);
     kt_checkpoint_close(&checkpoint);
     kt_simulation_free(outcome.simulation);
+    kt_warnings_free(&outcome.warnings);
     free(csv_name);
     free(markers);
     return code;

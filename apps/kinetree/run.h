@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "lines.h"
+#include "warnings.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -72,6 +73,7 @@ typedef struct kt_outcome {
     double balance_drift;   /* largest |that - that at the start|, J */
     kt_residual constraint; /* largest residuals */
     double cpu_seconds;
+    kt_warnings warnings;
 } kt_outcome;
 
 /* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after saying why.

@@ -3,6 +3,7 @@
 #define KT_COMMAND_STABILITY_H
 
 #include "command.h"
+#include "warnings.h"
 
 #include "kinetree/analysis.h"
 
@@ -26,7 +27,7 @@ void kt_write_mode(const kt_mode *mode, char *text, size_t size);
 
 /* Where a fixed step lies outside the method's region of stability at the simulation's present state, says so, and
  * returns true. Some 25 evaluations a coordinate; models of more than 60 coordinates are not looked at. */
-bool kt_warn_of_step(const kt_model *model, const kt_run *run, const kt_simulation *simulation);
+bool kt_warn_of_step(kt_warnings *warnings, const kt_model *model, const kt_run *run, const kt_simulation *simulation);
 
 /* The eigenvalues times a step and the boundary of the method's region, as a picture. Returns KT_EXIT_DONE, or an exit
  * code after saying why. */

@@ -62,21 +62,23 @@ void kt_write_mode(const kt_mode *mode, char *text, size_t size) {
 
 enum { WARNED_MOST = 60 }; /* velocity coordinates: what a linearisation costs a run then hardly shows */
 
-static void say_warning(const kt_model *model, const kt_run *run, const kt_method *method, const kt_spectrum *spectrum,
-                        const kt_step_limit *limit) {
-    char mode[64], movers[128], way[48] = "blows up";
+static void say_warning(kt_warnings *warnings, const kt_model *model, const kt_run *run, const kt_method *method,
+                        const kt_spectrum *spectrum, const kt_step_limit *limit) {
+    char mode[64], movers[128], remedy[128], way[48] = "blows up";
     const kt_spectrum_mode at = kt_spectrum_at(spectrum, limit->mode);
     kt_write_mode(&at.mode, mode, sizeof mode);
     kt_write_movers(model, at.moves, movers, sizeof movers);
     if (limit->growth < 1e6)
         snprintf(way, sizeof way, "grows about %.2g times over the run", limit->growth);
-    kt_say("warning: steps of %g s are too long for %s to be stable: %s %s (%s) %s, which in truth it does not. Take "
-           "steps below %.3g s%s; 'kinetree stability' shows more",
-           run->step, method->name, mode[0] == 'u' ? "an" : "a", mode, movers, way, limit->step,
-           !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
+    snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
+             !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
+    const kt_warning warning = {"unstable_step", at.time, limit->step, "s", remedy};
+    kt_warn(warnings, &warning,
+            "steps of %g s are too long for %s to be stable: %s %s (%s) %s, which in truth it does not", run->step,
+            method->name, mode[0] == 'u' ? "an" : "a", mode, movers, way);
 }
 
-bool kt_warn_of_step(const kt_model *model, const kt_run *run, const kt_simulation *simulation) {
+bool kt_warn_of_step(kt_warnings *warnings, const kt_model *model, const kt_run *run, const kt_simulation *simulation) {
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
     const int nv = kt_model_nv(model);
     bool warns = false;
@@ -90,7 +92,7 @@ bool kt_warn_of_step(const kt_model *model, const kt_run *run, const kt_simulati
         const kt_step_limit limit = kt_spectrum_limit(spectrum, method, run->duration, run->step);
         warns = limit.growth > KT_STABILITY_GROWTH && limit.mode >= 0;
         if (warns)
-            say_warning(model, run, method, spectrum, &limit);
+            say_warning(warnings, model, run, method, spectrum, &limit);
     }
     kt_spectrum_free(spectrum);
     return warns;

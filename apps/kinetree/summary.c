@@ -92,6 +92,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
     json_object_set_new(root, "method", describe_method(outcome->run, model));
     json_object_set_new(root, "cost", count_cost(outcome));
+    json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));
     return root;
 }
 

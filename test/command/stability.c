@@ -95,6 +95,14 @@ KT_TEST(run_warns_once_of_a_step_outside_the_region) {
         "(slider, right, left) blows up, which in truth it does not. Take steps below 0.000343 s, or rkc2;");
     ran = kt_shell("$K run " GOVERNOR " --integrator rk4 --step 1e-3 --out /dev/null --quiet");
     kt_check_equal_int("not when quiet", count(ran.err, "warning"), 0);
+    ran = kt_shell("$K run " GOVERNOR " --integrator rk4 --step 1e-3 --out /dev/null --quiet --summary - 2>/dev/null");
+    json_t *root = kt_json(ran.out);
+    kt_check_text("but it stands in the summary", json_string_value(kt_json_find(root, "warnings[0].code")),
+                  "unstable_step");
+    kt_check_near("with the step", kt_json_at(root, "warnings[0].value"), 2.785293563 / 8117.2033, 1e-7);
+    kt_check_text("its unit", json_string_value(kt_json_find(root, "warnings[0].unit")), "s");
+    kt_check_contains("the remedy", json_string_value(kt_json_find(root, "warnings[0].remedy")), "Take steps below");
+    json_decref(root);
     kt_write_file("swing.yaml", "kinetree: 1\n"
                                 "bodies: [{name: mass, mass: 2, joint: {type: prismatic, axis: x, velocity: 1}}]\n"
                                 "effects: [{type: joint_spring, joint: mass, stiffness: 800}]\n"
