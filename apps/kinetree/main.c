@@ -3,6 +3,7 @@
 #include "json.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_subcommand {
@@ -61,13 +62,16 @@ static int say_unknown(const char *name) {
     return KT_EXIT_USAGE;
 }
 
-/* OpenBLAS's, where that is what LAPACK comes from. The library leaves its threads alone; here, one is fastest for the
- * sizes that linkages have, and results do not depend on how many there are. */
-__attribute__((weak)) void openblas_set_num_threads(int count);
+/* OpenBLAS starts its threads when it is loaded, which the library does where it first needs it. The library leaves
+ * their number alone; here, one is fastest for the sizes that linkages have, results do not depend on the machine, and
+ * under `ulimit -v`, where threads cannot be started, OpenBLAS would wait for them for ever at the end. */
+static void ask_for_one_thread(void) {
+    (void)setenv("OPENBLAS_NUM_THREADS", "1", 1);
+    (void)setenv("OMP_NUM_THREADS", "1", 1);
+}
 
 int main(int argc, char **argv) {
-    if (openblas_set_num_threads)
-        openblas_set_num_threads(1);
+    ask_for_one_thread();
     kt_json_watch_memory();
     if (argc < 2) {
         kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' shows what there is to run");

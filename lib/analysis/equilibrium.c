@@ -357,9 +357,10 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     search s = {.l = l, .out = &l->arrays[l->next], .nearest = wish.nearest, .reach = REACH};
     kt_linear_system system = {0};
     kt_equilibrium result = {0};
-    if (!KT_HAS_LAPACK)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
-    kt_status status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
+    kt_status status = kt_lapack_open(error);
+    if (status != KT_OK)
+        return status;
+    status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
     if (status == KT_OK)
         status = refuse_driven(l, error);
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);

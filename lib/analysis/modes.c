@@ -147,8 +147,9 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "the modes are for a model of %zu coordinates, the linear system is one of %d", nv,
                             system->coordinates);
-    if (!KT_HAS_LAPACK)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
+    const kt_status status = kt_lapack_open(error);
+    if (status != KT_OK)
+        return status;
     if (!solve(m, system, &norm))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the eigenvalues of the state matrix cannot be found: %s",
                             "its numbers are too large, or the iteration did not converge");

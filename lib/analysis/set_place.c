@@ -86,9 +86,10 @@ static kt_status choose_penalty(kt_set *set, kt_data *data, kt_error *error) {
 
 kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_options *options, void *memory, size_t size,
                        kt_set **set, kt_error *error) {
-    if (!KT_HAS_LAPACK)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
-    kt_status status = check(options, error);
+    kt_status status = kt_lapack_open(error);
+    if (status != KT_OK)
+        return status;
+    status = check(options, error);
     if (status != KT_OK)
         return status;
     const size_t needed = lay_out(model, NULL);

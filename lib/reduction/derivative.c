@@ -13,9 +13,8 @@
 #include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
-#include "reduction/dense.h"
 #include "reduction/evaluate.h"
-#include "reduction/lapack.h"
+#include "reduction/householder.h"
 #include "reduction/tangent.h"
 
 #include "base/arena.h"
@@ -36,7 +35,7 @@
     X(double, jacobian, n *p)                                                                                          \
     X(double, factor, n *p)                                                                                            \
     X(double, reflector, n + p)                                                                                        \
-    X(double, lapack, 64 * (n + p + 1))                                                                                \
+    X(double, norm, p)                                                                                                 \
     X(int32_t, pivot, p)                                                                                               \
     X(double, mass, n *n)                                                                                              \
     X(double, basis, n *n)                                                                                             \
@@ -136,22 +135,36 @@ static kt_status difference(work *w, const double *q, const double *v, size_t j,
 
 /* basis = Q, of A' P = Q R; pivots. Without loops Q = 1. */
 static kt_status factor(work *w, kt_error *error) {
-    const int n = (int)w->n, p = (int)w->p;
-    int32_t *const pivot = w->pivot;
-    memset(w->basis, 0, w->n * w->n * sizeof *w->basis);
-    for (size_t i = 0; i < w->n; i++)
-        w->basis[i * w->n + i] = 1.0;
+    const size_t n = w->n, p = w->p;
+    const kt_group_work g = {
+        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
+    memset(w->basis, 0, n * n * sizeof *w->basis);
+    for (size_t i = 0; i < n; i++)
+        w->basis[i * n + i] = 1.0;
     w->rank = kt_model_freedom(w->model).rank;
-    if (!w->rank)
-        return KT_OK;
-    for (size_t i = 0; i < w->n; i++)
-        for (size_t r = 0; r < w->p; r++)
-            w->factor[r * w->n + i] = w->jacobian[i * w->p + r];
-    if (kt_lapack_geqp3(n, p, w->factor, pivot, w->reflector, w->lapack, 64 * (n + p + 1)) != 0 ||
-        kt_lapack_ormqr('N', n, n, n < p ? n : p, w->factor, w->reflector, w->basis, w->lapack, 64 * (n + p + 1)) != 0)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, KT_NEEDS_LAPACK);
-    for (int k = 0; k < p; k++)
-        pivot[k]--; /* LAPACK counts from 1 */
+    for (size_t r = 0; r < p; r++) {
+        for (size_t i = 0; i < n; i++)
+            w->factor[r * n + i] = w->jacobian[i * p + r];
+        w->pivot[r] = (int32_t)r;
+        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
+    }
+    for (int j = 0; j < w->rank; j++) {
+        double all;
+        const int best = kt_longest_column(w->norm, j, (int)p, &all);
+        if (!(w->norm[best] > 0.0 && isfinite(all)))
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "fewer equations of the loops are independent here than elsewhere");
+        if (best != j) {
+            const double norm = w->norm[j];
+            kt_swap_columns(&g, (int)n, j, best);
+            w->norm[j] = w->norm[best];
+            w->norm[best] = norm;
+        }
+        kt_eliminate(&g, (int)n, j, w->norm);
+    }
+    for (size_t c = 0; c < n; c++)
+        for (int j = w->rank - 1; j >= 0; j--)
+            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
     return KT_OK;
 }
 

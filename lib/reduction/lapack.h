@@ -1,73 +1,58 @@
 /* All of LAPACK that the library uses: column-major, workspaces given, which the _work calls promise not to allocate.
  *
- * A build without loops (KT_NO_LOOPS) does not have it: no model with loops can be compiled there, and all else that
- * needs it refuses.
+ * OpenBLAS starts its threads as soon as it is loaded. So that a program which never needs it has none of them, the
+ * shared library does not link it: kt_lapack_open loads a module that does (lapack_load.c, lapack_table.c), when a
+ * model is compiled or an analysis begun. The static library, and the shared one where there is no dlopen, link it
+ * (lapack_call.c). A build without loops (KT_NO_LOOPS) does not have it, and what needs it refuses.
  */
 #ifndef KT_REDUCTION_LAPACK_H
 #define KT_REDUCTION_LAPACK_H
 
+#include "kinetree/status.h"
+
 #include <stdint.h>
 
-#ifdef KT_NO_LOOPS
-enum { KT_HAS_LAPACK = 0 };
-#define KT_LAPACK(call) (-1)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#pragma GCC diagnostic ignored "-Wunused-variable"
-#else
-#include <lapacke.h>
-enum { KT_HAS_LAPACK = 1 };
-#define KT_LAPACK(call) (call)
-#endif
+/* One list gives the functions, the module's table and the calls through it: X(name, parameters, arguments).
+ *
+ * geqp3: A P = Q R with column pivoting; returns LAPACK's info.
+ * ormqr: C = Q C or Q' C for the reflectors of geqp3; one by one where size, of `work`, is `columns` alone.
+ * gesvd: A (m x n) = U S V': all of U (m x m), the first min(m, n) rows of V' over A.
+ * geevx: eigenvalues and the left and right vectors of A (n x n, overwritten; balanced first), as LAPACK packs them;
+ *        norm: of the balanced matrix; condition: |w' x| for unit vectors of the balanced matrix; scale: n numbers.
+ * potrf: A = L L' over the lower triangle of A (n x n); info > 0 where A is not positive definite.
+ * trtrs: X = L^-1 X ('N') or L^-T X ('T') for the lower triangle L (n x n) and n x columns X.
+ * gesv:  x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or info where A is singular.
+ */
+/* clang-format off */
+#define KT_LAPACK_LIST(X)                                                                                              \
+    X(geqp3, (int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size),                           \
+      (m, n, a, pivot, tau, work, size))                                                                               \
+    X(ormqr, (char trans, int m, int columns, int reflectors, const double *a, const double *tau, double *c,           \
+              double *work, int size),                                                                                 \
+      (trans, m, columns, reflectors, a, tau, c, work, size))                                                          \
+    X(gesvd, (int m, int n, double *a, double *s, double *u, double *work, int size), (m, n, a, s, u, work, size))     \
+    X(geevx, (int n, double *a, double *real, double *imaginary, double *left, double *right, double *scale,           \
+              double *norm, double *condition, double *work, int size),                                                \
+      (n, a, real, imaginary, left, right, scale, norm, condition, work, size))                                        \
+    X(potrf, (int n, double *a), (n, a))                                                                               \
+    X(trtrs, (char trans, int n, int columns, const double *l, double *x), (trans, n, columns, l, x))                  \
+    X(gesv, (int n, double *a, int32_t *pivot, double *x), (n, a, pivot, x))
+/* clang-format on */
 
-/* What those say who cannot do without. */
-#define KT_NEEDS_LAPACK "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK"
+#define KT_LAPACK_DECLARE(name, parameters, arguments) int kt_lapack_##name parameters;
+KT_LAPACK_LIST(KT_LAPACK_DECLARE)
+#undef KT_LAPACK_DECLARE
 
-/* A P = Q R with column pivoting; returns LAPACK's info. */
-static inline int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
-    for (int i = 0; i < n; i++)
-        pivot[i] = 0; /* every column is free to move */
-    return KT_LAPACK(LAPACKE_dgeqp3_work(LAPACK_COL_MAJOR, m, n, a, m, pivot, tau, work, size));
-}
+/* Makes the functions above ready, where they are not; before it they return an error. Any number of threads may call
+ * it at once. KT_ERROR_UNSUPPORTED: LAPACK cannot be had. */
+kt_status kt_lapack_open(kt_error *error);
 
-/* C = Q C or Q' C for the reflectors of geqp3; one by one where size, of `work`, is `columns` alone. */
-static inline int kt_lapack_ormqr(char trans, int m, int columns, int reflectors, const double *a, const double *tau,
-                                  double *c, double *work, int size) {
-    return KT_LAPACK(
-        LAPACKE_dormqr_work(LAPACK_COL_MAJOR, 'L', trans, m, columns, reflectors, a, m, tau, c, m, work, size));
-}
+/* What the module hands over: its version, which must be the library's, and the functions. */
+typedef struct kt_lapack_table {
+    const char *version;
+#define KT_LAPACK_MEMBER(name, parameters, arguments) int(*name) parameters;
+    KT_LAPACK_LIST(KT_LAPACK_MEMBER)
+#undef KT_LAPACK_MEMBER
+} kt_lapack_table;
 
-/* A (m x n) = U S V': all of U (m x m), the first min(m, n) rows of V' over A. */
-static inline int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u, double *work, int size) {
-    return KT_LAPACK(LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'O', m, n, a, m, s, u, m, NULL, 1, work, size));
-}
-
-/* Eigenvalues and the left and right vectors of A (n x n, overwritten; balanced first), as LAPACK packs them; norm: of
- * the balanced matrix; condition: |w' x| for unit vectors of the balanced matrix; scale: n numbers of scratch. */
-static inline int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *left, double *right,
-                                  double *scale, double *norm, double *condition, double *work, int size) {
-    int low, high;
-    return KT_LAPACK(LAPACKE_dgeevx_work(LAPACK_COL_MAJOR, 'B', 'V', 'V', 'E', n, a, n, real, imaginary, left, n, right,
-                                         n, &low, &high, scale, norm, condition, NULL, work, size, NULL));
-}
-
-/* A = L L' over the lower triangle of A (n x n); returns LAPACK's info: > 0 where A is not positive definite. */
-static inline int kt_lapack_potrf(int n, double *a) {
-    return KT_LAPACK(LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n));
-}
-
-/* X = L^-1 X ('N') or L^-T X ('T') for the lower triangle L (n x n) and n x columns X. */
-static inline int kt_lapack_trtrs(char trans, int n, int columns, const double *l, double *x) {
-    return KT_LAPACK(LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n));
-}
-
-/* x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or LAPACK's info where A is singular. */
-static inline int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
-    return KT_LAPACK(LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n));
-}
-
-#ifdef KT_NO_LOOPS
-#pragma GCC diagnostic pop
-#endif
-#undef KT_LAPACK
 #endif

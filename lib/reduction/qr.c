@@ -14,7 +14,7 @@
  * reflector takes are so small there that it leaves them to one thread, while those within blocks are shared out, and
  * rounded, as there are threads.
  */
-#include "reduction/dense.h"
+#include "reduction/householder.h"
 #include "reduction/lapack.h"
 
 #include <math.h>
@@ -22,66 +22,6 @@
 
 /* From so many coordinates on (96^2 numbers) OpenBLAS shares out the product of a matrix and a vector, too. */
 enum { KT_BLOCKED = 96 };
-
-static inline void swap_columns(const kt_group_work *w, int m, int a, int b) {
-    double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
-    for (int i = 0; i < m; i++) {
-        const double t = x[i];
-        x[i] = y[i];
-        y[i] = t;
-    }
-    const int32_t p = w->pivot[a];
-    w->pivot[a] = w->pivot[b];
-    w->pivot[b] = p;
-}
-
-/* x -= t u (u . x), u = (1, tail) from row j on. */
-KT_INLINE void reflect(const double *restrict u, double t, int j, int m, double *restrict x) {
-    double sum = x[j];
-    for (int i = j + 1; i < m; i++)
-        sum += u[i] * x[i];
-    sum *= t;
-    x[j] -= sum;
-    for (int i = j + 1; i < m; i++)
-        x[i] -= sum * u[i];
-}
-
-KT_INLINE double squares(const double *x, int from, int m) {
-    double sum = 0.0;
-    for (int i = from; i < m; i++)
-        sum += x[i] * x[i];
-    return sum;
-}
-
-/* The reflector that turns rows j.. of column j, of squared norm norm[j], into (R_jj, 0, ...). norm: of the columns'
- * rows from j on, and then from j + 1 on. They are taken anew: brought up to date instead, they would lose their digits
- * where the rank ends. */
-KT_INLINE void eliminate(const kt_group_work *w, int m, int j, double *norm) {
-    double *u = w->factor + (size_t)j * (size_t)m;
-    const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
-    for (int i = j + 1; i < m; i++)
-        u[i] /= u0;
-    w->reflector[j] = t;
-    u[j] = r;
-    for (int c = j + 1; c < w->k; c++) {
-        double *x = w->factor + (size_t)c * (size_t)m;
-        reflect(u, t, j, m, x);
-        norm[c] = squares(x, j + 1, m);
-    }
-}
-
-/* The longest column from j on; *all: the sum of all squares from there. */
-KT_INLINE int longest_column(const double *norm, int j, int k, double *all) {
-    int best = j;
-    double sum = 0.0;
-    for (int c = j; c < k; c++) {
-        sum += norm[c];
-        if (norm[c] > norm[best])
-            best = c;
-    }
-    *all = sum;
-    return best;
-}
 
 /* Copies A' with the columns' weights, and takes their squared norms. */
 KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
@@ -92,7 +32,7 @@ KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
         w->pivot[c] = c;
         for (int i = 0; i < m; i++)
             x[i] = weight * a[i];
-        norm[c] = squares(x, 0, m);
+        norm[c] = kt_squares(x, 0, m);
     }
 }
 
@@ -110,7 +50,7 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
     double first = 0.0, all, *norm = w->work;
     begin(w, m, norm);
     for (int j = 0; j < cap; j++) {
-        const int best = longest_column(norm, j, w->k, &all);
+        const int best = kt_longest_column(norm, j, w->k, &all);
         if (!isfinite(all))
             return -1;
         if (j == 0)
@@ -118,12 +58,12 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
         if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             return j;
         if (best != j) {
-            swap_columns(w, m, j, best);
+            kt_swap_columns(w, m, j, best);
             const double t = norm[j];
             norm[j] = norm[best];
             norm[best] = t;
         }
-        eliminate(w, m, j, norm);
+        kt_eliminate(w, m, j, norm);
     }
     return cap;
 }
@@ -186,7 +126,7 @@ KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double 
     for (int c = 0; c < columns; c++)
         for (int i = 0; i < count; i++) {
             const int j = transposed ? i : count - 1 - i;
-            reflect(w->factor + (size_t)j * m, w->reflector[j], j, w->m, x + (size_t)c * m);
+            kt_reflect(w->factor + (size_t)j * m, w->reflector[j], j, w->m, x + (size_t)c * m);
         }
 }
 

@@ -7,6 +7,7 @@
  * direction get the weight to be chosen everywhere, unless they are much the worse (reduce.h).
  */
 #include "reduction/far.h"
+#include "reduction/lapack.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -184,9 +185,19 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     }
 }
 
+/* Whether a factorisation of the model will call LAPACK. */
+static bool needs_lapack(const kt_model *model) {
+    bool large = model->reduction == KT_REDUCTION_SVD;
+    for (size_t g = 0; g < model->n.group; g++)
+        large = large || (model->reduction == KT_REDUCTION_QR && model->group[g].v_count >= KT_LARGE);
+    return large;
+}
+
 kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     if (!model->n.group)
         return KT_OK;
+    if (needs_lapack(model) && kt_lapack_open(error) != KT_OK)
+        return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
     samples found = {.q = malloc(2 * model->n.q * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),

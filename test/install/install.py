@@ -1,6 +1,6 @@
 """What is installed is complete: a program finds it by pkg-config or CMake alone, and runs, linked either way.
 
-install.py BUILD-DIRECTORY HAS-SCENE HAS-COMMAND HAS-DOCS C-COMPILER...
+install.py BUILD-DIRECTORY HAS-MODULE HAS-SCENE HAS-COMMAND HAS-DOCS C-COMPILER...
 """
 import os
 import pathlib
@@ -67,7 +67,7 @@ def build_with_cmake(folder, root, target, libdir):
 
 
 def main():
-    build, has_scene, has_command, has_docs, *compiler = sys.argv[1:]
+    build, has_module, has_scene, has_command, has_docs, *compiler = sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         root = folder / "root"
@@ -76,6 +76,7 @@ def main():
 
         found = {path.relative_to(root).as_posix() for path in root.rglob("*")}
         wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", "/libkinetree.so.0", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
+        wanted += ["/libkinetree-lapack.so"] if has_module == "true" else []
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []
         wanted += ["/bin/kinetree"] if has_command == "true" else []
         wanted += ["/share/doc/kinetree/html/index.html"] if has_docs == "true" else []
