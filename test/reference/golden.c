@@ -1,0 +1,315 @@
+/* The bits of every bundled scene's records, held against the list golden.txt: a change of the code that moves a number
+ * anywhere shows here which scene and which setting it has moved. A line is a case:
+ *
+ *     four-bar tree qr identity auto rk4 h=0.0025 t=0.5    motion 0123456789abcdef  forces 0123456789abcdef
+ *
+ * with the FNV-1a hash (64 bits) of all records' time, q and v, and that of all else that a record holds:
+ * accelerations, energies, works, residuals and reactions.
+ *
+ * The list holds on every machine: the instruction-set levels of the library give equal bits, and the functions of the
+ * C library, which do not (glibc chooses them by the processor), are here taken from golden_libm.c. OpenBLAS's kernels
+ * depend on the processor, too. What calls them is left out: scenes with a group of 40 coordinates or more ("LAPACK" in
+ * the list), the absolute formulation of more than six bodies, and the reduction svd.
+ *
+ * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
+#include "scene.h"
+
+#include <dirent.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- hashes ------------------------------------------------------------------------------------------------------ */
+
+/* FNV-1a over the bytes of the numbers, the lowest first. */
+static void hash(uint64_t *h, const double *x, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &x[i], sizeof bits);
+        for (int byte = 0; byte < 8; byte++)
+            *h = (*h ^ (bits >> (8 * byte) & 0xff)) * 0x100000001b3u;
+    }
+}
+
+static void hash_vector(uint64_t *h, kt_vec3 x) { hash(h, (const double[]){x.x, x.y, x.z}, 3); }
+
+static void hash_wrenches(uint64_t *h, const kt_wrench *wrenches, int first, int count) {
+    for (int i = first; i < count; i++) {
+        hash_vector(h, wrenches[i].moment);
+        hash_vector(h, wrenches[i].force);
+    }
+}
+
+typedef struct hashes {
+    const kt_model *model;
+    uint64_t motion, forces;
+    int64_t records;
+} hashes;
+
+static int hash_record(const kt_record *r, void *user) {
+    hashes *h = user;
+    const kt_model *model = h->model;
+    const double numbers[] = {r->kinetic,       r->potential,           r->work.dissipated,
+                              r->work.supplied, r->constraint.position, r->constraint.velocity};
+    hash(&h->motion, &r->time, 1);
+    hash(&h->motion, r->q, (size_t)kt_model_nq(model));
+    hash(&h->motion, r->v, (size_t)kt_model_nv(model));
+    hash(&h->forces, r->a, (size_t)kt_model_nv(model));
+    hash(&h->forces, numbers, sizeof numbers / sizeof numbers[0]);
+    hash_wrenches(&h->forces, r->reactions, 1, kt_model_body_count(model));
+    hash_wrenches(&h->forces, r->loop_reactions, 0, kt_loop_count(model));
+    h->records++;
+    return 0;
+}
+
+/* ---- the list ---------------------------------------------------------------------------------------------------- */
+
+enum { CASES_MAX = 2048, NAME_SIZE = 120, RESULT_SIZE = 64, LINE_SIZE = 200 };
+
+static const char heading[] = "# Hashes of the records of every bundled scene: see golden.c. Written by "
+                              "test/reference/golden --update; a commit that\n"
+                              "# moves a line says why, and by how much.\n";
+
+static struct {
+    char line[CASES_MAX][LINE_SIZE];
+    bool met[CASES_MAX];
+    int count, moved;
+    FILE *update; /* where the list is written anew; NULL: it is compared */
+} list;
+
+static void read_list(void) {
+    FILE *file = fopen(KT_GOLDEN, "r");
+    char line[LINE_SIZE];
+    list.count = 0;
+    while (file != NULL && list.count < CASES_MAX && fgets(line, sizeof line, file) != NULL) {
+        line[strcspn(line, "\n")] = '\0';
+        if (line[0] != '#' && line[0] != '\0') {
+            list.met[list.count] = false;
+            memcpy(list.line[list.count++], line, sizeof line);
+        }
+    }
+    if (file != NULL)
+        fclose(file);
+}
+
+/* The line of the list whose case is `name`; "" where there is none. */
+static const char *find_line(const char *name) {
+    const size_t length = strlen(name);
+    for (int i = 0; i < list.count; i++)
+        if (strncmp(list.line[i], name, length) == 0 && list.line[i][length] == ' ') {
+            list.met[i] = true;
+            return list.line[i];
+        }
+    return "";
+}
+
+static void compare(const char *name, const char *result) {
+    char line[LINE_SIZE];
+    snprintf(line, sizeof line, "%-70.119s  %.63s", name, result);
+    if (list.update != NULL)
+        fprintf(list.update, "%s\n", line);
+    else
+        list.moved += !kt_check_text(name, line, find_line(name));
+}
+
+/* ---- cases ------------------------------------------------------------------------------------------------------- */
+
+/* Whether the plan has a step whose name begins so. */
+static bool plan_has(const kt_model *model, const kt_run *run, const char *name) {
+    kt_plan_step steps[KT_PLAN_STEPS_MAX];
+    const int count = kt_plan_steps(model, run, steps);
+    bool has = false, known = false;
+    for (int i = 0; i < count; i++)
+        if (strcmp(steps[i].name, name) == 0) {
+            known = true;
+            has = has || steps[i].dropped == NULL;
+        }
+    if (!known)
+        kt_check_true(name, known);
+    return has;
+}
+
+static bool is_planar(const kt_model *model, const kt_run *run) {
+    return plan_has(model, run, "articulated bodies in planes") || plan_has(model, run, "loops in planes");
+}
+
+static kt_model *compile(const kt_case *c, const kt_run *run) {
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_error error = {KT_OK, "", ""};
+    options.reduction = run->reduction;
+    options.metric = run->metric;
+    options.plan = run->plan;
+    options.formulation = run->formulation;
+    (void)kt_fine(c->name, kt_model_compile(&c->scene.description, &options, &model, &error), &error);
+    return model;
+}
+
+static void write_name(const kt_case *c, const kt_run *run, char *name, size_t size) {
+    const int length = snprintf(name, size, "%s %s %s %s %s %s ", c->name, kt_formulation_name(run->formulation),
+                                kt_reduction_name(run->reduction), kt_metric_name(run->metric), kt_plan_name(run->plan),
+                                run->integrator);
+    if (run->step > 0.0)
+        snprintf(name + length, size - (size_t)length, "h=%g t=%g", run->step, run->duration);
+    else
+        snprintf(name + length, size - (size_t)length, "%g t=%g", run->relative, run->duration);
+}
+
+static void run_case(const kt_case *c, const kt_model *model, const kt_run *run) {
+    char name[NAME_SIZE], result[RESULT_SIZE] = "failed";
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = NULL;
+    kt_error error = {KT_OK, "", ""};
+    hashes h = {model, 0xcbf29ce484222325u, 0xcbf29ce484222325u, 0};
+    options.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ACCELERATION | KT_RECORD_ENERGY |
+                     KT_RECORD_BALANCE | KT_RECORD_CONSTRAINT | KT_RECORD_REACTION;
+    write_name(c, run, name, sizeof name);
+    if (plan_has(model, run, "LAPACK"))
+        kt_check_true("a case without LAPACK", false);
+    if (kt_fine(name, kt_simulation_create(model, run, &options, &simulation, &error), &error) &&
+        kt_fine(name, kt_simulation_run(simulation, hash_record, &h, &error), &error))
+        snprintf(result, sizeof result, "motion %016" PRIx64 "  forces %016" PRIx64, h.motion, h.forces);
+    kt_simulation_free(simulation);
+    compare(name, result);
+}
+
+enum { RECORDS = 100 };
+
+/* The scene's time between records, or what makes half of it a step that is stable for rk4. */
+static double interval_of(const kt_case *c) {
+    const double parts = strcmp(c->name, "flyball-governor") == 0      ? 100.0
+                         : strcmp(c->name, "tethered-satellites") == 0 ? 10.0
+                                                                       : 1.0;
+    return c->scene.run.interval / parts;
+}
+
+/* A hundred records, with rk4, two steps a record, and as the scene says. */
+static void run_steps(const kt_case *c, const kt_model *model, kt_run run) {
+    run.interval = interval_of(c);
+    run.duration = RECORDS * run.interval;
+    run.integrator = "rk4";
+    run.step = 0.5 * run.interval;
+    run_case(c, model, &run);
+    const bool fixed = c->scene.run.step > 0.0;
+    run.integrator = fixed ? "dopri5" : c->scene.run.integrator;
+    run.step = 0.0;
+    if (fixed)
+        run.relative = run.absolute = 1e-9;
+    run_case(c, model, &run);
+}
+
+/* In the plane where the scene has one, and in space. */
+static void run_plans(const kt_case *c, kt_run run) {
+    for (run.plan = KT_PLAN_AUTO; run.plan < KT_PLAN_COUNT; run.plan++) {
+        kt_model *model = compile(c, &run);
+        if (model == NULL)
+            return;
+        run_steps(c, model, run);
+        const bool both = is_planar(model, &run);
+        kt_model_free(model);
+        if (!both)
+            return;
+    }
+}
+
+/* The absolute formulation of up to six free bodies has fewer coordinates than LAPACK is called for. */
+enum { ABSOLUTE_BODIES_MAX = 6 };
+
+static void run_scene(const char *name) {
+    kt_case c;
+    if (kt_case_open(&c, name) && plan_has(c.model, &c.scene.run, "LAPACK")) {
+        compare(name, "LAPACK");
+    } else if (c.model != NULL) {
+        kt_run run = c.scene.run;
+        const bool loops = kt_loop_count(c.model) > 0;
+        run_plans(&c, run);
+        run.metric = KT_METRIC_MASS;
+        if (loops)
+            run_plans(&c, run);
+        run.metric = KT_METRIC_IDENTITY;
+        run.reduction = KT_REDUCTION_PARTITION;
+        if (loops)
+            run_plans(&c, run);
+        run.formulation = KT_FORMULATION_ABSOLUTE;
+        if (kt_model_body_count(c.model) - 1 <= ABSOLUTE_BODIES_MAX) {
+            run_plans(&c, run);
+            run.reduction = KT_REDUCTION_QR;
+            run_plans(&c, run);
+        }
+    }
+    kt_case_close(&c);
+}
+
+static int is_scene(const struct dirent *entry) {
+    size_t length = strlen(entry->d_name);
+    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+static void run_scenes(void) {
+    struct dirent **entries = NULL;
+    int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    for (int i = 0; i < count; i++) {
+        entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
+        run_scene(entries[i]->d_name);
+        free(entries[i]);
+    }
+    free(entries);
+}
+
+/* Every method, with the scene's step and with a tolerance. */
+static void run_methods(const char *name) {
+    kt_case c;
+    if (kt_case_open(&c, name)) {
+        kt_run run = c.scene.run;
+        run.interval = interval_of(&c);
+        run.duration = RECORDS * run.interval;
+        for (int i = 0; i < kt_method_count(); i++) {
+            const kt_method *method = kt_method_at(i);
+            run.integrator = method->name;
+            run.step = 0.5 * run.interval;
+            if (strcmp(method->name, "rk4") != 0)
+                run_case(&c, c.model, &run);
+            run.step = 0.0;
+            run.relative = run.absolute = 1e-6;
+            if (method->embedded_order > 0)
+                run_case(&c, c.model, &run);
+        }
+    }
+    kt_case_close(&c);
+}
+
+/* ---- the test ---------------------------------------------------------------------------------------------------- */
+
+static void run_all(void) {
+    static const char *const trees_and_loops[] = {"double-pendulum", "three-body", "four-bar", "flyball-governor"};
+    run_scenes();
+    for (size_t i = 0; i < sizeof trees_and_loops / sizeof trees_and_loops[0]; i++)
+        run_methods(trees_and_loops[i]);
+}
+
+KT_TEST(records_have_the_bits_of_the_list) {
+    const char *update = getenv("KT_GOLDEN_UPDATE");
+    if (update != NULL) {
+        list.update = fopen(update, "w");
+        if (!kt_check_true("the list can be written", list.update != NULL))
+            return;
+        fputs(heading, list.update);
+        run_all();
+        kt_check_equal_int("writing", fclose(list.update), 0);
+        return;
+    }
+    read_list();
+    run_all();
+    int left = 0;
+    for (int i = 0; i < list.count; i++)
+        if (!list.met[i]) {
+            kt_note("no such case any more: %s", list.line[i]);
+            left++;
+        }
+    kt_check_equal_int("lines without a case", left, 0);
+    if (left + list.moved > 0)
+        kt_note("where numbers are meant to move: 'test/reference/golden --update' writes the list anew; the commit "
+                "must say why they move, and by how much");
+}
