@@ -247,6 +247,19 @@ static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
     return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
 }
 
+/* The scene alone has been found right when it was read: what is wrong comes of an option. */
+static int check_limits(const kt_run_arguments *arguments, const kt_run *run) {
+    kt_error error = {0};
+    if (kt_run_check(run, &error) != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_USAGE;
+    }
+    if (run->duration > 0.0 && run->step > run->duration && !arguments->quiet)
+        kt_say("warning: the step, %g s, is longer than the duration: one step of %g s is taken", run->step,
+               run->duration);
+    return -1;
+}
+
 int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
     int code = -1;
     if (!isnan(arguments->duration))
@@ -269,5 +282,7 @@ int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
         code = override_tolerance(arguments->tolerance, run);
     if (code < 0 && arguments->record != NULL)
         code = override_record(arguments->record, &run->record);
-    return code >= 0 ? code : check_method(arguments, run);
+    if (code < 0)
+        code = check_method(arguments, run);
+    return code >= 0 ? code : check_limits(arguments, run);
 }

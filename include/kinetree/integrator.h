@@ -209,17 +209,20 @@ typedef struct kt_integrator_callbacks {
     void *user;                                                      /* handed to both */
 } kt_integrator_callbacks;
 
+/* A relative tolerance below this, the rounding of numbers (2^-52), is refused: no step could meet it. */
+#define KT_TOLERANCE_LEAST 2.220446049250313e-16
+
 /* How an integrator steps. */
 typedef struct kt_integrator_options {
     double step; /* > 0: fixed step, s; 0: adaptive, and then the rest counts */
 
     /* Tolerances: a try passes if sqrt(mean((err_i / (absolute_i + relative max(|y0_i|, |y1_i|)))^2)) <= 1. */
-    double relative_tolerance, absolute_tolerance;
+    double relative_tolerance, absolute_tolerance; /* relative: 0, or at least KT_TOLERANCE_LEAST */
     const double *absolute_tolerances; /* n, instead of absolute_tolerance; NULL: none. Stays the caller's */
 
     double initial_step; /* > 0; 0: found from f and its change, after HNW II.4 */
     double min_step;     /* s; never below 16 eps |t| anyway */
-    double max_step;     /* s; 0: no limit */
+    double max_step;     /* s; 0: no limit; one that is lost in the rounding of the time is refused by the step */
 
     /* PI control, Hairer and Wanner, Solving ODE II, IV.2: h_new = h safety err^(-alpha/k) err_last^(beta/k), err ~
      * h^k, within the two factors. */

@@ -92,6 +92,16 @@ typedef struct kt_run {
 /* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
+/* A duration below this, s, is none that numbers could divide into steps and records. */
+#define KT_DURATION_LEAST 1e-280
+
+/* Whether the times and tolerances of a run can be kept: finite and not negative, the duration 0 or not below
+ * KT_DURATION_LEAST, a step that is not lost in the rounding of the times it leads to, no more records than can be
+ * counted (2^53), and for an adaptive step a relative tolerance that is 0 or not below the rounding of numbers
+ * (KT_TOLERANCE_LEAST). A simulation makes this check as well. Errors: KT_ERROR_ARGUMENT, where: "duration", "step",
+ * "interval" or "tolerance". Cost: a few comparisons. */
+KT_API kt_status kt_run_check(const kt_run *run, kt_error *error);
+
 /* What a run records of this model: run->record, or what KT_RECORD_DEFAULT stands for. */
 KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
 

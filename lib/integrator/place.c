@@ -114,6 +114,11 @@ static bool not_negative(double x) { return isfinite(x) && x >= 0.0; }
 static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_error *error) {
     if (!not_negative(o->relative_tolerance) || !not_negative(o->absolute_tolerance))
         return refuse(error, "options", "tolerances must be finite and not negative");
+    if (o->relative_tolerance > 0.0 && o->relative_tolerance < KT_TOLERANCE_LEAST)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
+                            "the relative tolerance %g is below the rounding of numbers, which no step can undercut; "
+                            "take %.2g or more, or 0 for the absolute one alone",
+                            o->relative_tolerance, KT_TOLERANCE_LEAST);
     for (size_t i = 0; o->absolute_tolerances != NULL && i < n; i++)
         if (!not_negative(o->absolute_tolerances[i]) ||
             (o->absolute_tolerances[i] == 0.0 && o->relative_tolerance == 0.0))

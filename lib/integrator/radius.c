@@ -101,11 +101,18 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
     return KT_TRY_PASSED;
 }
 
+/* What y is moved by a small part of. Differences lose eps |f| over that, which beside a y near nothing would be far
+ * more than they are: so it is 1e-6 at least. */
+static double size_of(const double *y, size_t n) {
+    const double size = sqrt(product(y, y, n));
+    return size > 0.0 ? fmax(size, 1e-6) : 1.0;
+}
+
 /* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1, krylov and trial are scratch. What differencing
  * leaves of nothing is 1e-6 or so. */
 static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result) {
     const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
-    const double size = sqrt(product(it->y, it->y, n)), delta = sqrt(DBL_EPSILON) * (size > 0.0 ? size : 1.0);
+    const double delta = sqrt(DBL_EPSILON) * size_of(it->y, n);
     hessenberg matrix = {{{0.0}}};
     double last = HUGE_VAL, left = 1.0;
     bool settled = false;

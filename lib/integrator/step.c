@@ -42,6 +42,13 @@ kt_status kt_try_report(const kt_try *r, const char *advice, kt_error *error) {
 
 /* ---- where to ---------------------------------------------------------------------------------------------------- */
 
+static kt_status report_lost(const kt_integrator *it, const char *what, double h, kt_error *error) {
+    char where[64];
+    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "%s %g is lost in the rounding of the time; take a larger one, or start nearer to 0", what, h);
+}
+
 /* Fixed step: to the next point t0 + k h of the grid, or to t_limit where that comes first. A whole step is h itself
  * and not the difference of two rounded times: so autonomous problems give the same bits wherever on the time axis
  * they start. */
@@ -61,10 +68,7 @@ static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt
     p->interval.end = end;
     if (h > 2.0 * rounding && direction * (end - m->t) > 0.0)
         return KT_OK;
-    char where[64];
-    snprintf(where, sizeof where, "t = %.17g", m->t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
-                        "the step %g is lost in the rounding of the time; take a larger one, or start nearer to 0", h);
+    return report_lost(it, "the step", h, error);
 }
 
 /* Adaptive: |h| from t, of the proposed size if t_limit leaves room for two such steps. */
@@ -198,14 +202,38 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
                         r->result == KT_TRY_INACCURATE ? motion : model);
 }
 
+/* Whether the tolerances ask for less than the state's own rounding, whatever the step: what a step then takes for its
+ * error is rounding, and steps shrink until a run would never end. (CVODE's test for too much accuracy.) */
+static bool is_beyond_rounding(const kt_integrator *it) { return DBL_EPSILON * kt_scaled_norm(it, it->y, NULL) > 1.0; }
+
+static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error) {
+    char where[64];
+    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "the tolerances (relative %g, absolute %g) ask for %.3g times less than the rounding of the "
+                        "state; loosen them",
+                        it->options.relative_tolerance, it->options.absolute_tolerance,
+                        DBL_EPSILON * kt_scaled_norm(it, it->y, NULL));
+}
+
+/* Adaptive: whether max_step leads nowhere from the later of now and t_limit. */
+static bool is_max_step_lost(const kt_integrator *it, double t_limit) {
+    const double h = it->options.max_step, end = isfinite(t_limit) ? fabs(t_limit) : 0.0;
+    return h > 0.0 && h <= 16.0 * DBL_EPSILON * fmax(fabs(it->memory.t), end);
+}
+
 /* The first proposal, and the least |h| that is tried. */
 static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     const double t = it->memory.t, left = fabs(t_limit - t);
     const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, kt_stabilised_reach(it));
     double h = it->memory.next_step;
+    if (is_max_step_lost(it, t_limit))
+        return report_lost(it, "max_step", o->max_step, error);
     if (h == 0.0) {
         kt_try r;
+        if (is_beyond_rounding(it))
+            return report_beyond_rounding(it, error);
         h = kt_control_initial(it, t_limit > t ? 1.0 : -1.0, left < most ? left : most, &r);
         if (h == 0.0)
             return kt_try_report(&r, "", error);
@@ -254,6 +282,8 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         if (r.result == KT_TRY_STOPPED || r.result == KT_TRY_UNSTABLE)
             return kt_try_report(&r, "", error);
         it->memory.counts.rejected++;
+        if (r.result == KT_TRY_INACCURATE && is_beyond_rounding(it))
+            return report_beyond_rounding(it, error);
         proposed =
             fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error) : o->factor_min);
         const kt_try failed = r;

@@ -161,6 +161,7 @@ typedef struct kt_group {
     int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
+    double least;                 /* what the size of the first direction counts as, at least (reduction/reduce.h) */
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */

@@ -157,7 +157,7 @@ void KT_KERNEL(kt_group_look)(const kt_model *model, kt_data *data, size_t g, co
 
 static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
                  kt_violation *violation) {
-    *violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
+    *violation = kt_violation_none;
     KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);

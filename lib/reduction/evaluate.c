@@ -120,7 +120,7 @@ static bool cross(crossing *c, double *a) {
     c->driven = c->model->driven;
     c->way = way;
     const double speed = choose_way(c, a, way, &pull);
-    if (!(speed > 0.0))
+    if (!(speed > KT_SPEED_LEAST))
         return false;
     /* where time goes along, not so far that the motion is another than v tells of */
     const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;

@@ -41,7 +41,7 @@ void kt_move(const kt_model *model, const bool *held, const double *q, const dou
 }
 
 static double gap_of(const kt_group_work *w) {
-    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_violation violation = kt_violation_none;
     kt_group_look_at_positions(w, &violation);
     return violation.gap;
 }
@@ -52,6 +52,9 @@ static double squares(const kt_group_work *w) {
         sum += (w->residual[r] / w->scale[r]) * (w->residual[r] / w->scale[r]);
     return sum;
 }
+
+/* What an entry in the units of its row and coordinate is lost in (reduce.h). */
+static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
 bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu) {
     const size_t m = (size_t)w->m;
@@ -70,8 +73,9 @@ bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_wo
     }
     for (size_t i = 0; i < m; i++)
         trace += w->reduced[i * (m + 1)];
+    const double damping = fmax(mu * trace, noise * noise); /* rows of noise alone give no step */
     for (size_t i = 0; i < m; i++)
-        w->reduced[i * (m + 1)] += mu * trace + DBL_MIN;
+        w->reduced[i * (m + 1)] += damping;
     if (!kt_dense_cholesky(w->reduced, w->m, NULL))
         return false;
     kt_dense_solve(w->reduced, w->m, w->base);

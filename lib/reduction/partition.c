@@ -65,7 +65,7 @@ static int eliminate(const kt_group_work *w, int cap) {
             }
         const double pivot = fabs(*at(w, row, column));
         if (j == 0)
-            first = pivot;
+            first = kt_larger(pivot, w->least);
         if (!(pivot > KT_RANK_TOLERANCE * first))
             return j;
         if (row != j)

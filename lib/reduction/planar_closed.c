@@ -243,7 +243,7 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
 
 static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
                  kt_violation *violation) {
-    *violation = (kt_violation){0.0, 0.0, 0.0, 0.0, 0.0};
+    *violation = kt_violation_none;
     pose(model, data, q);
     if (has_spatial(model))
         KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);

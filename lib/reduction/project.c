@@ -21,7 +21,7 @@ enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* of each of two goes */
 void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
-        kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+        kt_violation violation = kt_violation_none;
         kt_group_look_at_positions(&w, &violation);
         for (int r = 0; r < w.k; r++) /* what is closed stays, whatever other groups need */
             w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
@@ -66,7 +66,8 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
 }
 
 static void look_at_velocities(const kt_model *model, const kt_data *data, const double *v, kt_violation *violation) {
-    violation->velocity = violation->slip = violation->speed = 0.0;
+    violation->velocity = violation->slip = 0.0;
+    violation->speed = KT_SPEED_LEAST;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
         kt_group_look_at_velocities(model, &model->group[g], &w, v, violation);
@@ -171,10 +172,11 @@ static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_r
     return largest;
 }
 
-/* The loop open worst among those that are open less than `below`, or as much and come later. */
+/* The loop open worst among those that are open less than `below`, or as much and come later. One that is closed to the
+ * last bit counts, too, so that there is always a first. */
 static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
     int worst = -1;
-    double most = 0.0, relative;
+    double most = -1.0, relative;
     for (int i = 0; i < (int)model->n.loop; i++) {
         (void)gap_of(model, data, &model->loop[i], moving, &relative);
         if ((relative < below || (relative == below && i > after)) && relative > most) {
@@ -214,7 +216,7 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
         if (worst < 0)
             break;
         const double gap = gap_of(model, data, &model->loop[worst], moving, &relative);
-        if (relative <= 1e-3 * most) /* closed, but for what the open ones pull at it */
+        if (n > 0 && relative <= 1e-3 * most) /* closed, but for what the open ones pull at it */
             break;
         if (n == NAMED) {
             others = true;
@@ -330,7 +332,7 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
 
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            kt_residual *residual, kt_error *error) {
-    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
     if (model->n.group && !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
         return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);

@@ -54,7 +54,7 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
         if (!isfinite(all))
             return -1;
         if (j == 0)
-            first = norm[best];
+            first = kt_larger(norm[best], w->least * w->least);
         if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             return j;
         if (best != j) {
@@ -101,8 +101,9 @@ static int factor_large(kt_group_work *w, int cap) {
     (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector, w->work, size);
     for (int c = 0; c < w->k; c++)
         w->pivot[c]--; /* from Fortran's count */
+    const double first = kt_larger(fabs(w->factor[0]), w->least);
     int rank = 0;
-    while (rank < cap && fabs(w->factor[(size_t)rank * (size_t)(w->m + 1)]) > KT_RANK_TOLERANCE * fabs(w->factor[0]))
+    while (rank < cap && fabs(w->factor[(size_t)rank * (size_t)(w->m + 1)]) > KT_RANK_TOLERANCE * first)
         rank++;
     unweight(w, rank);
     return rank;

@@ -86,7 +86,7 @@ static void note_chosen(const kt_model *model, const kt_group *group, const kt_g
 }
 
 static bool is_closed(const kt_group_work *w) {
-    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_violation violation = kt_violation_none;
     kt_group_look_at_positions(w, &violation);
     return violation.gap <= KT_CLOSED_NEAR;
 }
@@ -134,6 +134,21 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     look_at(model, data, model->q0, false, found);
 }
 
+/* What the largest direction counts as, at least (KT_RANK_FLOOR): an entry could be as large as a unit of its row is to
+ * a unit of its coordinate, but that angles between bodies do not depend on lengths. Needs the equations' scales. */
+static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w) {
+    double longest = 0.0;
+    for (int r = 0; r < w->k; r++) {
+        double sum = 0.0;
+        for (int i = 0; i < w->m; i++) {
+            const double unit = model->unit[group->v + i], entry = w->scale[r] / unit;
+            sum += unit == 1.0 || w->scale[r] == model->length ? entry * entry : 0.0;
+        }
+        longest = fmax(longest, sum);
+    }
+    return KT_RANK_FLOOR * sqrt(longest);
+}
+
 /* Before anything is known: all equations count, and all ranks are possible. */
 static void begin(kt_model *model, kt_data *data, bool *alive) {
     kt_violation violation;
@@ -144,6 +159,8 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, alive);
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        group->least = least_of(model, group, &w);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
     }

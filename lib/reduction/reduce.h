@@ -34,6 +34,8 @@
     X(half, m *m, "M N, and other products")                                                                           \
     X(work, kt_group_work_count(m, k), "of LAPACK")
 
+KT_INLINE double kt_larger(double a, double b) { return a > b ? a : b; }
+
 typedef struct kt_group_work {
     int m, k;
     int32_t *pivot;
@@ -41,6 +43,7 @@ typedef struct kt_group_work {
      * same ones at all stages of a step: at stages, off the manifold, each choice gives another acceleration, and a
      * method of any order would come down to the second. Powers of two, that nothing is rounded. */
     const double *weight;
+    double least; /* what the largest direction counts as, at least */
 #define KT_GROUP_DECLARE(name, count, meaning) double *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
@@ -65,6 +68,7 @@ KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t 
     w->pivot = data->pivot + group->row;
     w->weight =
         group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
+    w->least = group->least;
 #define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
     KT_GROUP_FIELDS(KT_GROUP_FIND)
 #undef KT_GROUP_FIND
@@ -92,8 +96,15 @@ typedef struct kt_violation {
     double gap;      /* the same, each against its scale: what closure is judged by */
     double velocity; /* m/s or rad/s */
     double slip;     /* the same, each against its scale, */
-    double speed;    /* and the largest term in it: what `slip` is to be held against */
+    double speed;    /* and the largest term in it, or KT_SPEED_LEAST: what `slip` is to be held against */
 } kt_violation;
+
+/* Speeds, against their units (a radian, the mechanism's length), that count as rest: in all the time that a simulation
+ * could span they move nothing. Without this floor what is left of a velocity that the loops forbid, rounding of what
+ * it was, falls by 1e-16 with each projection until 5e-324 is held against less than any number. */
+#define KT_SPEED_LEAST 1e-100
+
+static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
 
 /* phi of a group into the violation. */
 static inline void kt_group_look_at_positions(const kt_group_work *w, kt_violation *violation) {
@@ -123,8 +134,12 @@ static inline void kt_group_look_at_velocities(const kt_model *model, const kt_g
     }
 }
 
-/* Relative size below which the last independent direction of the equations counts as lost to rounding. */
+/* Relative size below which the last independent direction of the equations counts as lost to rounding. The largest
+ * direction, which it is held against, counts as KT_RANK_FLOOR of what it could be (rank.c) at least: where all entries
+ * are rounding noise, some 1e-16 of that, none is independent. So no direction counts below 1e-13 of what it could be.
+ */
 #define KT_RANK_TOLERANCE 1e-10
+#define KT_RANK_FLOOR 1e-3
 
 /* Within this fraction of its usual size it is near a singular position: accelerations are taken from beside
  * (evaluate.c). */

@@ -20,8 +20,9 @@ static int factor(kt_group_work *w, int cap) {
     memcpy(w->factor, w->a, m * k * sizeof(double));
     if (kt_lapack_gesvd(w->m, w->k, w->factor, w->reflector, w->square, w->work, (int)kt_group_work_count(m, k)) != 0)
         return -1;
+    const double first = kt_larger(w->reflector[0], w->least);
     int rank = 0;
-    while (rank < cap && w->reflector[rank] > KT_RANK_TOLERANCE * w->reflector[0])
+    while (rank < cap && w->reflector[rank] > KT_RANK_TOLERANCE * first)
         rank++;
     return rank;
 }

@@ -70,5 +70,7 @@ kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_
     if ((run->record & ~records) != 0)
         return refuse(error, "output.record", "a record bit stands for nothing; use those of KT_RECORD_LIST");
     kt_status status = check_method(run, error);
+    if (status == KT_OK)
+        status = kt_run_check(run, error);
     return status == KT_OK ? check_markers(run, description, error) : status;
 }

@@ -170,11 +170,32 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
                     adaptive.text);
 }
 
+/* What no run could keep, at the key that asks for it, one after the other; the interval is not among them. */
+static void check_limits(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
+    const kt_run standard = kt_run_default();
+    kt_run left = *run;
+    kt_error error = {0};
+    left.interval = 0.0;
+    for (bool right = !kt_node_is_faulty(node); right && kt_run_check(&left, &error) != KT_OK;) {
+        kt_node *given = kt_node_find(node, error.where);
+        const kt_scope here = {.outer = scope, .key = error.where};
+        kt_fault_at(r, KT_ERROR_SCENE, &here, given != NULL ? given : node, "%s", error.message);
+        if (strcmp(error.where, "duration") == 0) {
+            left.duration = standard.duration;
+        } else {
+            left.step = standard.step;
+            left.relative = standard.relative;
+            left.absolute = standard.absolute;
+        }
+    }
+}
+
 static bool read_simulate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_run *run = kt_field_in(object, field);
     if (!kt_table_read(r, scope, node, &simulate_table, run))
         return false;
     check_method(r, scope, node, run);
+    check_limits(r, scope, node, run);
     return true;
 }
 

@@ -22,22 +22,6 @@ typedef struct kt_wish {
     unsigned record;
 } kt_wish;
 
-static kt_status check_times(const kt_run *run, kt_error *error) {
-    if (!(isfinite(run->duration) && run->duration >= 0.0))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "duration", "%g s: must be zero or more", run->duration);
-    if (!(isfinite(run->step) && run->step >= 0.0))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%g s: must be above zero, or zero for an adaptive step",
-                            run->step);
-    if (!(isfinite(run->interval) && run->interval >= 0.0))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "interval",
-                            "%g s: must be above zero, or zero for about 1000 records", run->interval);
-    /* Beyond 2^53 the numbers k of records are no longer exact in k * interval. */
-    if (run->interval > 0.0 && run->duration / run->interval > 9007199254740992.0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "interval", "%g s: more records than can be counted",
-                            run->interval);
-    return KT_OK;
-}
-
 static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                            kt_wish *wish, kt_error *error) {
     wish->run = run != NULL ? *run : kt_run_default();
@@ -47,7 +31,7 @@ static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_si
     if (wish->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "there is no method '%s'; kt_method_at lists those that there are", name);
-    kt_status status = check_times(&wish->run, error);
+    kt_status status = kt_run_check(&wish->run, error);
     if (status != KT_OK)
         return status;
     if (!(wish->run.step > 0.0) && wish->method->embedded_order == 0)

@@ -1,5 +1,8 @@
-/* How a scene is run: defaults and names. */
+/* How a scene is run: defaults, limits and names. */
 #include "kinetree/simulation.h"
+
+#include <float.h>
+#include <math.h>
 
 kt_run kt_run_default(void) {
     kt_run run = {0};
@@ -8,6 +11,57 @@ kt_run kt_run_default(void) {
     run.relative = 1e-9;
     run.absolute = 1e-9;
     return run;
+}
+
+static bool not_negative(double x) { return isfinite(x) && x >= 0.0; }
+
+/* Steps lead to times up to the duration, to which a step below this adds nothing that is its own (integrator/step.c).
+ */
+static double least_step(double duration) { return 16.0 * DBL_EPSILON * duration; }
+
+static kt_status check_step(const kt_run *run, kt_error *error) {
+    if (!not_negative(run->step))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%g s: must be above zero, or zero for an adaptive step",
+                            run->step);
+    if (run->step > 0.0 && run->step <= least_step(run->duration))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
+                            "%g s: is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
+                            "duration",
+                            run->step, run->duration, least_step(run->duration));
+    return KT_OK;
+}
+
+static kt_status check_tolerances(const kt_run *run, kt_error *error) {
+    if (run->step > 0.0)
+        return KT_OK;
+    if (!not_negative(run->relative) || !not_negative(run->absolute) || run->relative + run->absolute == 0.0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "tolerance",
+                            "%g (relative), %g (absolute): must be finite and not negative, and one of them above zero",
+                            run->relative, run->absolute);
+    if (run->relative > 0.0 && run->relative < KT_TOLERANCE_LEAST)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "tolerance",
+                            "%g (relative): is below the rounding of numbers, which no step can undercut; take %.2g or "
+                            "more, or 0 for the absolute one alone",
+                            run->relative, KT_TOLERANCE_LEAST);
+    return KT_OK;
+}
+
+kt_status kt_run_check(const kt_run *run, kt_error *error) {
+    if (!not_negative(run->duration))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "duration", "%g s: must be zero or more", run->duration);
+    if (run->duration > 0.0 && run->duration < KT_DURATION_LEAST)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "duration",
+                            "%g s: is too short to be divided into steps and records; take zero, or %g s or more",
+                            run->duration, KT_DURATION_LEAST);
+    if (!not_negative(run->interval))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "interval",
+                            "%g s: must be above zero, or zero for about 1000 records", run->interval);
+    /* Beyond 2^53 the numbers k of records are no longer exact in k * interval. */
+    if (run->interval > 0.0 && run->duration / run->interval > 9007199254740992.0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "interval", "%g s: more records than can be counted",
+                            run->interval);
+    const kt_status status = check_step(run, error);
+    return status == KT_OK ? check_tolerances(run, error) : status;
 }
 
 unsigned kt_run_record(const kt_run *run, const kt_model *model) {

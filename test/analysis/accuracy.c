@@ -227,12 +227,13 @@ static kt_status study_with_truth(bench *b, double off, double q[GIVEN], double 
 
 KT_TEST(given_reference_is_used_and_checked) {
     bench b;
-    double q[GIVEN], v[GIVEN];
+    double q[GIVEN], v[GIVEN], amplitude = 1.0;
     if (kt_check_equal_int("truth", study_with_truth(&b, 0.0, q, v), KT_OK)) {
         const kt_accuracy_results *r = kt_accuracy_get(b.study);
         kt_check_true("given", r->reference == NULL);
         kt_check_equal_int("its records", r->records, GIVEN - 1);
         const double error = true_error(&b, "rk4", false, 0.01, GIVEN - 1);
+        amplitude = r->amplitude;
         kt_check_near("error of rk4", r->points[0].error.position, error, 1e-12);
         kt_check_below("uncertainty: what dop853 is off at 1e-13", r->uncertainty.position, 1e-12);
     }
@@ -246,6 +247,15 @@ KT_TEST(given_reference_is_used_and_checked) {
         kt_check_near("duration", r->duration, 2.5, 0.051);
     }
     kt_accuracy_free(b.study);
+    const double edges[] = {0.9e-5, 1.1e-5}; /* of the amplitude: from 1e-5 on it is another motion */
+    for (int k = 0; k < 2; k++) {
+        if (kt_check_equal_int("beside the edge", study_with_truth(&b, edges[k] * amplitude, q, v), KT_OK)) {
+            const kt_accuracy_results *r = kt_accuracy_get(b.study);
+            kt_check_equal_int("cut", r->cut, k ? KT_ACCURACY_DISAGREEMENT : KT_ACCURACY_WHOLE);
+            kt_check_near("duration", r->duration, k ? 2.5 : 5.0, 0.051);
+        }
+        kt_accuracy_free(b.study);
+    }
     make_pendulum(&b, 1, start_angle, 5.0);
     const kt_reference wrong = {5.0 / (GIVEN - 1), GIVEN, v, q}; /* positions and velocities changed for each other */
     b.options.reference = &wrong;

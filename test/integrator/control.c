@@ -101,3 +101,34 @@ KT_TEST(given_steps_are_kept_to) {
     kt_check_near("longest", longest, 0.01, 1e-16); /* a difference of two rounded times below 1 */
     integrator_free(it);
 }
+
+/* y' = -rate y, and when it was asked for: at 0, and where the first try of kt_control_initial reaches. */
+typedef struct asking {
+    double rate, last;
+} asking;
+
+static int decay_and_note(double t, const double *y, double *dydt, void *user) {
+    asking *a = user;
+    a->last = t;
+    dydt[0] = -a->rate * y[0];
+    return 0;
+}
+
+/* It would be 0.01 |y| / |f| = 0.01 s, and goes half of the way to the limit at most. */
+KT_TEST(first_try_is_a_hundredth_of_the_time_scale_or_half_the_limit) {
+    static const double over[] = {0.3, 1.0, 3.0}; /* 0.01 s, of half the limit */
+    for (int k = 0; k < 3; k++) {
+        asking a = {1.0, -1.0};
+        const kt_integrator_callbacks callbacks = {decay_and_note, NULL, &a};
+        const kt_integrator_options options = tolerance(1e-6, 1e-6);
+        kt_integrator *it = integrator_make(kt_method_find("dopri5"), 1, &options);
+        kt_error error;
+        kt_try result;
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0}, &callbacks, &error), &error);
+        kt_check_true("slope", kt_evaluate(it, 0.0, it->y, 0, &result) == KT_TRY_PASSED);
+        const double limit = 2.0 * 0.01 / over[k], h = kt_control_initial(it, 1.0, limit, &result);
+        kt_check_near("where it looks, s", a.last, over[k] <= 1.0 ? 0.01 : 0.01 / 3.0, 1e-17);
+        kt_check_above("what it proposes, s", h, 0.0);
+        integrator_free(it);
+    }
+}

@@ -100,6 +100,10 @@ KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
         KT_PLACED(KT_ERROR_ARGUMENT, change);                                                                          \
         kt_check_contains("words", error.message, words);                                                              \
     } while (0)
+    KT_REFUSED("the relative tolerance 2.2e-16 is below the rounding", o.relative_tolerance = 2.2e-16);
+    KT_REFUSED("the relative tolerance 4.94066e-324 is below", o.relative_tolerance = 5e-324);
+    KT_PLACED(KT_OK, o.relative_tolerance = 2.3e-16);
+    KT_PLACED(KT_OK, o.relative_tolerance = 0.0);
     KT_REFUSED("safety must be between 0 and 1", o.safety = 0.0);
     KT_REFUSED("safety must be between 0 and 1", o.safety = (double)NAN);
     KT_REFUSED("0 < alpha <= 2", o.alpha = 2.1);
@@ -200,4 +204,56 @@ KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
     kt_check_equal_bits("state", kt_integrator_state(other), kt_integrator_state(it), 4);
     integrator_free(it);
     integrator_free(other);
+}
+
+/* ---- steps that lead nowhere ------------------------------------------------------------------------------------- */
+
+static int turn(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = -y[0];
+    return 0;
+}
+
+static kt_status take_step(const kt_integrator_options *options, double t, double y0, double limit, int steps,
+                           kt_error *error) {
+    static char memory[8192];
+    const kt_integrator_callbacks callbacks = {turn, NULL, NULL};
+    kt_integrator *it = NULL;
+    kt_status status = kt_integrator_place(memory, sizeof memory, kt_method_find("dopri5"), 2, options, &it, error);
+    if (status == KT_OK)
+        status = kt_integrator_start(it, t, (double[]){y0, 1.0}, &callbacks, error);
+    while (status == KT_OK && steps-- > 0 && kt_integrator_time(it) < limit)
+        status = kt_integrator_step(it, limit, error);
+    return status;
+}
+
+/* y is 1 in both components, and eps / 1e-30 as much as 2e14 times what is asked for; at half a rounding it is not. */
+KT_TEST(tolerances_below_the_rounding_of_the_state_are_refused) {
+    kt_error error;
+    kt_integrator_options o = kt_integrator_options_default();
+    o.relative_tolerance = 0.0;
+    o.absolute_tolerance = 1e-30;
+    kt_check_equal_int("1e-30 of 1", take_step(&o, 0.0, 1.0, 1.0, 10, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message, "ask for 2.22e+14 times less than the rounding of the state");
+    kt_check_equal_int("1e-30 of what grows from 0", take_step(&o, 0.0, 0.0, 1.0, 1000, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message, "less than the rounding of the state");
+    o.absolute_tolerance = 2.2e-16;
+    kt_check_equal_int("2.2e-16 of 1", take_step(&o, 0.0, 1.0, 1.0, 1, &error), KT_ERROR_STEP);
+    o.absolute_tolerance = 2.3e-16;
+    kt_check_equal_int("2.3e-16 of 1", take_step(&o, 0.0, 1.0, 1.0, 1, &error), KT_OK);
+}
+
+/* 16 eps of 1000 s are 3.553e-12 s. */
+KT_TEST(longest_step_that_is_lost_in_the_time_is_refused) {
+    kt_error error;
+    kt_integrator_options o = kt_integrator_options_default();
+    o.max_step = 3.5e-12;
+    kt_check_equal_int("from 1000 s", take_step(&o, 1000.0, 1.0, HUGE_VAL, 1, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message, "max_step 3.5e-12 is lost in the rounding of the time");
+    kt_check_equal_int("to 1000 s", take_step(&o, 0.0, 1.0, 1000.0, 1, &error), KT_ERROR_STEP);
+    kt_check_equal_int("from 0 s on", take_step(&o, 0.0, 1.0, HUGE_VAL, 1, &error), KT_OK);
+    o.max_step = 3.6e-12;
+    kt_check_equal_int("a little longer", take_step(&o, 1000.0, 1.0, HUGE_VAL, 1, &error), KT_OK);
 }

@@ -98,6 +98,32 @@ KT_TEST(large_matrices_are_solved_as_small_ones) {
     kt_check_worst(&solution);
 }
 
+/* Directions end at 1e-10 of the first, and that counts as `least` at least; below the size where LAPACK factors and
+ * from there on. */
+KT_TEST(rank_ends_at_a_ten_billionth_of_what_the_first_direction_counts_as) {
+    static const int sizes[] = {2, KT_LARGE};
+    static const struct {
+        double first, second, least;
+        int rank;
+    } cases[] = {{1.0, 1.1e-10, 0.0, 2}, {1.0, 0.9e-10, 0.0, 1},   {3.0, 3.3e-10, 0.0, 2},      {3.0, 2.7e-10, 0.0, 1},
+                 {1.0, 1.1e-10, 1.0, 2}, {1e-3, 1.1e-10, 1.0, 2},  {1e-3, 0.9e-10, 1.0, 1},     {1.1e-10, 0.0, 1.0, 1},
+                 {0.9e-10, 0.0, 1.0, 0}, {5e-324, 0.0, 1e-300, 0}, {2e-150, 1e-150, 1e-120, 0}, {0.0, 0.0, 0.0, 0}};
+    for (int way = 0; way < 3; way++)
+        for (int s = 0; s < 2; s++)
+            for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+                matrix_bench b;
+                matrix_set_up(&b, sizes[s], 2);
+                memset(b.w.a, 0, (size_t)(2 * sizes[s]) * sizeof *b.w.a);
+                b.w.a[0] = cases[c].first;
+                b.w.a[sizes[s] + 1] = cases[c].second;
+                b.w.least = cases[c].least;
+                kt_note("way %d, %d coordinates, %g and %g of %g", way, sizes[s], cases[c].first, cases[c].second,
+                        cases[c].least);
+                kt_check_equal_int("rank", kinds[way]->factor(&b.w, 2), cases[c].rank);
+                (void)matrix_tear_down(&b);
+            }
+}
+
 /* More rows look independent than are: those of the matrix_largest pivots count, and are solved. */
 KT_TEST(rank_is_capped) {
     kt_random random = kt_random_of_test();

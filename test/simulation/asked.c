@@ -134,7 +134,83 @@ KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
     check_run(run, "interval", "-0.5 s: must be above zero");
     run = kt_run_default();
     run.relative = -1.0;
-    check_run(run, "options", "tolerances must be finite and not negative");
+    check_run(run, "tolerance", "-1 (relative), 1e-09 (absolute): must be finite and not negative");
+    run.relative = run.absolute = 0.0;
+    check_run(run, "tolerance", "one of them above zero");
+}
+
+/* What lies below rounding, and beside it the least that does not. */
+KT_TEST(runs_that_could_never_end_are_refused) {
+    kt_run run = kt_run_default();
+    run.duration = 5e-324;
+    check_run(run, "duration", "4.94066e-324 s: is too short");
+    run.duration = 0.99e-280;
+    check_run(run, "duration", "too short to be divided into steps and records");
+    run.duration = 1.01e-280;
+    kt_check_equal_int("1.01e-280 s", kt_run_check(&run, NULL), KT_OK);
+    run.duration = 0.0;
+    run.step = 5e-324;
+    kt_check_equal_int("no step at all", kt_run_check(&run, NULL), KT_OK);
+    run.duration = 10.0;
+    run.step = 3.5e-14; /* 16 eps of 10 s are 3.553e-14 s */
+    check_run(run, "step", "3.5e-14 s: is lost in the rounding of times up to 10 s");
+    run.step = 3.6e-14;
+    kt_check_equal_int("a step of 3.6e-14 s", kt_run_check(&run, NULL), KT_OK);
+    run.relative = 1e-30;
+    kt_check_equal_int("no tolerance is read", kt_run_check(&run, NULL), KT_OK);
+    run.step = 0.0;
+    check_run(run, "tolerance", "1e-30 (relative): is below the rounding of numbers");
+    run.relative = 2.2e-16;
+    check_run(run, "tolerance", "take 2.2e-16 or more");
+    run.relative = 2.3e-16;
+    kt_check_equal_int("a tolerance of 2.3e-16", kt_run_check(&run, NULL), KT_OK);
+    run.relative = 0.0;
+    kt_check_equal_int("the absolute one alone", kt_run_check(&run, NULL), KT_OK);
+    run.interval = 1.1e-15; /* 10 s over 2^53 are 1.110e-15 s */
+    check_run(run, "interval", "more records than can be counted");
+    run.interval = 1.2e-15;
+    kt_check_equal_int("an interval of 1.2e-15 s", kt_run_check(&run, NULL), KT_OK);
+}
+
+/* A run of the least duration ends like any other, with all its records. */
+KT_TEST(shortest_run_ends) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
+    lone.body.joint.velocity[0] = 1.0;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    kt_error error;
+    run.duration = KT_DURATION_LEAST;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_kept *kept = kt_kept_empty(model);
+    if (simulation != NULL && kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error)) {
+        kt_check_equal_int("records", kept->count, 1001);
+        kt_check_near("position, m", kept->state[1000][0], 1e-280, 1e-294);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* |p|^2 within four roundings of one is as near as scaling would bring it: those bits stay (simulation/step.c). */
+KT_TEST(quaternions_within_four_roundings_start_with_their_bits) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_SPHERICAL, 2.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    const double w = 1.0 + 2.0 * DBL_EPSILON, rounding = sqrt(DBL_EPSILON); /* |p|^2 - 1: 4 and 5 eps */
+    const double given[2][4] = {{w, 0.0, 0.0, 0.0}, {w, rounding, 0.0, 0.0}}, v[3] = {0.0, 0.0, 0.0};
+    kt_error error;
+    for (int k = 0; k < 2 && simulation != NULL; k++) {
+        if (!kt_fine("set", kt_simulation_set_state(simulation, 0.0, given[k], v, &error), &error))
+            break;
+        const double *q = kt_simulation_positions(simulation);
+        if (k == 0)
+            kt_check_equal_bits("quaternion", q, given[k], 4);
+        else
+            kt_check_near("w", q[0], 1.0, 0.0);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
 }
 
 KT_TEST(run_without_a_method_has_that_of_the_defaults) {
