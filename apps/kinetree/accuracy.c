@@ -1,5 +1,6 @@
 /* kinetree accuracy: what accuracy costs, for any scene. */
 #include "accuracy.h"
+#include "output.h"
 
 #include "plot.h"
 #include "run.h"
@@ -120,17 +121,18 @@ int kt_command_accuracy(int argc, char **argv) {
     int code = kt_accuracy_arguments_read(argc, argv, &arguments);
     if (code >= 0)
         return code;
-    const char *const results[] = {arguments.out, arguments.plot, arguments.plot_dark};
-    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
-        if (kt_is_same_file(results[i], argv[1]) || kt_is_same_file(results[i], arguments.reference)) {
-            kt_say("accuracy: %s is what the study is made from; give its results another file", results[i]);
-            return KT_EXIT_USAGE;
-        }
-    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
-        code = i > 0 && results[i] != NULL ? kt_plot_check(results[i]) : kt_check_writable(results[i]);
-        if (code >= 0)
-            return code;
-    }
+    const kt_file_use uses[] = {{"the scene", argv[1], false},
+                                {"the reference", arguments.reference, false},
+                                {"--out", arguments.out, true},
+                                {"--plot", arguments.plot, true},
+                                {"--plot-dark", arguments.plot_dark, true}};
+    code = kt_check_files("accuracy", uses, sizeof uses / sizeof uses[0]);
+    if (code < 0 && arguments.plot != NULL)
+        code = kt_plot_check(arguments.plot);
+    if (code < 0 && arguments.plot_dark != NULL)
+        code = kt_plot_check(arguments.plot_dark);
+    if (code >= 0)
+        return code;
     char *base = kt_base_name(argv[1]);
     if (base == NULL) {
         kt_say("there is not enough memory");

@@ -1,5 +1,6 @@
 /* Every run of a study as a line of CSV. */
 #include "accuracy.h"
+#include "output.h"
 
 #include <errno.h>
 #include <math.h>
@@ -38,14 +39,7 @@ static void write_point(FILE *file, const char *variant, const kt_accuracy_curve
     fprintf(file, ",%d,%d,%d\n", point->repeats, point->cheapest, point->fewest);
 }
 
-int kt_findings_write(const kt_findings *findings, const char *path) {
-    const kt_accuracy_results *results = findings->results;
-    const bool is_output = strcmp(path, "-") == 0;
-    FILE *file = is_output ? stdout : fopen(path, "w");
-    if (file == NULL) {
-        kt_say("%s cannot be written: %s", path, strerror(errno));
-        return KT_EXIT_INTEGRATION;
-    }
+static int write_points(const kt_accuracy_results *results, FILE *file) {
     fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
           "error.end.velocity,error.energy,constraint.position,constraint.velocity,steps,rejected,evaluations,"
           "factorizations,cpu,cpu.spread,repeats,cheapest,fewest\n",
@@ -56,11 +50,27 @@ int kt_findings_write(const kt_findings *findings, const char *path) {
         for (int i = 0; i < curve->count; i++)
             write_point(file, label != NULL ? label : "", curve, &results->points[curve->first + i]);
     }
-    const bool failed = ferror(file) != 0;
-    if (is_output)
+    return fflush(file) != 0 || ferror(file) != 0;
+}
+
+int kt_findings_write(const kt_findings *findings, const char *path) {
+    kt_output output;
+    if (strcmp(path, "-") == 0) {
+        (void)write_points(findings->results, stdout);
         return kt_finish_output(KT_EXIT_DONE);
-    if (fclose(file) == 0 && !failed)
-        return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, strerror(errno));
-    return KT_EXIT_INTEGRATION;
+    }
+    int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    errno = 0;
+    FILE *file = fopen(kt_output_path(&output), "w");
+    bool failed = file == NULL || write_points(findings->results, file) != 0;
+    const int reason = errno;
+    if (file != NULL)
+        failed = fclose(file) != 0 || failed;
+    if (failed)
+        kt_say("%s cannot be written: %s", path, strerror(reason != 0 ? reason : errno));
+    if (kt_output_end(&output, failed ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE) != 0)
+        failed = true;
+    return failed ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
 }

@@ -74,8 +74,4 @@ char *kt_base_name(const char *path);
  * returns KT_EXIT_INTEGRATION, or -1 where nothing speaks against it. */
 int kt_check_writable(const char *path);
 
-/* Whether two names (NULL: none; "-": a stream) are of one file: a result that lands on the scene would be the end of
- * it. */
-bool kt_is_same_file(const char *a, const char *b);
-
 #endif

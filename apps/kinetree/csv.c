@@ -122,17 +122,29 @@ static void add_line(kt_csv *csv, const kt_record *r) {
 
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
     *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model)};
-    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    int code = kt_output_start(&csv->output, path);
+    if (code >= 0)
+        return code;
+    const char *name = kt_output_path(&csv->output);
+    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file < 0) {
-        kt_say("%s cannot be written: %s; --out FILE writes elsewhere", path, strerror(errno));
+        kt_say("%s cannot be written: %s; --out FILE writes elsewhere", name, strerror(errno));
+        (void)kt_output_end(&csv->output, KT_OUTPUT_PART);
         return KT_EXIT_INTEGRATION;
     }
     kt_lines_start(&csv->lines, file, path, 0);
     add_line(csv, NULL);
     if (kt_lines_end(&csv->lines) == 0)
         return -1;
-    (void)kt_lines_close(&csv->lines);
+    (void)kt_csv_close(csv, KT_OUTPUT_NOTHING);
     return KT_EXIT_INTEGRATION;
+}
+
+int kt_csv_close(kt_csv *csv, kt_output_fate fate) {
+    const int failed = kt_lines_close(&csv->lines);
+    if (failed != 0 && fate == KT_OUTPUT_WHOLE)
+        fate = KT_OUTPUT_PART;
+    return kt_output_end(&csv->output, fate) != 0 ? -1 : failed;
 }
 
 /* Whether the file begins with the line under way. */
@@ -144,12 +156,44 @@ static bool begins_with_line(const kt_lines *lines) {
     return same;
 }
 
+/* Copies at most so many bytes to a new file. */
+static int copy_beginning(const char *from, const char *to, long long size) {
+    char block[1 << 16];
+    FILE *in = fopen(from, "rb"), *out = in != NULL ? fopen(to, "wb") : NULL;
+    bool fine = out != NULL;
+    size_t count = 1;
+    while (fine && size > 0 && count > 0) {
+        count = fread(block, 1, size < (long long)sizeof block ? (size_t)size : sizeof block, in);
+        fine = !ferror(in) && fwrite(block, 1, count, out) == count;
+        size -= (long long)count;
+    }
+    if (in != NULL)
+        (void)fclose(in);
+    if (out != NULL)
+        fine = fclose(out) == 0 && fine;
+    return fine ? open(to, O_RDWR | O_CLOEXEC) : -1;
+}
+
+/* The records until the checkpoint: what a run that did not end has left, or else the beginning of finished ones, of
+ * which a part is run again; *copied. */
+static int open_beginning(const kt_output *output, long long written, bool *copied) {
+    const int file = open(kt_output_path(output), O_RDWR | O_CLOEXEC);
+    *copied = file < 0 && errno == ENOENT && output->partial != NULL && access(output->name, R_OK) == 0;
+    return *copied ? copy_beginning(output->name, output->partial, written) : file;
+}
+
 int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written) {
     *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model)};
     struct stat status;
-    int file = open(path, O_RDWR | O_CLOEXEC);
+    int code = kt_output_start(&csv->output, path);
+    if (code >= 0)
+        return code;
+    const char *name = kt_output_path(&csv->output);
+    bool copied;
+    int file = open_beginning(&csv->output, written, &copied);
     if (file < 0) {
         kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
+        (void)kt_output_end(&csv->output, KT_OUTPUT_PART);
         return KT_EXIT_USAGE;
     }
     kt_lines *lines = &csv->lines;
@@ -164,8 +208,8 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
     lines->used = 0;
     if (wrong == NULL)
         return -1;
-    kt_say("%s: %s", path, wrong);
-    (void)kt_lines_close(lines);
+    kt_say("%s: %s", copied ? path : name, wrong);
+    (void)kt_csv_close(csv, copied ? KT_OUTPUT_NOTHING : KT_OUTPUT_PART);
     return KT_EXIT_USAGE;
 }
 

@@ -4,7 +4,7 @@
  * installation can be moved); in the source tree, when the program still lies in the tree that it was built in.
  */
 #include "arguments.h"
-#include "command.h"
+#include "run.h"
 
 #include <dirent.h>
 #include <stdio.h>
@@ -24,7 +24,8 @@ static const kt_usage usage = {
     .least = 0,
     .most = 1,
     .about = "Without a name, lists the bundled scenes. With one, runs it as 'kinetree run' does and takes the same\n"
-             "options. KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
+             "options; but results that are there already stay, unless --force is given.\n"
+             "KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
 };
 
 /* ---- where they are ---------------------------------------------------------------------------------------------- */
@@ -120,6 +121,18 @@ static int say_unknown(const char *name, struct dirent **entries, int count) {
     return KT_EXIT_USAGE;
 }
 
+/* Takes --force out of the words; whether it was there. */
+static bool take_force(int *argc, char **argv) {
+    int count = 0;
+    for (int i = 0; i < *argc; i++)
+        if (strcmp(argv[i], "--force") != 0)
+            argv[count++] = argv[i];
+    const bool forces = count < *argc;
+    argv[count] = NULL;
+    *argc = count;
+    return forces;
+}
+
 static int run(int argc, char **argv, const char *folder, struct dirent **entries, int count) {
     char path[PATH_SIZE], file[PATH_SIZE];
     int found = -1;
@@ -132,7 +145,8 @@ static int run(int argc, char **argv, const char *folder, struct dirent **entrie
     join(path, sizeof path, folder, entries[found]->d_name);
     argv[0] = (char[]){"run"};
     argv[1] = path;
-    return kt_command_run(argc, argv);
+    const bool forces = take_force(&argc, argv);
+    return kt_run_command(argc, argv, !forces);
 }
 
 int kt_command_demo(int argc, char **argv) {

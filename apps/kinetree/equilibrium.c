@@ -2,6 +2,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "linear.h"
+#include "output.h"
 
 #include <errno.h>
 #include <math.h>
@@ -194,15 +195,25 @@ static void *copy_of(const void *array, int count, size_t size) {
     return copy;
 }
 
-static kt_status write_file(const kt_scene *scene, const char *path, kt_error *error) {
-    errno = 0;
-    const bool to_stdout = strcmp(path, "-") == 0;
-    FILE *file = to_stdout ? stdout : fopen(path, "w");
+static kt_status write_to(const kt_scene *scene, FILE *file, bool closes, kt_error *error) {
     if (file == NULL)
         return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     kt_status status = kt_scene_write(scene, file, error);
-    if ((to_stdout ? fflush(file) : fclose(file)) != 0 && status == KT_OK)
+    if ((closes ? fclose(file) : fflush(file)) != 0 && status == KT_OK)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+static kt_status write_file(const kt_scene *scene, const char *path, kt_error *error) {
+    kt_output output;
+    errno = 0;
+    if (strcmp(path, "-") == 0)
+        return write_to(scene, stdout, false, error);
+    if (kt_output_start(&output, path) >= 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    kt_status status = write_to(scene, fopen(kt_output_path(&output), "w"), true, error);
+    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
     return status;
 }
 
@@ -250,6 +261,10 @@ int kt_command_equilibrium(int argc, char **argv) {
     kt_error error = {0};
     int operands;
     int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--scene", arguments.scene, true}};
+    code = kt_check_files("equilibrium", uses, 2);
     if (code >= 0)
         return code;
     code = kt_small_motion_open(&motion, argv[1]);

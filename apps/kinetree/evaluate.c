@@ -2,6 +2,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "json.h"
+#include "output.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -245,6 +246,9 @@ int kt_command_evaluate(int argc, char **argv) {
     int operands;
     int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
     if (code >= 0)
+        return code;
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};
+    if ((code = kt_check_files("evaluate", uses, 2)) >= 0)
         return code;
     code = kt_load_model(argv[1], &scene, &model);
     if (code != KT_EXIT_DONE)

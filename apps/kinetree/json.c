@@ -2,6 +2,7 @@
 #include "json.h"
 
 #include "command.h"
+#include "output.h"
 
 #include <errno.h>
 #include <math.h>
@@ -63,8 +64,14 @@ int kt_json_write(json_t *object, const char *path) {
         return KT_EXIT_INTEGRATION;
     }
     bool to_stdout = strcmp(path, "-") == 0;
+    kt_output output;
+    int code = kt_output_start(&output, path);
+    if (code >= 0) {
+        free(text);
+        return code;
+    }
     errno = 0;
-    FILE *file = to_stdout ? stdout : fopen(path, "w");
+    FILE *file = to_stdout ? stdout : fopen(kt_output_path(&output), "w");
     int failed = file == NULL || write_text(text, file);
     int reason = errno;
     if (file != NULL && !to_stdout && fclose(file) != 0 && !failed) {
@@ -72,6 +79,8 @@ int kt_json_write(json_t *object, const char *path) {
         reason = errno;
     }
     free(text);
+    if (kt_output_end(&output, failed ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE) != 0)
+        return KT_EXIT_INTEGRATION;
     if (!failed)
         return KT_EXIT_DONE;
     kt_say("%s cannot be written: %s", to_stdout ? "standard output" : path, strerror(reason));

@@ -46,7 +46,8 @@ static int show_help(void) {
           "'kinetree SUBCOMMAND --help' shows examples and options; 'kinetree --version' the version.\n"
           "\n"
           "Exit status: 0 done; 1 usage; 2 the scene is wrong; 3 it could not be assembled or its constraints\n"
-          "contradict; 4 the integration failed or its results could not be written: records up to then are kept.\n",
+          "contradict; 4 the integration failed or its results could not be written: records up to then are kept,\n"
+          "in NAME.partial.\n",
           stdout);
     return kt_finish_output(KT_EXIT_DONE);
 }

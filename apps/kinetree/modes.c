@@ -2,6 +2,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "linear.h"
+#include "output.h"
 #include "plot.h"
 
 #include <math.h>
@@ -304,7 +305,9 @@ int kt_command_modes(int argc, char **argv) {
         kt_say("modes: --nearest is about an equilibrium, and --at initial is not");
         return KT_EXIT_USAGE;
     }
-    if (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0)
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", arguments.plot, true}};
+    if ((code = kt_check_files("modes", uses, 2)) >= 0 ||
+        (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0))
         return code;
     code = kt_small_motion_open(&motion, argv[1]);
     if (code == KT_EXIT_DONE)

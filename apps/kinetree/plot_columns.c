@@ -1,6 +1,7 @@
 /* kinetree plot: the columns of a result as a picture. A panel for each kind of quantity, since they share no unit. */
 #include "arguments.h"
 #include "command.h"
+#include "output.h"
 #include "plot.h"
 #include "table.h"
 
@@ -250,10 +251,9 @@ int kt_command_plot(int argc, char **argv) {
     snprintf(name, sizeof name, "%s.svg", base != NULL ? base : "result");
     const char *out = arguments.out != NULL ? arguments.out : name;
     code = kt_plot_check(out);
-    if (code < 0 && kt_is_same_file(out, argv[1])) {
-        kt_say("plot: %s is the result itself; give the picture another file", out);
-        code = KT_EXIT_USAGE;
-    }
+    const kt_file_use uses[] = {{"the result", argv[1], false}, {"--out", out, true}};
+    if (code < 0)
+        code = kt_check_files("plot", uses, 2);
     if (code < 0)
         code = kt_table_read(argv[1], &table);
     if (code < 0) {

@@ -6,6 +6,7 @@
 #include "plot_paper.h"
 
 #include "command.h"
+#include "output.h"
 
 #include <cairo-svg.h>
 #include <errno.h>
@@ -147,13 +148,18 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
+/* By the end of the name; a picture of a run that failed has ".partial" behind it. */
+static bool ends_in_svg(const char *path) {
+    const size_t length = strlen(path), tail = strlen(".partial");
+    const bool is_part = length > tail && strcmp(path + length - tail, ".partial") == 0;
+    const size_t end = is_part ? length - tail : length;
+    return end >= 4 && strncmp(path + end - 4, ".svg", 4) == 0;
+}
+
 /* PNG pictures have two pixels a unit, for sharp screens. */
-int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
-                   const void *what) {
-    const size_t length = strlen(path);
-    const bool is_svg = length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+static cairo_status_t write_picture(const char *path, bool is_svg, int width, int height,
+                                    void (*draw)(cairo_t *c, const void *what), const void *what) {
     const int scale = is_svg ? 1 : 2;
-    errno = 0;
     cairo_surface_t *surface = is_svg ? cairo_svg_surface_create(path, width, height)
                                       : cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
     cairo_t *c = cairo_create(surface);
@@ -168,7 +174,23 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
         status = cairo_surface_status(surface);
     const int reason = errno;
     cairo_surface_destroy(surface);
-    if (status == CAIRO_STATUS_SUCCESS)
+    errno = reason;
+    return status;
+}
+
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what) {
+    kt_output output;
+    const int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    errno = 0;
+    const cairo_status_t status = write_picture(kt_output_path(&output), ends_in_svg(path), width, height, draw, what);
+    const int reason = errno;
+    const bool fine = status == CAIRO_STATUS_SUCCESS;
+    if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        return KT_EXIT_INTEGRATION;
+    if (fine)
         return KT_EXIT_DONE;
     const bool by_system = status == CAIRO_STATUS_WRITE_ERROR && reason != 0;
     kt_say("%s cannot be written: %s", path, by_system ? strerror(reason) : cairo_status_to_string(status));

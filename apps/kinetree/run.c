@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -115,28 +116,89 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
 static int check_files(const kt_run_arguments *arguments, const char *path, const char *out) {
-    const char *const results[] = {out, arguments->summary, arguments->plot, arguments->checkpoint};
-    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++)
-        if (kt_is_same_file(results[i], path)) {
-            kt_say("run: %s is the scene itself; give the results another file", results[i]);
+    const kt_file_use uses[] = {{"the scene", path, false},
+                                {"the checkpoint", arguments->resume, false},
+                                {"--out", out, true},
+                                {"--summary", arguments->summary, true},
+                                {"--plot", arguments->plot, true}};
+    /* A run goes on writing the checkpoints that it began with. */
+    const kt_file_use checkpoint[] = {{"the scene", path, false},
+                                      {"--checkpoint", arguments->checkpoint, true},
+                                      {"--out", out, true},
+                                      {"--summary", arguments->summary, true},
+                                      {"--plot", arguments->plot, true}};
+    int code = kt_check_files("run", uses, sizeof uses / sizeof uses[0]);
+    if (code < 0)
+        code = kt_check_files("run", checkpoint, sizeof checkpoint / sizeof checkpoint[0]);
+    return code < 0 && arguments->plot != NULL ? kt_plot_check(arguments->plot) : code;
+}
+
+/* A demonstration is no reason to lose a result of one's own. */
+static int spare_results(const kt_run_arguments *arguments, const char *out) {
+    const char *const results[] = {out, arguments->summary, arguments->plot};
+    for (size_t i = 0; i < sizeof results / sizeof results[0] && arguments->resume == NULL; i++) {
+        struct stat status;
+        if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
+            S_ISREG(status.st_mode)) {
+            kt_say("demo: %s exists already; --force replaces it%s", results[i],
+                   i == 0 ? ", --out FILE writes elsewhere" : "");
             return KT_EXIT_USAGE;
         }
-    const int code = arguments->plot != NULL ? kt_plot_check(arguments->plot) : -1;
-    return code < 0 ? kt_check_writable(arguments->summary) : code;
+    }
+    return -1;
 }
 
 /* ---- the parts in turn ------------------------------------------------------------------------------------------- */
 
-static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_plot_run *plot) {
+/* The names that results have in the end: of a run that failed, parts, so that those of an earlier run stay. */
+typedef struct kt_result_names {
+    char *out, *summary, *plot; /* NULL: none */
+} kt_result_names;
+
+static char *result_name(const char *path, bool whole) {
+    return path == NULL ? NULL : whole ? strdup(path) : kt_partial_name(path);
+}
+
+static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
+                  kt_plot_run *plot) {
     int picture = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (plot != NULL)
-        picture = kt_plot_run_write(plot, outcome, arguments->plot, arguments->dark);
-    if (arguments->summary != NULL)
-        summary = kt_summary_write(outcome, arguments->summary);
+        picture = kt_plot_run_write(plot, outcome, names->plot, arguments->dark);
+    if (names->summary != NULL)
+        summary = kt_summary_write(outcome, names->summary);
     if (!arguments->quiet) /* of what has been written */
-        kt_report_outcome(outcome, out, summary == KT_EXIT_DONE ? arguments->summary : NULL,
-                          picture == KT_EXIT_DONE ? arguments->plot : NULL);
+        kt_report_outcome(outcome, names->out, summary == KT_EXIT_DONE ? names->summary : NULL,
+                          picture == KT_EXIT_DONE ? names->plot : NULL);
     return picture != KT_EXIT_DONE ? picture : summary;
+}
+
+/* Ends the records' file and writes the rest. Returns the exit code of the whole. */
+static int close_results(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_csv *csv,
+                         kt_plot_run *plot, int code) {
+    const bool is_moved = csv->output.partial != NULL;
+    const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
+                                : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
+                                                                                     : KT_OUTPUT_PART;
+    if (kt_csv_close(csv, fate) != 0 && code == KT_EXIT_DONE)
+        code = KT_EXIT_INTEGRATION;
+    const bool whole = code == KT_EXIT_DONE;
+    kt_result_names names = {result_name(out, whole), result_name(arguments->summary, whole),
+                             result_name(arguments->plot, whole)};
+    if (names.out == NULL || (names.summary == NULL && arguments->summary != NULL) ||
+        (names.plot == NULL && arguments->plot != NULL)) {
+        kt_say("there is not enough memory");
+        code = whole ? KT_EXIT_INTEGRATION : code;
+    } else {
+        if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
+            kt_say("the run did not come to its end: its records until then are in %s, and %s is not touched",
+                   names.out, out);
+        const int rest = finish(arguments, outcome, &names, plot);
+        code = whole ? rest : code;
+    }
+    free(names.out);
+    free(names.summary);
+    free(names.plot);
+    return code;
 }
 
 /* The file of records: a new one, or the one that a checkpoint belongs to. */
@@ -168,10 +230,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
         if (code == KT_EXIT_DONE && !warned)
             (void)kt_warn_of_step(&outcome->warnings, outcome->model, outcome->run, outcome->simulation);
-        if (kt_lines_close(&csv.lines) != 0 && code == KT_EXIT_DONE)
-            code = KT_EXIT_INTEGRATION;
-        int rest = finish(arguments, outcome, out, plot);
-        code = code == KT_EXIT_DONE ? rest : code;
+        code = close_results(arguments, outcome, out, &csv, plot, code);
     }
     kt_plot_run_free(plot);
     return code;
@@ -191,7 +250,7 @@ static int check_columns(const kt_model *model, const kt_run *run) {
 
 /* With the scene compiled: makes the simulation. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
-                     const char *base) {
+                     const char *base, bool careful) {
     kt_run run = scene->run;
     kt_marker_pair *markers;
     int code = kt_run_override_markers(arguments->markers, model, &run, &markers);
@@ -205,6 +264,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
         snprintf(csv_name, room, "%s.csv", base);
     const char *out = arguments->out != NULL ? arguments->out : csv_name;
     code = csv_name == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, out);
+    code = code < 0 && careful ? spare_results(arguments, out) : code;
     code = code < 0 ? check_columns(model, &run) : code;
 
     kt_error error = {0};
@@ -234,7 +294,9 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     return code;
 }
 
-int kt_command_run(int argc, char **argv) {
+int kt_command_run(int argc, char **argv) { return kt_run_command(argc, argv, false); }
+
+int kt_run_command(int argc, char **argv, bool careful) {
     kt_run_arguments arguments;
     kt_scene scene;
     kt_model *model = NULL;
@@ -254,7 +316,7 @@ int kt_command_run(int argc, char **argv) {
         if (code < 0)
             code = kt_compile_scene(&scene, &model);
         if (code == KT_EXIT_DONE && model != NULL)
-            code = run_model(&arguments, path, &scene, model, base);
+            code = run_model(&arguments, path, &scene, model, base, careful);
     }
     free(base);
     kt_model_free(model);

@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "lines.h"
+#include "output.h"
 #include "warnings.h"
 
 #include <stdbool.h>
@@ -20,6 +21,9 @@ typedef struct kt_run_arguments {
     double checkpoint_interval;
     bool unprojected, dark, quiet;
 } kt_run_arguments;
+
+/* `kinetree run`; careful: what is there already is not replaced. */
+int kt_run_command(int argc, char **argv, bool careful);
 
 /* Returns -1 to go on, or an exit code. */
 int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments);
@@ -38,15 +42,21 @@ typedef struct kt_csv {
     const kt_model *model;
     const kt_run *run;
     unsigned record;
+    kt_output output;
     kt_lines lines;
 } kt_csv;
 
-/* Opens the file ("-": standard output) and writes the header. Returns -1 to go on, or an exit code. */
+/* Opens the file ("-": standard output; else see output.h) and writes the header. Returns -1 to go on, or an exit code.
+ */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
-/* The same for a file of which the first `written` bytes stand; what follows them is cut off. */
+/* The same for records of which the first `written` bytes stand, in NAME.partial or, where that is not there, in NAME;
+ * what follows them is cut off. */
 int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written);
 /* Returns 0, or -1 where lines could not be written, which has been said. */
 int kt_csv_write(kt_csv *csv, const kt_record *record);
+/* Writes what was gathered and closes; whole records that could not be written are a part. Returns 0, or -1 where
+ * something failed, which has been said. */
+int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 
 /* kinetic + potential + dissipated - supplied: what a run keeps constant. NaN where the works are not known. */
 static inline double kt_balance_of(const kt_record *record) {

@@ -50,7 +50,10 @@ static const kt_usage usage = {
     .most = 1,
     .about =
         "Simulates a scene ('-': read from standard input) and writes its records as CSV with 17 significant digits.\n"
-        "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n",
+        "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n"
+        "Results are written to NAME.partial and renamed at the end; a run that fails leaves its own there, and NAME "
+        "as\n"
+        "it was.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -5,8 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
@@ -133,34 +131,4 @@ char *kt_base_name(const char *path) {
     const char *dot = strrchr(name, '.');
     size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
     return strndup(name, length);
-}
-
-int kt_check_writable(const char *path) {
-    struct stat status;
-    if (path == NULL || strcmp(path, "-") == 0)
-        return -1;
-    errno = 0;
-    if (stat(path, &status) == 0) {
-        if (S_ISDIR(status.st_mode))
-            errno = EISDIR;
-        else if (access(path, W_OK) == 0)
-            return -1;
-    } else if (errno == ENOENT && *path != '\0') { /* a new file, in a folder that must be there */
-        const char *slash = strrchr(path, '/');
-        char *folder = slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
-        const int refused = folder == NULL ? 0 : access(folder, W_OK | X_OK);
-        const int reason = errno;
-        free(folder);
-        if (refused == 0)
-            return -1;
-        errno = reason;
-    }
-    kt_say("%s cannot be written: %s", *path != '\0' ? path : "a file without a name", strerror(errno));
-    return KT_EXIT_INTEGRATION;
-}
-
-bool kt_is_same_file(const char *a, const char *b) {
-    struct stat first, second;
-    return a != NULL && b != NULL && strcmp(a, "-") != 0 && strcmp(b, "-") != 0 && stat(a, &first) == 0 &&
-           stat(b, &second) == 0 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }

@@ -3,6 +3,7 @@
 
 #include "arguments.h"
 #include "json.h"
+#include "output.h"
 #include "plot.h"
 
 #include <math.h>
@@ -294,6 +295,9 @@ int kt_command_stability(int argc, char **argv) {
     int operands;
     int code = kt_arguments_read(&usage, argc, argv, &given, &operands);
     if (code >= 0)
+        return code;
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};
+    if ((code = kt_check_files("stability", uses, 2)) >= 0)
         return code;
     code = kt_load_model(argv[1], &scene, &model);
     if (code != KT_EXIT_DONE)

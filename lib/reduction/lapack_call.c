@@ -1,6 +1,8 @@
 /* The calls of LAPACK. */
 #include "reduction/lapack.h"
 
+#include <stddef.h>
+
 #ifdef KT_NO_LOOPS
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"

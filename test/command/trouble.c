@@ -82,7 +82,7 @@ KT_TEST(disk_that_fills_up_leaves_whole_lines) {
     kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
     kt_expect(4, "o.csv cannot be written: File too large",
               "trap '' XFSZ; ulimit -f 40; $K run p.yaml --quiet --out o.csv");
-    const char *text = kt_read_file("o.csv");
+    const char *text = kt_read_file("o.csv.partial");
     check_whole(text);
     kt_check_above("lines", kt_count_lines(text), 50);
     kt_check_below("bytes", (double)strlen(text), 40.0 * 512.0);
@@ -91,7 +91,7 @@ KT_TEST(disk_that_fills_up_leaves_whole_lines) {
 /* Runs it until the file has that many bytes more, kills it without warning, and waits for all that it leaves behind.
  * Returns the lines that are there. */
 static int kill_in_the_middle(const char *links, long long bytes) {
-    kt_expect(0, NULL, "rm -f k.csv; $K make chain --links %s >c.yaml", links);
+    kt_expect(0, NULL, "rm -f k.csv.partial; $K make chain --links %s >c.yaml", links);
     const pid_t child = fork();
     if (child == 0) {
         (void)setpgid(0, 0);
@@ -100,7 +100,7 @@ static int kill_in_the_middle(const char *links, long long bytes) {
         _exit(127);
     }
     struct stat status = {0};
-    for (int i = 0; i < 200000 && (stat("k.csv", &status) != 0 || status.st_size < bytes); i++)
+    for (int i = 0; i < 200000 && (stat("k.csv.partial", &status) != 0 || status.st_size < bytes); i++)
         nanosleep(&(struct timespec){0, 100000}, NULL);
     kill(-child, SIGKILL); /* the run and whoever is of its group */
     int how = 0;
@@ -108,7 +108,7 @@ static int kill_in_the_middle(const char *links, long long bytes) {
     kt_check_true("it was killed", WIFSIGNALED(how) && WTERMSIG(how) == SIGKILL);
     while (wait(NULL) > 0 || errno == EINTR) {
     }
-    const char *text = kt_read_file("k.csv");
+    const char *text = kt_read_file("k.csv.partial");
     check_whole(text);
     return kt_count_lines(text);
 }
@@ -134,13 +134,13 @@ KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
     kt_check_contains("joint", ran.err, "'link");
     kt_check_contains("report", ran.err, " s simulated of 10000 s");
     kt_note("%.*s", (int)strcspn(ran.err, "\n"), ran.err);
-    const char *text = kt_read_file("o.csv");
+    const char *text = kt_read_file("o.csv.partial");
     check_whole(text);
     int last = kt_count_lines(text) - 1;
     double end = kt_csv_number(text, last, 0);
     kt_check_equal_int("a record every 0.25 s", last, (long long)floor(end / 0.25) + 1);
     kt_check_true("the last one is finite", isfinite(kt_csv_number(text, last, 1)));
-    json_t *root = kt_json(kt_read_file("o.json"));
+    json_t *root = kt_json(kt_read_file("o.json.partial"));
     /* The last step may end where there is no acceleration any more: then what lies within it cannot be interpolated.
      */
     kt_check_above("the summary is of the time reached", kt_json_at(root, "time"), end);
@@ -157,7 +157,7 @@ KT_TEST(energy_beyond_all_numbers_ends_in_four) {
     kt_ran ran = kt_shell("$K run grow.yaml --out g.csv --summary g.json");
     kt_check_equal_int("exit code", ran.code, 4);
     kt_check_contains("words", ran.err, " s: the energy is beyond all numbers: the motion has blown up");
-    const char *text = kt_read_file("g.csv");
+    const char *text = kt_read_file("g.csv.partial");
     check_whole(text);
     const int last = kt_count_lines(text) - 1;
     kt_check_equal_int("records until then", last, (long long)floor(kt_csv_number(text, last, 0) / 0.01 + 0.5) + 1);

@@ -1,0 +1,177 @@
+/* The files that results go to: names, checks, and the renaming at the end. */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "output.h"
+
+#include "command.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
+
+/* The folder of a path, as it is written. The caller frees it. */
+static char *folder_of(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
+}
+
+static char *join(const char *a, const char *b, const char *c) {
+    const size_t room = strlen(a) + strlen(b) + strlen(c) + 1;
+    char *text = malloc(room);
+    if (text != NULL)
+        snprintf(text, room, "%s%s%s", a, b, c);
+    return text;
+}
+
+/* The one name of a file, which need not be there yet; NULL where its folder is not, or there is no memory. */
+static char *find_name(const char *path) {
+    char *whole = realpath(path, NULL);
+    if (whole != NULL || errno != ENOENT)
+        return whole;
+    char *folder = folder_of(path), *real = folder != NULL ? realpath(folder, NULL) : NULL;
+    const char *slash = strrchr(path, '/');
+    if (real != NULL)
+        whole = join(real, "/", slash != NULL ? slash + 1 : path);
+    free(real);
+    free(folder);
+    return whole;
+}
+
+/* What is there already and is no ordinary file is written as it is; and so is a link to nothing. */
+static bool is_written_in_place(const char *path) {
+    struct stat status;
+    if (stat(path, &status) == 0)
+        return !S_ISREG(status.st_mode);
+    return lstat(path, &status) == 0;
+}
+
+/* ---- one result -------------------------------------------------------------------------------------------------- */
+
+int kt_output_start(kt_output *output, const char *path) {
+    *output = (kt_output){.name = NULL};
+    if (is_stream(path) || is_written_in_place(path)) {
+        output->name = strdup(path);
+    } else {
+        struct stat status;
+        const bool is_link = lstat(path, &status) == 0 && S_ISLNK(status.st_mode);
+        output->name = is_link ? realpath(path, NULL) : strdup(path);
+        output->partial = output->name != NULL ? join(output->name, ".partial", "") : NULL;
+        if (output->partial == NULL) {
+            free(output->name);
+            output->name = NULL;
+        }
+    }
+    if (output->name != NULL)
+        return -1;
+    kt_say("there is not enough memory");
+    return KT_EXIT_INTEGRATION;
+}
+
+const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }
+
+/* The new file may be read and written by whom the old one could. */
+static int put_in_place(const kt_output *output) {
+    struct stat old;
+    if (stat(output->name, &old) == 0)
+        (void)chmod(output->partial, old.st_mode & 07777);
+    if (rename(output->partial, output->name) == 0)
+        return 0;
+    kt_say("%s cannot be written: %s; the result is in %s", output->name, strerror(errno), output->partial);
+    return -1;
+}
+
+int kt_output_end(kt_output *output, kt_output_fate fate) {
+    int failed = 0;
+    if (output->partial != NULL && fate == KT_OUTPUT_WHOLE)
+        failed = put_in_place(output);
+    if (output->partial != NULL && fate == KT_OUTPUT_NOTHING)
+        (void)unlink(output->partial);
+    free(output->partial);
+    free(output->name);
+    *output = (kt_output){.name = NULL};
+    return failed;
+}
+
+char *kt_partial_name(const char *path) {
+    return path == NULL                                   ? NULL
+           : is_stream(path) || is_written_in_place(path) ? strdup(path)
+                                                          : join(path, ".partial", "");
+}
+
+/* ---- all of a command -------------------------------------------------------------------------------------------- */
+
+/* Whether two names are of one file: by its links too. What is written as it is may be named as often as one likes. */
+static bool is_same(const char *a, const char *b) {
+    struct stat first, second;
+    if (is_stream(a) || is_stream(b))
+        return false;
+    const bool has_first = stat(a, &first) == 0, has_second = stat(b, &second) == 0;
+    if (has_first && has_second)
+        return S_ISREG(first.st_mode) && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    if (has_first != has_second)
+        return false;
+    char *one = find_name(a), *other = find_name(b);
+    const bool same = one != NULL && other != NULL && strcmp(one, other) == 0;
+    free(one);
+    free(other);
+    return same;
+}
+
+/* The same, and whether b is what a is written to on its way. */
+static bool collides(const kt_file_use *a, const kt_file_use *b) {
+    char *partial = a->is_written ? kt_partial_name(a->path) : NULL;
+    const bool same = is_same(a->path, b->path) || (partial != NULL && is_same(partial, b->path));
+    free(partial);
+    return same;
+}
+
+int kt_check_files(const char *command, const kt_file_use *uses, int count) {
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < count; j++) {
+            const kt_file_use *a = &uses[i], *b = &uses[j];
+            if (i == j || a->path == NULL || b->path == NULL || !a->is_written || (b->is_written && j > i) ||
+                !(collides(a, b) || (b->is_written && collides(b, a))))
+                continue;
+            if (b->is_written)
+                kt_say("%s: %s and %s are one file, %s; give each result a file of its own", command, b->what, a->what,
+                       a->path);
+            else
+                kt_say("%s: %s is %s itself; give the results another file", command, a->path, b->what);
+            return KT_EXIT_USAGE;
+        }
+    for (int i = 0; i < count; i++) {
+        const int code = uses[i].is_written ? kt_check_writable(uses[i].path) : -1;
+        if (code >= 0)
+            return code;
+    }
+    return -1;
+}
+
+int kt_check_writable(const char *path) {
+    struct stat status;
+    if (path == NULL || is_stream(path))
+        return -1;
+    errno = *path == '\0' ? ENOENT : 0;
+    bool exists = *path != '\0' && stat(path, &status) == 0;
+    if (exists && S_ISDIR(status.st_mode))
+        errno = EISDIR;
+    else if (exists && access(path, W_OK) == 0 && !S_ISREG(status.st_mode))
+        return -1;
+    else if ((exists && access(path, W_OK) == 0) || (!exists && errno == ENOENT && *path != '\0')) {
+        char *real = exists ? realpath(path, NULL) : NULL, *folder = folder_of(real != NULL ? real : path);
+        const int refused = folder == NULL ? 0 : access(folder, W_OK | X_OK);
+        const int reason = errno;
+        free(folder);
+        free(real);
+        if (refused == 0)
+            return -1;
+        errno = reason;
+    }
+    kt_say("%s cannot be written: %s", *path != '\0' ? path : "a file without a name", strerror(errno));
+    return KT_EXIT_INTEGRATION;
+}

@@ -1,0 +1,42 @@
+/* The files that results go to. A result is written to NAME.partial, beside NAME, and renamed when it is whole: what
+ * NAME held before stays until then, and NAME never holds a part. Devices and pipes are written as they are. */
+#ifndef KT_COMMAND_OUTPUT_H
+#define KT_COMMAND_OUTPUT_H
+
+#include <stdbool.h>
+
+typedef struct kt_output {
+    char *name;    /* links followed */
+    char *partial; /* NULL: `name` itself is written */
+} kt_output;
+
+/* Finds the names; "-" is no file. Returns -1 to go on, or an exit code after saying why. Ended by kt_output_end. */
+int kt_output_start(kt_output *output, const char *path);
+/* The file to write now. */
+const char *kt_output_path(const kt_output *output);
+
+typedef enum kt_output_fate {
+    KT_OUTPUT_WHOLE,   /* renamed to its name */
+    KT_OUTPUT_PART,    /* kept as NAME.partial */
+    KT_OUTPUT_NOTHING, /* removed */
+} kt_output_fate;
+
+/* Returns 0, or -1 where it could not be renamed, which has been said. Does nothing for what was not started. */
+int kt_output_end(kt_output *output, kt_output_fate fate);
+
+/* NAME.partial for the name of a result (NULL: none), or the name itself where that is written as it is ("-", a
+ * device). The caller frees it. */
+char *kt_partial_name(const char *path);
+
+/* A file that a command reads or writes, as it was named; NULL: none. */
+typedef struct kt_file_use {
+    const char *what; /* "the scene", "--summary" */
+    const char *path;
+    bool is_written;
+} kt_file_use;
+
+/* Says where a result would be another result or something that is read, by whatever name; and where one could not be
+ * written in the end. Returns -1 to go on, or an exit code. */
+int kt_check_files(const char *command, const kt_file_use *uses, int count);
+
+#endif

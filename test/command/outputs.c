@@ -1,0 +1,132 @@
+/* Results are written beside their names and moved there when they are whole: what was there before is lost to no run
+ * that fails, and no result lands on another or on what it is made from.
+ */
+#define _XOPEN_SOURCE 700
+#include "shell.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* A step far beyond the limit of stability. */
+#define FAILING "--integrator euler --step 0.5 --duration 1e4 --interval 0.25"
+
+static void make_scene(void) { kt_expect(0, NULL, "rm -rf *; $K make pendulum --links 3 >p.yaml"); }
+
+KT_TEST(run_that_fails_leaves_the_result_of_an_earlier_one) {
+    make_scene();
+    kt_expect(0, NULL, "$K run p.yaml --quiet --duration 1 --out o.csv --summary o.json");
+    kt_expect(0, NULL, "cp o.csv good.csv; cp o.json good.json");
+    kt_ran ran = kt_shell("$K run p.yaml " FAILING " --out o.csv --summary o.json");
+    kt_check_equal_int("exit code", ran.code, 4);
+    kt_check_contains("words", ran.err, "its records until then are in o.csv.partial, and o.csv is not touched");
+    kt_check_contains("report", ran.err, "summary: o.json.partial");
+    kt_expect(0, NULL, "cmp o.csv good.csv && cmp o.json good.json");
+    kt_check_above("lines of the part", kt_count_lines(kt_read_file("o.csv.partial")), 10);
+    kt_expect(2, "mass is -1", "sed 's/mass: .*/mass: -1/' p.yaml >w.yaml; $K run w.yaml --quiet --out o.csv");
+    kt_expect(1, "no method 'none'", "$K run p.yaml --quiet --integrator none --out o.csv");
+    kt_expect(0, NULL, "cmp o.csv good.csv");
+    /* And one that ends well replaces the whole of it and leaves no part. */
+    kt_expect(0, NULL, "$K run p.yaml --quiet --duration 2 --out o.csv --summary o.json");
+    kt_expect(1, NULL, "cmp -s o.csv good.csv");
+    kt_expect(0, NULL, "test ! -e o.csv.partial");
+}
+
+#ifdef KT_HAS_CAIRO
+KT_TEST(picture_of_a_failed_run_is_drawn_in_its_own_format) {
+    make_scene();
+    kt_write_file("o.svg", "mine");
+    kt_check_equal_int("exit code", kt_shell("$K run p.yaml " FAILING " --quiet --out o.csv --plot o.svg").code, 4);
+    kt_check_text("the old one", kt_read_file("o.svg"), "mine");
+    kt_check_contains("the new one", kt_read_file("o.svg.partial"), "<svg");
+}
+#endif
+
+KT_TEST(run_without_a_record_leaves_nothing) {
+    make_scene();
+    kt_write_file("contradiction.yaml",
+                  "kinetree: 1\nbodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, "
+                  "1, 1]}]\nloops: [{name: l, type: spherical, between: [{body: a, at: [1, 0, "
+                  "0]}, {body: world, at: [3, 0, 0]}]}]\nsimulate: {duration: 1}\n");
+    kt_write_file("o.csv", "mine\n");
+    kt_check_equal_int("exit code", kt_shell("$K run contradiction.yaml --quiet --out o.csv").code, 3);
+    kt_check_text("the old one", kt_read_file("o.csv"), "mine\n");
+    kt_check_true("no part", kt_read_file("o.csv.partial") == NULL);
+}
+
+KT_TEST(two_results_are_never_one_file) {
+    make_scene();
+    static const char *const same[] = {"--out same --summary same",
+                                       "--out same --summary ./same",
+                                       "--out same --summary folder/../same",
+                                       "--out same --summary folder/back/same",
+                                       "--out same --summary same.partial",
+                                       "--out same.partial --summary same",
+                                       "--out link --summary target",
+                                       "--out hard --summary target",
+                                       "--out same --checkpoint same",
+                                       "--summary same --checkpoint ./same --out o.csv",
+#ifdef KT_HAS_CAIRO
+                                       "--out a.svg --plot ./a.svg",
+                                       "--out o.csv --summary a.svg --plot a.svg"
+#endif
+    };
+    kt_expect(0, NULL, "mkdir folder; ln -s .. folder/back; echo mine >target; ln -s target link; ln target hard");
+    for (size_t i = 0; i < sizeof same / sizeof same[0]; i++)
+        kt_expect(1, "are one file", "$K run p.yaml --quiet %s", same[i]);
+    kt_check_text("nothing was written", kt_read_file("target"), "mine\n");
+    kt_expect(0, NULL, "test ! -e same -a ! -e same.partial -a ! -e o.csv -a ! -e a.svg");
+    kt_expect(0, NULL, "$K run p.yaml --quiet --duration 0.1 --out /dev/null --summary /dev/null");
+}
+
+KT_TEST(result_is_never_what_it_is_made_from) {
+    make_scene();
+    static const char *const commands[] = {"run p.yaml --out p.yaml",
+                                           "run p.yaml --out folder/../p.yaml",
+                                           "run p.yaml --out o.csv --summary hard.yaml",
+                                           "run link.yaml --out p.yaml",
+                                           "run p.yaml --out o.csv --checkpoint link.yaml",
+                                           "evaluate p.yaml --out p.yaml",
+                                           "equilibrium p.yaml --scene link.yaml",
+                                           "accuracy p.yaml --out hard.yaml"};
+    kt_expect(0, NULL, "mkdir folder; ln p.yaml hard.yaml; ln -s p.yaml link.yaml; cp p.yaml before.yaml");
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
+        kt_expect(1, "is the scene itself", "$K %s", commands[i]);
+    kt_expect(0, NULL, "cmp p.yaml before.yaml");
+}
+
+KT_TEST(result_keeps_its_links_and_permissions) {
+    make_scene();
+    struct stat status;
+    kt_expect(0, NULL, "mkdir folder; echo mine >folder/target; chmod 640 folder/target; ln -s folder/target o.csv");
+    kt_expect(0, NULL, "$K run p.yaml --quiet --duration 0.1 --out o.csv");
+    kt_check_true("still a link", lstat("o.csv", &status) == 0 && S_ISLNK(status.st_mode));
+    kt_check_true("of the same permissions", stat("folder/target", &status) == 0 && (status.st_mode & 0777) == 0640);
+    kt_check_above("lines", kt_count_lines(kt_read_file("folder/target")), 10);
+    kt_expect(0, NULL, "test ! -e folder/target.partial");
+}
+
+KT_TEST(demo_replaces_results_only_by_force) {
+    make_scene();
+    kt_write_file("pendulum.csv", "mine\n");
+    kt_expect(1, "demo: pendulum.csv exists already; --force replaces it, --out FILE writes elsewhere",
+              "$K demo pendulum --quiet --duration 0.1");
+    kt_write_file("s.json", "mine\n");
+    kt_expect(1, "demo: s.json exists already", "$K demo pendulum --quiet --out new.csv --summary s.json");
+    kt_check_text("the old one", kt_read_file("pendulum.csv"), "mine\n");
+    kt_expect(0, NULL, "$K demo pendulum --quiet --duration 0.1 --out new.csv");
+    kt_expect(0, NULL, "$K demo pendulum --quiet --duration 0.1 --out /dev/null");
+    kt_expect(0, NULL, "$K demo pendulum --force --quiet --duration 0.1");
+    kt_check_above("lines", kt_count_lines(kt_read_file("pendulum.csv")), 10);
+    kt_check_contains("help", kt_shell("$K demo --help").out, "--force");
+}
+
+/* A run that ended, taken up again at its last checkpoint: its records are copied, and stay until the end. */
+KT_TEST(finished_run_is_resumed_to_the_same_records) {
+    make_scene();
+    kt_expect(0, NULL,
+              "$K run p.yaml --quiet --duration 3 --out o.csv --checkpoint o.state --checkpoint-interval 1e-9");
+    kt_expect(0, NULL, "cp o.csv good.csv");
+    kt_expect(0, NULL, "$K run p.yaml --quiet --duration 3 --out o.csv --resume o.state");
+    kt_expect(0, NULL, "cmp o.csv good.csv; test ! -e o.csv.partial");
+}
