@@ -19,9 +19,9 @@
 /* What a run has come to, besides the simulation's state. */
 typedef struct kt_progress_so_far {
     int64_t records, lines;
-    double energy_start, drift, balance_start, balance_drift, cpu_seconds;
+    double cpu_seconds;
+    kt_energy_watch energy;
     kt_residual constraint;
-    uint64_t has_energy, has_balance;
 } kt_progress_so_far;
 
 typedef struct kt_checkpoint_head {
@@ -29,7 +29,7 @@ typedef struct kt_checkpoint_head {
     uint64_t scene, size;
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 1";
+static const char checkpoint_kind[16] = "kinetree run 2";
 
 /* FNV-1a, 64 bits (Fowler, Noll, Vo): tells texts apart that were not made to be mistaken for each other. */
 static uint64_t sum_of(uint64_t sum, const void *bytes, size_t size) {
@@ -130,14 +130,9 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, lo
     memset(&so_far, 0, sizeof so_far);
     so_far = (kt_progress_so_far){.records = outcome->records,
                                   .lines = lines,
-                                  .energy_start = outcome->energy_start,
-                                  .drift = outcome->drift,
-                                  .balance_start = outcome->balance_start,
-                                  .balance_drift = outcome->balance_drift,
+                                  .energy = outcome->energy,
                                   .cpu_seconds = outcome->cpu_seconds,
-                                  .constraint = outcome->constraint,
-                                  .has_energy = outcome->has_energy,
-                                  .has_balance = outcome->has_balance};
+                                  .constraint = outcome->constraint};
     kt_simulation_save(outcome->simulation, checkpoint->block);
     size_t room = strlen(checkpoint->path) + sizeof ".new";
     char *beside = malloc(room);
@@ -199,13 +194,8 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
         return KT_EXIT_USAGE;
     }
     outcome->records = so_far.records;
-    outcome->energy_start = so_far.energy_start;
-    outcome->drift = so_far.drift;
-    outcome->balance_start = so_far.balance_start;
-    outcome->balance_drift = so_far.balance_drift;
+    outcome->energy = so_far.energy;
     outcome->constraint = so_far.constraint;
-    outcome->has_energy = so_far.has_energy != 0;
-    outcome->has_balance = so_far.has_balance != 0;
     outcome->cpu_seconds = so_far.cpu_seconds;
     *lines = so_far.lines;
     return -1;

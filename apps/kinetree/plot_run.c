@@ -118,7 +118,7 @@ static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome
                 bool is_dark) {
     static const char *const titles[] = {"Angles", "Lengths", "Quaternions"};
     static const char *const units[] = {"rad", "m", NULL};
-    const bool is_error = outcome->has_balance || kt_keeps_energy(&outcome->scene->description);
+    const bool is_error = outcome->energy.has_balance || outcome->energy.energetics == KT_ENERGY_CONSERVED;
     kt_plot_series series[KT_QUANTITY_COUNT + 1][KT_PLOT_SERIES_MAX];
     kt_plot_panel panels[KT_QUANTITY_COUNT + 1];
     int panel_count = 0, column = 2;
@@ -143,9 +143,9 @@ static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome
                                                     .y = columns + plot->count,
                                                     .count = plot->count,
                                                     .is_dense = true};
-    panels[panel_count++] = (kt_plot_panel){.title = outcome->has_balance ? "Drift of the energy balance"
-                                                     : is_error           ? "Drift of the total energy"
-                                                                          : "Change of the total energy",
+    panels[panel_count++] = (kt_plot_panel){.title = outcome->energy.has_balance ? "Drift of the energy balance"
+                                                     : is_error                  ? "Drift of the total energy"
+                                                                                 : "Change of the total energy",
                                             .unit = "J",
                                             .series = series[KT_QUANTITY_COUNT],
                                             .series_count = 1};

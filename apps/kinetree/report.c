@@ -38,36 +38,6 @@ static void say_cost(const kt_outcome *outcome, double time) {
     fputc('\n', stderr);
 }
 
-static bool effect_keeps_energy(const kt_effect *effect) {
-    switch (effect->type) {
-    case KT_EFFECT_SPRING:
-    case KT_EFFECT_JOINT_SPRING:
-    case KT_EFFECT_JOINT_LIMIT:
-        return effect->damping == 0.0;
-    case KT_EFFECT_BUSHING:
-        for (int i = 0; i < 6; i++)
-            if (effect->dampings[i] != 0.0)
-                return false;
-        return true;
-    case KT_EFFECT_CONTACT:
-        return effect->dissipation == 0.0 && effect->friction == 0.0;
-    default:
-        return effect->type == KT_EFFECT_ATTRACTION;
-    }
-}
-
-bool kt_keeps_energy(const kt_description *description) {
-    for (int i = 0; i < description->effect_count; i++)
-        if (!effect_keeps_energy(&description->effects[i]))
-            return false;
-    for (int i = 0; i < description->loop_count; i++) {
-        const kt_function_type type = description->loops[i].function.type;
-        if (type != KT_FUNCTION_NONE && type != KT_FUNCTION_CONSTANT)
-            return false;
-    }
-    return true;
-}
-
 static void say_file(const char *what, const char *path) {
     if (path != NULL)
         fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : path);
@@ -82,13 +52,13 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
     say_size(outcome);
     say_method(outcome->run);
     say_cost(outcome, time);
-    if (outcome->has_energy)
-        fprintf(stderr, "  total energy %g J, %s at most %.2g J\n", outcome->energy_start,
-                kt_keeps_energy(&outcome->scene->description) ? "drift" : "change", outcome->drift);
-    if (outcome->has_balance) {
+    if (outcome->energy.records > 0)
+        fprintf(stderr, "  total energy %g J, %s at most %.2g J\n", outcome->energy.start,
+                outcome->energy.energetics == KT_ENERGY_CONSERVED ? "drift" : "change", outcome->energy.change);
+    if (outcome->energy.has_balance) {
         const kt_work work = kt_simulation_work(outcome->simulation);
         fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
-                work.supplied, outcome->balance_drift);
+                work.supplied, outcome->energy.balance_change);
     }
     if (kt_loop_count(outcome->model) > 0)
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,

@@ -28,28 +28,16 @@ typedef struct kt_sinks {
     kt_progress *progress;
     kt_outcome *outcome;
     const kt_checkpoint *checkpoint;
-    double aside; /* CPU time that writing took, s: no part of the simulation's cost */
-    bool failed;  /* a line could not be written */
-    bool pauses;  /* for a checkpoint */
+    double aside;         /* CPU time that writing took, s: no part of the simulation's cost */
+    bool failed;          /* a line could not be written */
+    bool pauses;          /* for a checkpoint */
+    uint64_t sound_steps; /* taken when the energy had last not blown up */
 } kt_sinks;
 
 static double larger(double a, double b) { return a > b ? a : b; }
 
 static void watch(kt_outcome *outcome, const kt_record *record) {
-    if (!isnan(record->kinetic)) {
-        double total = record->kinetic + record->potential;
-        if (outcome->records == 0)
-            outcome->energy_start = total;
-        outcome->has_energy = true;
-        outcome->drift = larger(outcome->drift, fabs(total - outcome->energy_start));
-    }
-    if (!isnan(record->work.dissipated)) {
-        double balance = kt_balance_of(record);
-        if (outcome->records == 0)
-            outcome->balance_start = balance;
-        outcome->has_balance = true;
-        outcome->balance_drift = larger(outcome->balance_drift, fabs(balance - outcome->balance_start));
-    }
+    kt_energy_watch_add(&outcome->energy, record);
     if (!isnan(record->constraint.position)) {
         outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
         outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
@@ -60,6 +48,16 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
 /* Squares of speeds overflow long before the speeds do, which the integration watches. */
 static bool has_energy_beyond_numbers(const kt_record *record) {
     return !isnan(record->kinetic) && !isfinite(record->kinetic + record->potential);
+}
+
+/* In the first step from rest velocities may come before any fall of the potential energy that they are held against:
+ * it must last. */
+static bool stays_blown_up(kt_sinks *sinks) {
+    enum { STEPS = 4 };
+    const uint64_t steps = kt_simulation_counts_get(sinks->outcome->simulation).steps;
+    if (!kt_energy_watch_is_blown_up(&sinks->outcome->energy))
+        sinks->sound_steps = steps;
+    return steps >= sinks->sound_steps + STEPS;
 }
 
 static int take_record(const kt_record *record, void *user) {
@@ -81,6 +79,12 @@ static int take_record(const kt_record *record, void *user) {
         sinks->failed = true;
         return -1;
     }
+    if (stays_blown_up(sinks)) {
+        kt_progress_end(sinks->progress);
+        kt_say_blown_up(sinks->outcome, record->time);
+        sinks->failed = true;
+        return -1;
+    }
     kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
     sinks->aside += cpu_now() - start;
     sinks->pauses = kt_checkpoint_is_due(sinks->checkpoint);
@@ -92,6 +96,7 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
     kt_sinks sinks = {.csv = csv, .plot = plot, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint};
+    sinks.sound_steps = kt_simulation_counts_get(outcome->simulation).steps;
     double before = outcome->cpu_seconds, start = cpu_now();
     kt_status status;
     for (;;) {
@@ -106,6 +111,10 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
             break;
     }
     kt_progress_end(&progress);
+    if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
+        kt_say_blown_up(outcome, kt_simulation_time(outcome->simulation));
+        return KT_EXIT_INTEGRATION;
+    }
     if (status == KT_OK)
         return KT_EXIT_DONE;
     if (!sinks.failed)
@@ -230,6 +239,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
         if (code == KT_EXIT_DONE && !warned)
             (void)kt_warn_of_step(&outcome->warnings, outcome->model, outcome->run, outcome->simulation);
+        kt_warn_of_energy(outcome);
         code = close_results(arguments, outcome, out, &csv, plot, code);
     }
     kt_plot_run_free(plot);
@@ -272,7 +282,14 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     options.unprojected = arguments->unprojected;
     if (arguments->summary != NULL || arguments->plot != NULL)
         options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
-    kt_outcome outcome = {.scene = scene, .model = model, .run = &run, .warnings.quiet = arguments->quiet};
+    kt_outcome outcome = {.scene = scene,
+                          .model = model,
+                          .run = &run,
+                          .unprojected = arguments->unprojected,
+                          .energy = kt_energy_watch_start(model),
+                          .warnings.quiet = arguments->quiet};
+    if (outcome.energy.energetics != KT_ENERGY_SUPPLIED) /* else they would tell nothing */
+        options.record |= KT_RECORD_ENERGY;
     outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
     if (code < 0) {
         kt_status status = kt_simulation_create(model, &run, &options, &outcome.simulation, &error);

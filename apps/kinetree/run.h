@@ -7,6 +7,8 @@
 #include "output.h"
 #include "warnings.h"
 
+#include "kinetree/analysis.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -74,13 +76,10 @@ typedef struct kt_outcome {
     const kt_run *run; /* as run: the command line's words put in */
     kt_simulation *simulation;
     const char *name;       /* the scene's, or else the file's */
+    bool unprojected;       /* --unprojected */
     int64_t records;        /* handed over */
-    bool has_energy;        /* the next three are known */
-    double energy_start;    /* total, J */
-    double drift;           /* largest |total - total at the start|, J */
-    bool has_balance;       /* the next two are known */
-    double balance_start;   /* kinetic + potential + dissipated - supplied, J */
-    double balance_drift;   /* largest |that - that at the start|, J */
+    kt_energy_watch energy; /* as the records have shown it */
+    bool is_blown_up;       /* which has been said */
     kt_residual constraint; /* largest residuals */
     double cpu_seconds;
     kt_warnings warnings;
@@ -90,8 +89,11 @@ typedef struct kt_outcome {
  */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
-/* Whether nothing in a scene gives or takes energy, so that what changes of it is the run's error: "drift". */
-bool kt_keeps_energy(const kt_description *description);
+/* Where the energy is off by more than KT_ENERGY_ERROR, warns of it. */
+void kt_warn_of_energy(kt_outcome *outcome);
+
+/* Says at this time that the motion has blown up, and lists it. */
+void kt_say_blown_up(kt_outcome *outcome, double time);
 
 /* A few lines for people, on standard error. */
 void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot);

@@ -72,7 +72,8 @@ static void say_warning(kt_warnings *warnings, const kt_model *model, const kt_r
         snprintf(way, sizeof way, "grows about %.2g times over the run", limit->growth);
     snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
              !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
-    const kt_warning warning = {"unstable_step", at.time, limit->step, "s", remedy};
+    const kt_warning warning = {
+        .code = "unstable_step", .time = at.time, .value = limit->step, .unit = "s", .remedy = remedy};
     kt_warn(warnings, &warning,
             "steps of %g s are too long for %s to be stable: %s %s (%s) %s, which in truth it does not", run->step,
             method->name, mode[0] == 'u' ? "an" : "a", mode, movers, way);

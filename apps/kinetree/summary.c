@@ -52,7 +52,7 @@ static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     json_object_set_new(energy, "kinetic", kt_json_number(kinetic));
     json_object_set_new(energy, "potential", kt_json_number(potential));
     json_object_set_new(energy, "total", kt_json_number(kinetic + potential));
-    json_object_set_new(energy, "drift", kt_json_number(outcome->drift));
+    json_object_set_new(energy, "drift", kt_json_number(outcome->energy.change));
     return energy;
 }
 
@@ -61,7 +61,7 @@ static json_t *measure_balance(const kt_outcome *outcome) {
     json_t *balance = json_object();
     json_object_set_new(balance, "dissipated", kt_json_number(work.dissipated));
     json_object_set_new(balance, "supplied", kt_json_number(work.supplied));
-    json_object_set_new(balance, "drift", kt_json_number(outcome->balance_drift));
+    json_object_set_new(balance, "drift", kt_json_number(outcome->energy.balance_change));
     return balance;
 }
 
@@ -85,7 +85,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
     json_object_set_new(root, "marker", list_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));
-    if (outcome->has_balance)
+    if (outcome->energy.has_balance)
         json_object_set_new(root, "balance", measure_balance(outcome));
     json_object_set_new(
         root, "constraint",

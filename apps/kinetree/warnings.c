@@ -12,7 +12,7 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
     va_start(arguments, format);
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
-    if (!warnings->quiet)
+    if (!warnings->quiet && !warning->is_said)
         kt_say("warning: %s. %s", what, warning->remedy);
     if (warnings->list == NULL)
         warnings->list = json_array(); /* where there is no memory, writing the summary says so */

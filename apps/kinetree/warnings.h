@@ -18,6 +18,7 @@ typedef struct kt_warning {
     double time;        /* s, at which it was noticed; NaN: it is about no instant */
     double value;       /* the number that it is about; NaN: none */
     const char *unit;   /* of value: "J"; NULL: it has none */
+    bool is_said;       /* it has been printed as an error: it is only listed */
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
 

@@ -258,6 +258,53 @@ typedef struct kt_step_limit {
 KT_API kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *method, double duration,
                                        double step);
 
+/* ---- energy along a run ------------------------------------------------------------------------------------------ */
+
+/* The largest error of the energy, over its scale, of a run that is accurate; and from which on it has blown up. */
+#define KT_ENERGY_ERROR 1e-3
+#define KT_ENERGY_BLOW_UP 1e3
+
+/* What the records of a run say about its energy E = kinetic + potential. Plain numbers, which may be copied and kept.
+ *
+ * The error is what the integration has changed of E: |E - E(0)| where the mechanism conserves energy, E less its least
+ * value so far where it can only dissipate it, and where works are recorded the change of the balance
+ * E + dissipated - supplied, whatever the mechanism. Where it can be supplied with energy and no works are recorded
+ * nothing is known of the error.
+ *
+ * It is held against the energy scale of the motion: E(0) less the least potential energy so far, which is the largest
+ * kinetic energy that the positions visited allow, and does not depend on where potential energies are counted from;
+ * where energy is supplied, the largest of kinetic energy, range of the potential energy, and works. */
+typedef struct kt_energy_watch {
+    kt_energetics energetics; /* of the model */
+    int32_t has_balance;      /* whether records have works */
+    int64_t records;          /* that had energies */
+    double start;             /* E of the first record, J */
+    double start_size;        /* the larger of its |kinetic| and |potential|, J */
+    double lowest;            /* least E, J */
+    double change;            /* largest |E - start|, J */
+    double kinetic;           /* largest, J */
+    double potential[2];      /* least and largest, J */
+    double work;              /* largest of |dissipated| and |supplied|, J */
+    double balance_start;     /* of the first record, J */
+    double balance_change;    /* largest |balance - balance_start|, J */
+    double gain;              /* largest rise of E that the mechanism cannot have made, J; 0 where it can be supplied */
+    double error;             /* largest error, J */
+    double excess_time;       /* s, of the record from which on it has exceeded KT_ENERGY_ERROR; NaN: none */
+} kt_energy_watch;
+
+/* Before the first record. */
+KT_API kt_energy_watch kt_energy_watch_start(const kt_model *model);
+/* Takes a record that has energies (KT_RECORD_ENERGY or KT_RECORD_BALANCE) into account; does nothing with one that has
+ * none. O(1). */
+KT_API void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record);
+
+/* The energy scale, J; the largest error over it, 0 where nothing is known of the error. */
+KT_API double kt_energy_watch_scale(const kt_energy_watch *watch);
+KT_API double kt_energy_watch_error(const kt_energy_watch *watch);
+/* Whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, and more than it had.
+ * Within the first steps from rest, before potential energy has fallen, this may pass by itself. */
+KT_API bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch);
+
 /* ---- other coordinate sets, for comparison ----------------------------------------------------------------------- */
 
 /* Ways to keep loops closed that do not reduce coordinates: right-hand sides for kt_simulation_options, with dense

@@ -169,6 +169,18 @@ KT_API const char *kt_model_plan(const kt_model *model);
 /* Gravity, world frame, m/s^2. */
 KT_API kt_vec3 kt_model_gravity(const kt_model *model);
 
+/* What the effects and loops of a mechanism can do to its energy, kinetic and potential (kt_kinetic_energy,
+ * kt_potential_energy, kt_effect_energy). */
+typedef enum kt_energetics {
+    KT_ENERGY_CONSERVED = 0, /* it stays what it is */
+    KT_ENERGY_DISSIPATED,    /* it can only fall: damping, friction, drag */
+    KT_ENERGY_SUPPLIED,      /* it can rise: forces, torques, motors, effects of the caller's, loops that change with
+                                time */
+} kt_energetics;
+
+/* Of a model, without torques and wrenches that the caller sets. O(effects). */
+KT_API kt_energetics kt_model_energetics(const kt_model *model);
+
 /* ---- the workspace ----------------------------------------------------------------------------------------------- */
 
 /* What the addresses of the caller's memory must be a multiple of. */

@@ -32,4 +32,10 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
     }
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {.ends = 2, .check = check, .push = push};
+static kt_energetics energetics(const kt_effect_record *effect) {
+    (void)effect;
+    return KT_ENERGY_CONSERVED;
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {
+    .ends = 2, .check = check, .energetics = energetics, .push = push};

@@ -45,4 +45,11 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
                                      .dissipated = kt_triple_dot(damper, u) + kt_triple_dot(brake, w)};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {.ends = 2, .check = check, .push = push};
+static kt_energetics energetics(const kt_effect_record *effect) {
+    bool dissipates = false;
+    for (int i = 0; i < 6; i++)
+        dissipates = dissipates || effect->dampings[i] > 0.0;
+    return kt_energetics_of(dissipates);
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {.ends = 2, .check = check, .energetics = energetics, .push = push};

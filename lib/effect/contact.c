@@ -64,4 +64,9 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
                                      .dissipated = (normal - elastic) * deeper + rub * speed * speed};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.ends = 2, .turned = true, .check = check, .push = push};
+static kt_energetics energetics(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0);
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_contact) = {
+    .ends = 2, .turned = true, .check = check, .energetics = energetics, .push = push};

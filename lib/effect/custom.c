@@ -19,4 +19,9 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "end_count", -1, "end_count is %d; give 1 or 2", effect->end_count);
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = check};
+static kt_energetics energetics(const kt_effect_record *effect) {
+    (void)effect;
+    return KT_ENERGY_SUPPLIED;
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = check, .energetics = energetics};

@@ -18,4 +18,8 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
         *balance = (kt_push_balance){.dissipated = c * square};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.ends = 1, .check = check, .push = push};
+static kt_energetics energetics(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0);
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.ends = 1, .check = check, .energetics = energetics, .push = push};

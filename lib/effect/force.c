@@ -14,4 +14,5 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
         *balance = (kt_push_balance){.supplied = kt_triple_dot(f, end[0].velocity)};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_force) = {.ends = 1, .functions = 3, .check = check, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_force) = {
+    .ends = 1, .functions = 3, .check = check, .energetics = kt_effect_energetics_of_curves, .push = push};

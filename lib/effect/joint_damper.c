@@ -14,4 +14,6 @@ static kt_number drive(const kt_effect_record *effect, const double *numbers, kt
     return -effect->damping * v;
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.check = check, .drive = drive};
+static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
+
+const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.check = check, .energetics = energetics, .drive = drive};

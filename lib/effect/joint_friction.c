@@ -36,4 +36,8 @@ static kt_number drive(const kt_effect_record *effect, const double *numbers, kt
     return force;
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check, .drive = drive};
+static kt_energetics energetics(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check, .energetics = energetics, .drive = drive};

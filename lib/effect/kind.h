@@ -45,6 +45,8 @@ typedef struct kt_effect_kind {
     bool turned;   /* the second end's frame is turned: z along `axis` */
     /* Reports what is wrong with the members that it reads. */
     void (*check)(kt_checker *checker, const kt_effect *effect);
+    /* What it can do to the energy of a mechanism, with the numbers that it has. */
+    kt_energetics (*energetics)(const kt_effect_record *effect);
     /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
      * The points of both ends are counted from some point near to one of them that rests in the world: where they are
      * far from the world's origin, nothing is lost by that. */
@@ -54,6 +56,14 @@ typedef struct kt_effect_kind {
     kt_number (*drive)(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
                        kt_push_balance *balance);
 } kt_effect_kind;
+
+static inline kt_energetics kt_energetics_of(bool dissipates) {
+    return dissipates ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED;
+}
+
+/* Of an effect that acts as its functions of time say: supplied, unless they all are zero. (A constant force has a
+ * potential, but it counts as supplied.) */
+kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 
 /* `value` at time t, in world axes; and its check, with that of `frame`. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end,

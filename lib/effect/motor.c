@@ -19,4 +19,5 @@ static kt_number drive(const kt_effect_record *effect, const double *numbers, kt
     return f[0];
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.functions = 1, .check = check, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_motor) = {
+    .functions = 1, .check = check, .energetics = kt_effect_energetics_of_curves, .drive = drive};

@@ -17,8 +17,22 @@ const kt_function *kt_effect_function(const kt_effect *effect, int k) {
     return k < functions ? &effect->torque : &none;
 }
 
+kt_energetics kt_effect_energetics(const kt_effect_record *effect) {
+    return kt_effect_kind_of(effect->type)->energetics(effect);
+}
+
 void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
     kt_effect_kind_of((int)effect->type)->check(checker, effect);
+}
+
+kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect) {
+    for (int k = 0; k < kt_effect_kind_of(effect->type)->functions; k++) {
+        const kt_curve *curve = &effect->curve[k];
+        const bool rests = curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;
+        if (!rests || curve->a != 0.0)
+            return KT_ENERGY_SUPPLIED;
+    }
+    return KT_ENERGY_CONSERVED;
 }
 
 void kt_effect_check_value(kt_checker *checker, const kt_effect *effect) {

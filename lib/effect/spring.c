@@ -38,4 +38,6 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
                                      .dissipated = effect->damping * rate * rate};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_spring) = {.ends = 2, .check = check, .push = push};
+static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
+
+const kt_effect_kind KT_EFFECT(kt_effect_spring) = {.ends = 2, .check = check, .energetics = energetics, .push = push};

@@ -115,6 +115,9 @@ int kt_effect_end_count(const kt_effect *effect);
 bool kt_effect_is_turned(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
 
+/* Supplied by lib/effect: what an effect can do to the energy. */
+kt_energetics kt_effect_energetics(const kt_effect_record *effect);
+
 /* Loops and effects onto a model that has bodies and links; *model may move. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
                           kt_error *error);

@@ -9,6 +9,16 @@ int kt_model_nq(const kt_model *model) { return (int)model->n.q; }
 int kt_model_nv(const kt_model *model) { return (int)model->n.v; }
 kt_vec3 kt_model_gravity(const kt_model *model) { return kt_v4_vec3(model->gravity); }
 const char *kt_model_name(const kt_model *model) { return model->text + model->name; }
+
+kt_energetics kt_model_energetics(const kt_model *model) {
+    kt_energetics worst = model->driven ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_energetics one = kt_effect_energetics(&model->effect[i]);
+        worst = one > worst ? one : worst;
+    }
+    return worst;
+}
+
 kt_level kt_model_level(const kt_model *model) { return model->level; }
 
 const char *kt_model_plan(const kt_model *model) {

@@ -124,9 +124,11 @@ KT_TEST(killed_run_leaves_whole_lines) {
     (void)prctl(PR_SET_CHILD_SUBREAPER, 0L);
 }
 
-/* A step far beyond the limit of stability: numbers grow until they overflow. */
+/* A step far beyond the limit of stability: numbers grow until they overflow, for a motor might have driven them. */
 KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
-    kt_expect(0, NULL, "$K make pendulum --links 3 >p.yaml");
+    kt_expect(0, NULL,
+              "($K make pendulum --links 3; echo 'effects: [{type: motor, joint: link1, torque: 1e-9}]') "
+              ">p.yaml");
     kt_ran ran = kt_shell("$K run p.yaml --integrator euler --step 0.5 --duration 1e4 --interval 0.25 --out o.csv "
                           "--summary o.json --plot o.svg");
     kt_check_equal_int("exit code", ran.code, 4);
@@ -152,7 +154,8 @@ KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
 KT_TEST(energy_beyond_all_numbers_ends_in_four) {
     kt_write_file("grow.yaml", "kinetree: 1\nbodies:\n"
                                "  - {name: a, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1]}\n"
-                               "effects: [{type: joint_spring, joint: a, stiffness: 1e6}]\n"
+                               "effects: [{type: joint_spring, joint: a, stiffness: 1e6},\n"
+                               "          {type: motor, joint: a, torque: 1e-9}]\n"
                                "simulate: {duration: 10, step: 0.1, integrator: euler}\n");
     kt_ran ran = kt_shell("$K run grow.yaml --out g.csv --summary g.json");
     kt_check_equal_int("exit code", ran.code, 4);

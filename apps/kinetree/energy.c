@@ -1,0 +1,68 @@
+/* Energies that a run cannot have made: in words, with what would help. */
+#include "run.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* With an error of order p, steps shrink by the p-th root of what the error has to; what is off by a tenth or more is
+ * no longer in proportion to anything. */
+static void write_remedy(const kt_outcome *outcome, double error, char *text, size_t size) {
+    const kt_run *run = outcome->run;
+    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
+    const char *also = outcome->unprojected && kt_loop_count(outcome->model) > 0 ? ", and leave out --unprojected" : "";
+    const bool in_proportion = error < 0.1 && method != NULL;
+    const double shorter = 0.9 * KT_ENERGY_ERROR / error;
+    if (run->step > 0.0 && in_proportion)
+        snprintf(text, size, "Take steps below %.2g s, or a method of higher order%s",
+                 run->step * pow(shorter, 1.0 / (double)method->order), also);
+    else if (run->step > 0.0)
+        snprintf(text, size,
+                 "Take much smaller steps, or an adaptive method, as --integrator dopri5 --tolerance 1e-9%s", also);
+    else if (in_proportion)
+        snprintf(text, size, "Take a tolerance below %.2g%s", run->relative * shorter, also);
+    else
+        snprintf(text, size, "Take a much smaller tolerance%s", also);
+}
+
+void kt_warn_of_energy(kt_outcome *outcome) {
+    const kt_energy_watch *energy = &outcome->energy;
+    const double error = kt_energy_watch_error(energy), scale = kt_energy_watch_scale(energy);
+    char remedy[192];
+    if (!(error > KT_ENERGY_ERROR) || outcome->is_blown_up)
+        return;
+    write_remedy(outcome, error, remedy, sizeof remedy);
+    const kt_warning warning = {
+        .code = "energy", .time = energy->excess_time, .value = error, .unit = NULL, .remedy = remedy};
+    if (energy->energetics == KT_ENERGY_CONSERVED)
+        kt_warn(&outcome->warnings, &warning,
+                "the total energy is off by %.3g J, %.2g of the energy of the motion (%.3g J), while nothing in the "
+                "scene supplies or dissipates any; the error exceeds %g of that from t = %g s on",
+                energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
+    else if (energy->energetics == KT_ENERGY_DISSIPATED && energy->error == energy->gain)
+        kt_warn(&outcome->warnings, &warning,
+                "the total energy rises by %.3g J, %.2g of the energy of the motion (%.3g J), while the scene can only "
+                "dissipate it; the error exceeds %g of that from t = %g s on",
+                energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
+    else
+        kt_warn(&outcome->warnings, &warning,
+                "the balance of energies (kinetic + potential + dissipated - supplied) is off by %.3g J, %.2g of the "
+                "energy of the motion (%.3g J); the error exceeds %g of that from t = %g s on",
+                energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
+}
+
+void kt_say_blown_up(kt_outcome *outcome, double time) {
+    const kt_energy_watch *energy = &outcome->energy;
+    const double scale = kt_energy_watch_scale(energy);
+    outcome->is_blown_up = true;
+    const char *remedy = outcome->run->step > 0.0
+                             ? "Take smaller steps ('kinetree stability' tells which are stable), or an adaptive method"
+                             : "Take a smaller tolerance";
+    const kt_warning warning = {
+        .code = "blow_up", .time = time, .value = energy->gain, .unit = "J", .is_said = true, .remedy = remedy};
+    kt_say("t = %.9g s: the total energy has risen by %.3g J, %.2g times the energy of the motion (%.3g J), in a scene "
+           "that cannot gain any: the integration has blown up. %s",
+           time, energy->gain, energy->gain / scale, scale, remedy);
+    kt_warn(&outcome->warnings, &warning,
+            "the total energy has risen by %.3g J in a scene that cannot gain any: the integration has blown up",
+            energy->gain);
+}

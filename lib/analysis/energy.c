@@ -1,0 +1,68 @@
+/* The energy along a run: what of its change is an error of the integration (analysis.h has the definitions). */
+#include "kinetree/analysis.h"
+
+#include <math.h>
+
+/* What rounding leaves of energies that cancel, over the larger of kinetic and potential energy at the start. A motion
+ * smaller than that about a state at rest has no energy of its own to be held against. */
+#define ROUNDING 1e-12
+
+kt_energy_watch kt_energy_watch_start(const kt_model *model) {
+    return (kt_energy_watch){.energetics = kt_model_energetics(model), .excess_time = (double)NAN};
+}
+
+static void begin(kt_energy_watch *watch, const kt_record *record) {
+    watch->start = watch->lowest = record->kinetic + record->potential;
+    watch->start_size = fmax(record->kinetic, fabs(record->potential));
+    watch->potential[0] = watch->potential[1] = record->potential;
+    watch->has_balance = !isnan(record->work.dissipated);
+    watch->balance_start = watch->start + record->work.dissipated - record->work.supplied;
+}
+
+void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
+    const double energy = record->kinetic + record->potential;
+    double error = 0.0;
+    if (isnan(energy))
+        return;
+    if (watch->records++ == 0)
+        begin(watch, record);
+    watch->lowest = fmin(watch->lowest, energy);
+    watch->change = fmax(watch->change, fabs(energy - watch->start));
+    watch->kinetic = fmax(watch->kinetic, record->kinetic);
+    watch->potential[0] = fmin(watch->potential[0], record->potential);
+    watch->potential[1] = fmax(watch->potential[1], record->potential);
+    if (watch->energetics == KT_ENERGY_CONSERVED)
+        error = watch->change;
+    if (watch->energetics != KT_ENERGY_SUPPLIED)
+        watch->gain = fmax(watch->gain, energy - watch->lowest);
+    if (watch->energetics == KT_ENERGY_DISSIPATED)
+        error = watch->gain;
+    if (watch->has_balance) {
+        const double balance = energy + record->work.dissipated - record->work.supplied;
+        watch->work = fmax(watch->work, fmax(fabs(record->work.dissipated), fabs(record->work.supplied)));
+        watch->balance_change = fmax(watch->balance_change, fabs(balance - watch->balance_start));
+        error = fmax(error, watch->balance_change);
+    }
+    watch->error = fmax(watch->error, error);
+    if (!(kt_energy_watch_error(watch) > KT_ENERGY_ERROR))
+        watch->excess_time = (double)NAN; /* the scale has grown */
+    else if (isnan(watch->excess_time))
+        watch->excess_time = record->time;
+}
+
+double kt_energy_watch_scale(const kt_energy_watch *watch) {
+    double scale = watch->start - watch->potential[0];
+    if (watch->energetics == KT_ENERGY_SUPPLIED)
+        scale = fmax(fmax(watch->kinetic, watch->work), watch->potential[1] - watch->potential[0]);
+    return fmax(scale, ROUNDING * watch->start_size);
+}
+
+double kt_energy_watch_error(const kt_energy_watch *watch) {
+    const double scale = kt_energy_watch_scale(watch);
+    return scale > 0.0 ? watch->error / scale : 0.0;
+}
+
+bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch) {
+    const double scale = kt_energy_watch_scale(watch);
+    return scale > 0.0 && watch->gain > KT_ENERGY_BLOW_UP * scale && watch->gain > watch->start_size;
+}

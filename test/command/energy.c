@@ -1,0 +1,127 @@
+/* What `run` says of energies that a scene cannot have. */
+#include "shell.h"
+
+#include <math.h>
+#include <string.h>
+
+/* README's four-bar, of 34.8 J, and a block on a spring: 10 rad/s, 50 J. */
+static const char four_bar[] = "kinetree: 1\n"
+                               "gravity: [0, -9.81, 0]\n"
+                               "bodies:\n"
+                               "  - name: crank\n"
+                               "    joint: {type: revolute, axis: z, position: 60 deg}\n"
+                               "    mass: 1\n"
+                               "    shape: {type: rod, to: [1, 0, 0]}\n"
+                               "  - name: coupler\n"
+                               "    parent: crank\n"
+                               "    joint: {type: revolute, axis: z, at: [1, 0, 0], position: -50 deg}\n"
+                               "    mass: 2\n"
+                               "    shape: {type: rod, to: [2, 0, 0]}\n"
+                               "    markers: {tip: [2, 0, 0]}\n"
+                               "  - name: rocker\n"
+                               "    joint: {type: revolute, axis: z, at: [2.5, 0, 0], position: 80 deg}\n"
+                               "    mass: 1\n"
+                               "    shape: {type: rod, to: [1.5, 0, 0]}\n"
+                               "    markers: {tip: [1.5, 0, 0]}\n"
+                               "loops:\n"
+                               "  - {name: close, type: revolute, between: [coupler.tip, rocker.tip]}\n"
+                               "initial: {hold: [crank]}\n"
+                               "simulate: {duration: 5, integrator: dop853, tolerance: 1e-9}\n";
+
+static const char oscillator[] = "kinetree: 1\n"
+                                 "bodies: [{name: mass, mass: 1, joint: {type: prismatic, axis: x, velocity: 10}}]\n"
+                                 "effects: [{type: joint_spring, joint: mass, stiffness: 100, damping: 0}]\n"
+                                 "simulate: {duration: 20, integrator: rk4, step: 0.01}\n";
+
+/* The warning of this code in a summary; NULL: none. */
+static const json_t *find_warning(const json_t *root, const char *code) {
+    const json_t *list = kt_json_find(root, "warnings");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *one = json_array_get(list, i);
+        if (strcmp(json_string_value(kt_json_find(one, "code")), code) == 0)
+            return one;
+    }
+    return NULL;
+}
+
+KT_TEST(run_warns_of_energy_that_is_lost_or_gained) {
+    kt_write_file("four-bar.yaml", four_bar);
+    kt_ran ran = kt_shell("$K run four-bar.yaml --integrator rk4 --step 0.1 --out /dev/null --summary -");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("words", ran.err, "kinetree: warning: the total energy is off by ");
+    kt_check_contains("remedy", ran.err, "Take much smaller steps, or an adaptive method");
+    json_t *root = kt_json(ran.out);
+    const json_t *warning = find_warning(root, "energy");
+    if (kt_check_true("it stands in the summary", warning != NULL)) {
+        kt_check_above("over the scale", kt_json_at(warning, "value"), 0.1);
+        kt_check_below("and when", kt_json_at(warning, "time"), 1.0);
+    }
+    json_decref(root);
+    ran = kt_shell("$K run four-bar.yaml --out /dev/null");
+    kt_check_true("as it should be run", strstr(ran.err, "warning") == NULL);
+}
+
+/* A step of rk4 multiplies the amplitude by |R(iy)|, |R|^2 = 1 - y^6 / 72 + y^8 / 576. */
+KT_TEST(warning_tells_the_step_that_is_enough) {
+    kt_write_file("oscillator.yaml", oscillator);
+    const double y = 0.3, end = pow(1.0 - pow(y, 6.0) / 72.0 + pow(y, 8.0) / 576.0, 20.0 / (0.1 * y));
+    kt_ran ran = kt_shell("$K run oscillator.yaml --step 0.03 --out /dev/null --quiet --summary -");
+    kt_check_text("nothing is printed", ran.err, "");
+    json_t *root = kt_json(ran.out);
+    const json_t *warning = find_warning(root, "energy");
+    double step = 0.0;
+    if (kt_check_true("it stands in the summary", warning != NULL)) {
+        kt_check_near("energy lost", kt_json_at(warning, "value"), 1.0 - end, 1e-4);
+        const char *remedy = json_string_value(kt_json_find(warning, "remedy"));
+        kt_check_equal_int("the step is told", sscanf(remedy, "Take steps below %lf s", &step), 1);
+    }
+    json_decref(root);
+    ran = kt_shell("$K run oscillator.yaml --step %.17g --out /dev/null", step);
+    kt_check_true("and is enough", strstr(ran.err, "total energy is off") == NULL);
+}
+
+/* 2.5 samples a period, within rk4's region of stability (2.83 rad): |R|^2 = 0.18 a step. */
+KT_TEST(undamped_oscillation_that_dies_by_the_method_is_told) {
+    kt_write_file("oscillator.yaml", oscillator);
+    kt_ran ran = kt_shell("$K run oscillator.yaml --step 0.25132741228718347 --out /dev/null");
+    kt_check_contains("all of it is lost", ran.err, "the total energy is off by 50 J, 1 of the energy of the motion");
+}
+
+/* |R(3i)|^2 = 2.27 a step: 1000 after nine. Dampers make no difference to what cannot be gained. */
+KT_TEST(blow_up_ends_the_run_with_exit_code_4) {
+    static const char *const dampings[] = {"0", "0.001"};
+    kt_write_file("oscillator.yaml", oscillator);
+    for (int i = 0; i < 2; i++) {
+        kt_ran ran = kt_shell("sed 's/damping: 0/damping: %s/' oscillator.yaml >d.yaml; $K run d.yaml --step 0.3 "
+                              "--out b.csv --summary -",
+                              dampings[i]);
+        kt_check_equal_int("exit code", ran.code, 4);
+        kt_check_contains("words", ran.err,
+                          "in a scene that cannot gain any: the integration has blown up. Take smaller");
+        json_t *root = kt_json(ran.out);
+        const json_t *warning = find_warning(root, "blow_up");
+        kt_check_true("in the summary", warning != NULL);
+        kt_check_true("once", find_warning(root, "energy") == NULL);
+        kt_check_above("soon", kt_json_at(root, "time"), 8 * 0.3);
+        kt_check_below("and not at the end", kt_json_at(root, "time"), 15 * 0.3);
+        json_decref(root);
+    }
+}
+
+/* Losing by dampers and gaining by motors is no error, at the same settings; records of positions alone are watched. */
+KT_TEST(scenes_that_may_change_their_energy_are_not_warned_of) {
+    kt_write_file("oscillator.yaml", oscillator);
+    kt_ran ran = kt_shell("sed 's/damping: 0/damping: 2/' oscillator.yaml | $K run - --out /dev/null");
+    kt_check_true("damped", strstr(ran.err, "warning") == NULL);
+    ran = kt_shell("sed 's/^effects.*/effects: [{type: motor, joint: mass, force: 100}]/' oscillator.yaml | $K run - "
+                   "--out /dev/null");
+    kt_check_true("driven", strstr(ran.err, "warning") == NULL);
+    ran = kt_shell("$K run oscillator.yaml --step 0.1 --record position --out b.csv && head -1 b.csv");
+    kt_check_contains("watched all the same", ran.err, "the total energy is off by");
+    kt_check_text("and not written", ran.out, "time,position.mass\n");
+    ran = kt_shell("$K run oscillator.yaml --step 0.1 --record balance --out /dev/null");
+    kt_check_contains("a balance", ran.err, "the total energy is off by");
+    ran = kt_shell("sed 's/damping: 0/damping: 2/' oscillator.yaml | $K run - --step 0.1 --record balance --out "
+                   "/dev/null");
+    kt_check_contains("a balance with dampers", ran.err, "the balance of energies");
+}
