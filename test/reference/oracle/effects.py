@@ -3,7 +3,8 @@ import math
 
 import numpy as np
 
-from oracle_model import End, axis_of, cross, function, skew
+from loops import End
+from parts import axis_of, cross, function, skew
 
 
 def left_jacobian(angle):
