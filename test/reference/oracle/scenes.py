@@ -276,7 +276,7 @@ class Maker(Draw):
             self.bodies.append(wheel)
         wheel["markers"] = {"hub": self.vector(0.2)}
         m = Mechanism(self.scene())
-        axle, normal, on = self.axis(), self.axis(), self.matrix()
+        axle, normal, _ = self.axis(), self.axis(), self.matrix()
         R, r = m.poses(m.q)[m.index[wheel["name"]]]
         a, radius = R @ axis_of(axle), self.between(0.1, 0.5)
         n = unit(np.cross(a, self.vector(1.0)) + self.between(-0.6, 0.6) * a)
