@@ -135,7 +135,10 @@ class Comparison:
             q4, u4 = rates(moved(q, q3, h), moved(u, u3, h), t + h)
             q = [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(q, q1, q2, q3, q4)]
             u = [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(u, u1, u2, u3, u4)]
-            if self.near or not np.all(np.isfinite(np.concatenate(u))):
+            state = State(self.mechanism, q, u, t + h)
+            if not np.abs(np.concatenate([[0.0], *state.phi])).max() < 1e-3:
+                self.near = f"from {t:.3g} s on the loops are out of reach, by the oracle's motion too"
+            if self.near:
                 break
 
     def motion(self, file, start):

@@ -237,7 +237,7 @@ class Maker(Draw):
             loop["pitch"] = self.between(-0.3, 0.3)
         if kind == "distance" and self.chance(0.6):
             length = float(np.linalg.norm(d))
-            loop["length"] = length if self.chance(0.3) else self.function(length, 0.3)
+            loop["length"] = length if self.chance(0.3) else self.function(length, 0.2 * length)
         mechanism, first = Mechanism(self.scene()), self.end(a)
         probe = Mechanism({**self.scene(), "loops": [{"name": "probe", "type": "spherical", "between": [first, "world"]}]})
         R, p = mechanism.end(probe.loops[0].ends[0], mechanism.poses(mechanism.q))
