@@ -131,17 +131,29 @@ static int write_basis(const elimination *e, const double *unit, int *coordinate
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Each row against its largest number, coordinates in their units. */
-static void scale(kt_linearization *l) {
+/* A row against its largest number, coordinates in their units. One of rounding alone, against what it could be, is
+ * none: made as large as the others it would be taken for one of them. */
+static void scale_row(kt_linearization *l, size_t row, double could_be) {
     const size_t rows = l->size.rows, nv = l->size.v;
-    for (size_t r = 0; r < rows; r++) {
-        double largest = 0.0;
-        for (size_t c = 0; c < nv; c++) {
-            l->equation[c * rows + r] *= l->unit[c];
-            largest = fmax(largest, fabs(l->equation[c * rows + r]));
+    double largest = 0.0;
+    for (size_t c = 0; c < nv; c++) {
+        l->equation[c * rows + row] *= l->unit[c];
+        largest = fmax(largest, fabs(l->equation[c * rows + row]));
+    }
+    const bool counts = largest > KT_RANK_TOLERANCE * KT_RANK_FLOOR * could_be;
+    for (size_t c = 0; c < nv; c++)
+        l->equation[c * rows + row] = counts ? l->equation[c * rows + row] / largest : 0.0;
+}
+
+static void scale(kt_linearization *l) {
+    const kt_model *model = l->model;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        const kt_group_work w = kt_group_place(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
+        for (int r = 0; r < loop->row_count; r++) {
+            const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
+            scale_row(l, (size_t)(loop->equation + r), slot < 0 ? 0.0 : w.scale[slot]);
         }
-        for (size_t c = 0; c < nv && largest > 0.0; c++)
-            l->equation[c * rows + r] /= largest;
     }
 }
 

@@ -190,7 +190,7 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         const kt_function function = function_of(a, loop, r);
         r->curve = kt_curve_compile(&function, m->number, *number);
         *number += kt_curve_number_count(&function);
-        m->driven |= r->curve.type != KT_FUNCTION_NONE && r->curve.type != KT_FUNCTION_CONSTANT;
+        m->driven |= kt_loop_is_driven(r);
         r->name = (uint32_t)*text;
         const size_t length = strlen(loop->name) + 1;
         memcpy(m->text + *text, loop->name, length);

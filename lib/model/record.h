@@ -139,6 +139,11 @@ typedef struct kt_loop_record {
     uint32_t name; /* offset in the model's text */
 } kt_loop_record;
 
+/* Whether time moves its equation. */
+static inline bool kt_loop_is_driven(const kt_loop_record *loop) {
+    return loop->curve.type != KT_FUNCTION_NONE && loop->curve.type != KT_FUNCTION_CONSTANT;
+}
+
 /* coefficient times a link's one coordinate */
 typedef struct kt_term_record {
     int32_t link;

@@ -33,15 +33,24 @@ static void scatter(const kt_model *model, double size, size_t sample, double *s
         step[model->group_v[i]] = size * model->unit[i] * kt_generic(i + 131 * sample);
 }
 
-/* Marks the equations of a group that are alive as last filled: not void, or with a residual, or moved by time. */
+/* Marks the equations of a group that are alive as last filled: not void, or with a residual. */
 static void note_alive(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *alive) {
     for (int32_t row = 0; row < group->row_count; row++) {
         const int32_t r = model->slot[group->row + row];
         double largest = 0.0;
         for (int i = 0; i < w->m; i++)
             largest = fmax(largest, fabs(w->a[(size_t)r * (size_t)w->m + (size_t)i]) * model->unit[group->v + i]);
-        if (largest > 1e-12 * w->scale[r] || fabs(w->residual[r]) > 1e-12 * w->scale[r] || w->rate[r] != 0.0)
+        if (largest > 1e-12 * w->scale[r] || fabs(w->residual[r]) > 1e-12 * w->scale[r])
             alive[group->row + row] = true;
+    }
+}
+
+/* And those that time moves, sooner or later: what nothing can follow is told when it comes. */
+static void note_driven(const kt_model *model, const kt_group *group, bool *alive) {
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        for (int r = 0; r < loop->row_count && kt_loop_is_driven(loop); r++)
+            alive[group->row + loop->row + r] = true;
     }
 }
 
@@ -114,6 +123,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
                 continue;
             found->seen[g] = true;
             note_alive(model, group, &w, found->alive);
+            note_driven(model, group, found->alive);
             for (int32_t row = 0; row < group->row_count && !closed; row++)
                 found->alive[group->row + row] = true;
         }

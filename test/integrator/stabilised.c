@@ -391,6 +391,34 @@ static kt_integrator *before_the_jump(jumping *j) {
     return it;
 }
 
+/* y' = -rate (y - 1): 1e-20 and 0 are one place, and the radius there is the same. Differences over a part of 1e-20
+ * would be all rounding. */
+static int fall(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    const double rate = *(const double *)user;
+    dydt[0] = -rate * (y[0] - 1.0);
+    dydt[1] = -0.5 * rate * (y[1] - 1.0);
+    return 0;
+}
+
+KT_TEST(the_radius_beside_zero_is_that_at_zero) {
+    static const double starts[] = {0.0, 1e-20, 1e-9};
+    double rate = 100.0;
+    for (int i = 0; i < 3; i++) {
+        const kt_integrator_callbacks callbacks = {fall, NULL, &rate};
+        const kt_integrator_options options = tolerance(1e-6, 1e-6);
+        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 2, &options);
+        kt_error error;
+        kt_try result;
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){starts[i], starts[i]}, &callbacks, &error), &error);
+        kt_check_true("slope", kt_evaluate(it, 0.0, it->y, 0, &result) == KT_TRY_PASSED);
+        kt_check_true("radius", kt_need_radius(it, false, &result) == KT_TRY_PASSED);
+        /* differences lose 2 eps 100 over 1.5e-8 of 1e-6, 3 /s */
+        kt_check_near("radius, 1/s", it->radius / KT_RADIUS_MARGIN, 100.0, i ? 3.0 : 1e-5);
+        integrator_free(it);
+    }
+}
+
 KT_TEST(a_stop_is_heeded_wherever_a_rejected_step_asks) {
     kt_error error;
     jumping free_run = {0, 0};

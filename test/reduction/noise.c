@@ -5,7 +5,7 @@
 
 #include "kinetree/simulation.h"
 #include "model/internal.h"
-#include "reduction/kernel.h"
+#include "reduction/project.h"
 
 #include <float.h>
 #include <math.h>
@@ -102,6 +102,24 @@ KT_TEST(equations_of_rounding_alone_are_contradicted_and_not_solved) {
             }
 }
 
+/* Nothing pulls at the rope until 0.2 s, and then nothing can follow it. */
+KT_TEST(equation_that_time_moves_later_is_not_void) {
+    static linkage l;
+    for (int how = 0; how < STANDS; how++) {
+        kt_error e = {0};
+        string_up(&l, (stand)how, true, 1.0, 0.0);
+        const double length = l.loop[0].function.numbers[0];
+        l.loop[0].function = kt_function_ramp(length, length + 0.5, 0.2, 0.6);
+        if (linkage_build(&l, 0.0)) {
+            kt_check_equal_int("at 0.1 s", kt_state_project(l.model, l.data, 0.1, l.q, l.v, NULL, &e), KT_OK);
+            kt_check_equal_int("at 0.4 s", kt_state_project(l.model, l.data, 0.4, l.q, l.v, NULL, &e),
+                               KT_ERROR_CONSTRAINT);
+            kt_check_contains("the loop", e.message, "'rope' by 0.25");
+        }
+        linkage_free(&l);
+    }
+}
+
 /* The rope's length is wrong, and nothing can change it. */
 KT_TEST(assembly_tells_a_gap_that_rounding_alone_could_close) {
     static linkage l;
@@ -169,6 +187,44 @@ static bool hold_twice(linkage *l, double apart) {
         hold->function = kt_function_constant(i * apart);
     }
     return linkage_compile(l);
+}
+
+/* Where nothing is open that could be told, the loops are. */
+KT_TEST(an_error_about_loops_always_names_one) {
+    static linkage l;
+    for (int moving = 0; moving < 2; moving++) {
+        if (hold_twice(&l, 0.0)) {
+            const double q = 0.0, v = 0.0;
+            kt_violation violation;
+            kt_error e = {0};
+            kt_check_true("filled",
+                          kt_reduction_kernels_of(l.model)->look(l.model, l.data, 0.0, &q, &v, NULL, &violation));
+            kt_check_equal_int("error", kt_open_loops_error(l.model, l.data, 0.0, "open are", moving, &e),
+                               KT_ERROR_CONSTRAINT);
+            kt_check_contains("names", e.message, "open are: 'first' by 0 (");
+        }
+        linkage_free(&l);
+    }
+}
+
+/* The rope pulls across a lever of so much of the mechanism's length, or where it is void of nothing: 1e-12 is between.
+ */
+KT_TEST(equations_are_void_below_a_trillionth_of_what_they_could_be) {
+    static linkage l;
+    static const double levers[] = {0.8e-12, 1.3e-12};
+    const kt_vec3 none = {0.0, 0.0, 0.0}, along = {1.0, 0.0, 0.0}, across = {0.0, 2.0, 0.0};
+    for (int k = 0; k < 2; k++) {
+        linkage_begin(&l);
+        linkage_bar(&l, "arm", NULL, none, along, 0.0, 0.0);
+        kt_loop *rope = linkage_close(&l, "rope", KT_LOOP_DISTANCE, "arm", none, NULL, across);
+        if (linkage_compile(&l)) {
+            rope->between[0].at.x = levers[k] * l.model->length;
+            linkage_free(&l);
+            if (linkage_compile(&l))
+                kt_check_equal_int("equations that are not void", l.model->group[0].count[KT_ROWS_ALL], k);
+        }
+        linkage_free(&l);
+    }
 }
 
 /* A residual of 2^-52 of a radian is closed, one more bit is not. */
