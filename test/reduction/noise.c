@@ -144,13 +144,14 @@ KT_TEST(assembly_tells_a_gap_that_rounding_alone_could_close) {
 /* A four-bar whose crank is held by a motion, with a pendulum on its coupler or without: each projection leaves 1e-16
  * of the velocity that the last one left. */
 KT_TEST(mechanisms_at_rest_are_projected_for_ever) {
+    static const kt_reduction ways[] = {KT_REDUCTION_QR, KT_REDUCTION_SVD, KT_REDUCTION_PARTITION};
     static linkage l;
+    const kt_vec3 none = {0.0, 0.0, 0.0};
+    kt_random random = kt_random_of_test();
     for (int k = 0; k < 6; k++) {
-        static const kt_reduction ways[] = {KT_REDUCTION_QR, KT_REDUCTION_SVD, KT_REDUCTION_PARTITION};
-        const kt_vec3 none = {0.0, 0.0, 0.0};
-        const four_bar f = four_bar_default();
-        kt_error e = {0};
-        int done = 0;
+        four_bar f = four_bar_default();
+        int failed = 0;
+        f.rate = 0.0;
         linkage_four_bar(&l, &f);
         l.options.reduction = ways[k % 3];
         if (k >= 3)
@@ -158,18 +159,17 @@ KT_TEST(mechanisms_at_rest_are_projected_for_ever) {
         kt_loop *drive = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, none, NULL, none);
         drive->joint = "crank";
         drive->function = kt_function_constant(f.angle[0]);
-        for (int i = 0; i < 3; i++)
-            l.body[i].joint.velocity[0] = 0.0;
-        if (linkage_build(&l, 0.0)) {
-            for (int i = 0; i < l.nv; i++)
-                l.v[i] = 0.3 + 0.1 * i;
-            while (done < 60 && kt_state_project(l.model, l.data, 0.0, l.q, l.v, NULL, &e) == KT_OK)
-                done++;
-            kt_note("%s", e.message);
-            kt_check_equal_int("projections", done, 60);
-            for (int i = 0; i < 3; i++)
-                kt_check_true("at rest", fabs(l.v[i]) <= 1e-100);
-        }
+        if (linkage_build(&l, 0.0))
+            for (int start = 0; start < 100; start++) {
+                kt_status status = KT_OK;
+                for (int i = 0; i < l.nv; i++)
+                    l.v[i] = kt_random_uniform(&random, -1.0, 1.0);
+                for (int i = 0; i < 60 && status == KT_OK; i++)
+                    status = kt_state_project(l.model, l.data, 0.0, l.q, l.v, NULL, NULL);
+                failed += status != KT_OK || fabs(l.v[0]) > 1e-100;
+            }
+        kt_note("%s%s", kt_reduction_name(ways[k % 3]), k < 3 ? "" : ", with a pendulum");
+        kt_check_equal_int("starts that came to no rest, of 100", failed, 0);
         linkage_free(&l);
     }
 }
