@@ -47,7 +47,7 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *dat
  *
  * work: memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, the caller's, needed for the call alone:
  * some 24 nv^2 + 3000 nv bytes. KT_ERROR_MEMORY where it is too small or not aligned; the other errors are those of the
- * functions that are derived, and outputs are untouched then, too. data holds no kinematics afterwards.
+ * functions that are derived, and outputs are untouched then, too.
  *
  * Sources: Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); Singh, Russell,
  * Wensing, IEEE Robotics and Automation Letters 7(2), 2022. */
@@ -69,8 +69,11 @@ KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *mode
 
 /* ---- kinematics -------------------------------------------------------------------------------------------------- */
 
-/* Poses, twists and accelerations of all bodies, kept in data for the queries below until the next call with this data
- * (where it fails, there are none). v may be NULL (zero), a may be NULL (zero). */
+/* Poses, twists and accelerations of all bodies at (q, v, a), kept in data for the queries and totals below. Nothing
+ * but the next kt_kinematics_update with this data changes them, not even one that fails: whatever is computed in
+ * between, at whatever state, they answer for the state given here. (In a simulation's own data its records and sensors
+ * update them.) v may be NULL (zero), a may be NULL (zero). Accelerations are those of the motion: gravity is not in
+ * them. */
 KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                  const double *a, kt_error *error);
 

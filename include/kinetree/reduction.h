@@ -138,7 +138,7 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
 /* Reactions at (t, q, v) under tau and external: in joints (one wrench a body, as kt_joint_reactions) and in loops (one
  * a loop: on the second end, at the first end's point, world axes; of a motion, what drives its joint: the torque, or
  * where it slides the force, along the joint's axis; of a coupling zeros, for it acts within its joints' reactions).
- * Either may be NULL. Leaves the kinematics of the motion in data, as kt_kinematics_update does. Equations that depend
+ * Either may be NULL. Equations that depend
  * on others carry none: redundant loops could share a reaction in many ways. Errors: as kt_acceleration_evaluate. Cost:
  * an evaluation of accelerations, and kinematics. */
 KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q,

@@ -1,60 +1,74 @@
-/* Frames and points of bodies, from the motion of their links. A body is at rest in its link:
+/* Frames and points of bodies, from the kinematics of their links. A body is at rest in its link:
  *   p = p_l + R_l d,   v = v_l + w x R_l d,   a = a_l + alpha x R_l d + w x (w x R_l d). */
+#include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
-#include "model/internal.h"
 
 #include <string.h>
 
 typedef struct carried {
-    kt_v4 arm;                  /* from the link's origin to the point, world axes */
-    const kt_link_motion *link; /* what carries it */
-    const kt_link_place *place;
+    kt_v4 arm;                      /* from the link's origin to the point, world axes */
+    const kt_link_kinematics *link; /* what carries it */
 } carried;
 
-/* A point given in the body frame. */
-static carried carry(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
+KT_INLINE kt_v4 rotate(const kt_link_kinematics *link, kt_vec3 x) {
+    kt_v4 axes[3];
+    kt_v4_from_mat3(link->axes, axes);
+    return kt_v4_apply(axes, kt_v4_from(x));
+}
+
+/* A point given in the body frame; links: kinematics of all links. */
+static carried carry(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at) {
     const kt_body_record *b = &model->body[body];
-    const kt_link_motion *link = &data->motion[b->link];
-    const kt_v4 local = kt_v4_from(kt_pose_apply(b->in_link, at));
-    return (carried){.arm = kt_v4_apply(link->axes, local), .link = link, .place = &data->place[b->link]};
+    const kt_link_kinematics *link = &links[b->link];
+    return (carried){.arm = rotate(link, kt_pose_apply(b->in_link, at)), .link = link};
 }
 
 static const kt_vec3 origin = {0.0, 0.0, 0.0};
 
+static kt_vec3 velocity(const carried *c) {
+    return kt_v4_vec3(kt_v4_from(c->link->velocity) + kt_v4_cross(kt_v4_from(c->link->omega), c->arm));
+}
+
+kt_vec3 kt_links_acceleration(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at) {
+    const carried c = carry(model, links, body, at);
+    const kt_v4 w = kt_v4_from(c.link->omega), alpha = kt_v4_from(c.link->alpha);
+    return kt_v4_vec3(kt_v4_from(c.link->linear) + kt_v4_cross(alpha, c.arm) + kt_v4_cross(w, kt_v4_cross(w, c.arm)));
+}
+
+kt_twist kt_links_twist(const kt_model *model, const kt_link_kinematics *links, int body) {
+    const carried c = carry(model, links, body, origin);
+    return (kt_twist){.angular = c.link->omega, .linear = velocity(&c)};
+}
+
 kt_vec3 kt_point_position(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
-    const carried c = carry(model, data, body, at);
-    return kt_v4_vec3(c.place->position + c.arm);
+    const carried c = carry(model, data->kinematics, body, at);
+    return kt_v4_vec3(kt_v4_from(c.link->position) + c.arm);
 }
 
 kt_vec3 kt_point_velocity(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
-    const carried c = carry(model, data, body, at);
-    return kt_v4_vec3(c.place->velocity + kt_v4_cross(c.link->omega, c.arm));
+    const carried c = carry(model, data->kinematics, body, at);
+    return velocity(&c);
 }
 
 kt_vec3 kt_point_acceleration(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
-    const carried c = carry(model, data, body, at);
-    const kt_v4 w = c.link->omega;
-    return kt_v4_vec3(c.link->linear + kt_v4_cross(c.link->alpha, c.arm) + kt_v4_cross(w, kt_v4_cross(w, c.arm)));
+    return kt_links_acceleration(model, data->kinematics, body, at);
 }
 
 kt_pose kt_body_pose(const kt_model *model, const kt_data *data, int body) {
     const kt_body_record *b = &model->body[body];
     kt_pose pose;
-    pose.rotation = kt_mat3_multiply(kt_v4_mat3(data->motion[b->link].axes), b->in_link.rotation);
+    pose.rotation = kt_mat3_multiply(data->kinematics[b->link].axes, b->in_link.rotation);
     pose.position = kt_point_position(model, data, body, origin);
     return pose;
 }
 
 kt_twist kt_body_twist(const kt_model *model, const kt_data *data, int body) {
-    kt_twist twist;
-    twist.angular = kt_v4_vec3(data->motion[model->body[body].link].omega);
-    twist.linear = kt_point_velocity(model, data, body, origin);
-    return twist;
+    return kt_links_twist(model, data->kinematics, body);
 }
 
 kt_twist kt_body_acceleration(const kt_model *model, const kt_data *data, int body) {
     kt_twist twist;
-    twist.angular = kt_v4_vec3(data->motion[model->body[body].link].alpha);
+    twist.angular = data->kinematics[model->body[body].link].alpha;
     twist.linear = kt_point_acceleration(model, data, body, origin);
     return twist;
 }
@@ -71,34 +85,37 @@ static void write_column(double *column, kt_v4 w, kt_v4 u, kt_v4 arm) {
 void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, double *jacobian) {
     const kt_v4 none = kt_v4_splat(0.0);
     memset(jacobian, 0, 6 * model->n.v * sizeof *jacobian);
-    kt_v4 arm = carry(model, data, body, at).arm; /* from the current link's origin to the point */
+    kt_v4 arm = carry(model, data->kinematics, body, at).arm; /* from the current link's origin to the point */
     for (int32_t i = model->body[body].link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
-        const kt_link_motion *m = &data->motion[i];
+        const kt_link_kinematics *m = &data->kinematics[i];
+        kt_v4 axes[3];
+        kt_v4_from_mat3(m->axes, axes);
         double *column = jacobian + 6 * (size_t)link->v;
         switch ((kt_motion)link->motion) {
         case KT_MOTION_TURN:
-            write_column(column, m->axis, none, arm);
+            write_column(column, axes[link->axis], none, arm);
             break;
         case KT_MOTION_SLIDE:
-            write_column(column, none, m->axis, arm);
+            write_column(column, none, axes[link->axis], arm);
             break;
         case KT_MOTION_HELIX:
-            write_column(column, m->axis, kt_v4_splat(link->pitch) * m->axis, arm);
+            write_column(column, axes[link->axis], kt_v4_splat(link->pitch) * axes[link->axis], arm);
             break;
         case KT_MOTION_FREE: {
-            kt_v4 base[3];
-            kt_v4_multiply(data->motion[link->parent].axes, link->turn, base);
+            kt_v4 parent[3], base[3];
+            kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
+            kt_v4_multiply(parent, link->turn, base);
             for (int k = 0; k < 3; k++, column += 6)
                 write_column(column, none, base[k], arm);
         } /* fall through */
         case KT_MOTION_BALL:
             for (int k = 0; k < 3; k++, column += 6)
-                write_column(column, m->axes[k], none, arm);
+                write_column(column, axes[k], none, arm);
             break;
         case KT_MOTION_NONE:
             break;
         }
-        arm += m->offset;
+        arm += kt_v4_from(m->offset);
     }
 }

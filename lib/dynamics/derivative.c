@@ -70,7 +70,7 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
     if (status == KT_OK)
         status = kt_input_check(model, &input, error);
     if (status == KT_OK)
-        status = kt_kinematics_update(model, data, q, v, a, error);
+        status = kt_links_update(model, data, q, v, a, false, NULL, error);
     if (status != KT_OK)
         return status;
     kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false, &w);
@@ -93,7 +93,7 @@ kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, 
         status = kt_dynamics_forward(model, data, q, v, tau, external, w.a, error);
     const bool kept = model->sweep == KT_SWEEP_SPATIAL; /* by forward dynamics, in data->motion */
     if (status == KT_OK && !kept)
-        status = kt_kinematics_update(model, data, q, v, w.a, error);
+        status = kt_links_update(model, data, q, v, w.a, false, NULL, error);
     if (status != KT_OK)
         return status;
     kernel.terms(model, data, v ? v : model->zero, w.a, external, kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true,

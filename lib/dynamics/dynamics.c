@@ -131,9 +131,21 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
     return KT_OK;
 }
 
-/* posed: data hold the poses of q. */
-static kt_status update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                        bool posed, kt_error *error) {
+static void take_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {
+    for (size_t i = 0; i < model->n.link; i++) {
+        const kt_link_motion *m = &data->motion[i];
+        links[i] = (kt_link_kinematics){.axes = kt_v4_mat3(m->axes),
+                                        .offset = kt_v4_vec3(m->offset),
+                                        .omega = kt_v4_vec3(m->omega),
+                                        .alpha = kt_v4_vec3(m->alpha),
+                                        .linear = kt_v4_vec3(m->linear),
+                                        .position = kt_v4_vec3(m->position),
+                                        .velocity = kt_v4_vec3(m->velocity)};
+    }
+}
+
+kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                          bool posed, kt_link_kinematics *links, kt_error *error) {
     const kt_kernels *kernels = kernels_of(model);
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration"};
     const kt_status status = kt_input_check(model, &input, error);
@@ -141,8 +153,11 @@ static kt_status update(const kt_model *model, kt_data *data, const double *q, c
         return status;
     const size_t failed =
         (posed ? kernels->follow : kernels->kinematics)(model, data, q, v ? v : model->zero, a ? a : model->zero);
-    if (!failed)
+    if (!failed) {
+        if (links)
+            take_links(model, data, links);
         return KT_OK;
+    }
     char where[KT_WHERE_SIZE];
     name_joint(model, failed, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
@@ -151,16 +166,12 @@ static kt_status update(const kt_model *model, kt_data *data, const double *q, c
 
 kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                kt_error *error) {
-    return update(model, data, q, v, a, false, error);
+    return kt_links_update(model, data, q, v, a, false, data->kinematics, error);
 }
 
-kt_status kt_kinematics_follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                               kt_error *error) {
-    return update(model, data, q, v, a, true, error);
-}
-
-void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
+void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links) {
     (void)kernels_of(model)->kinematics(model, data, q, v, model->zero);
+    take_links(model, data, links);
 }
 
 void kt_bearers_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {

@@ -20,8 +20,8 @@ typedef struct kt_kernels {
     /* Composite bodies: the lower triangle of the mass matrix, and zeros above. Returns a link that carries an inertia
      * which is not finite; the matrix is untouched then. */
     size_t (*mass)(const kt_model *model, kt_data *data, const double *q, double *mass);
-    /* Motion and places of all links; accelerations without gravity. Returns 0 where all of it is finite, else the
-     * first link whose motion is not. */
+    /* Motion of all links into data->motion, with positions and velocities; accelerations without gravity. Returns 0
+     * where all of it is finite, else the first link whose motion is not. */
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
     /* The same where data hold the poses of q already, from whatever recursion or projection at q; with equal bits. */
     size_t (*follow)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
@@ -76,15 +76,26 @@ kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double 
 /* Copies a result of nv numbers that is finite; else says of which joint it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
 
-/* kt_kinematics_update where data hold the poses of q already. */
-KT_CHECKED kt_status kt_kinematics_follow(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                          const double *a, kt_error *error);
+/* kt_kinematics_update into `links` instead of data->kinematics, or where that is NULL, into data->motion alone; posed:
+ * data hold the poses of q already. Untouched on failure. */
+KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                     const double *a, bool posed, kt_link_kinematics *links, kt_error *error);
 
-/* kt_joint_reactions into data->wrench, which may hold what is not finite. */
-const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_wrench *external);
+/* The same without accelerations and without a look at the numbers. */
+void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
-/* kt_kinematics_update without accelerations and without a look at the numbers. */
-void kt_kinematics_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
+/* Memory for kinematics that are not those of the last kt_kinematics_update: the articulated inertias', once a
+ * recursion has ended. */
+_Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_articulated), "a link's kinematics fit");
+static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->articulated; }
+
+/* kt_point_acceleration and kt_body_twist from such kinematics. */
+kt_vec3 kt_links_acceleration(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at);
+kt_twist kt_links_twist(const kt_model *model, const kt_link_kinematics *links, int body);
+
+/* kt_joint_reactions from such kinematics into data->wrench, which may hold what is not finite. */
+const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_link_kinematics *links,
+                                         const kt_wrench *external);
 
 /* Motion of the links that effects ask for, into data->bearer. */
 void kt_bearers_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);

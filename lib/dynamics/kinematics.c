@@ -4,9 +4,9 @@
 
 /* x - x of what moves a link, summed: 0 where all is finite, NaN else. (An offset or an angular velocity that is not
  * finite shows in the accelerations.) */
-KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_place *p) {
+KT_INLINE kt_v4 excess(const kt_link_motion *m) {
     return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
-           ((p->position - p->position) + (p->velocity - p->velocity));
+           ((m->position - m->position) + (m->velocity - m->velocity));
 }
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
@@ -16,12 +16,10 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, co
                        bool posed) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_link_motion *motion = data->motion;
-    kt_link_place *place = data->place;
     kt_v4 sum = none;
     if (!posed)
         kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(none, &motion[0]);
-    place[0] = (kt_link_place){none, none};
     for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
@@ -32,12 +30,12 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, co
         kt_link_acceleration(link, parent, a, m);
         kt_v4 angular, linear;
         kt_joint_twist(link, parent, m, v, &angular, &linear);
-        place[i].position = place[link->parent].position + m->offset;
-        place[i].velocity = place[link->parent].velocity + kt_v4_cross(parent->omega, m->offset) + linear;
-        sum += excess(m, &place[i]);
+        m->position = parent->position + m->offset;
+        m->velocity = parent->velocity + kt_v4_cross(parent->omega, m->offset) + linear;
+        sum += excess(m);
     }
     size_t failed = is_zero(sum) ? 0 : 1;
-    while (failed && is_zero(excess(&motion[failed], &place[failed])))
+    while (failed && is_zero(excess(&motion[failed])))
         failed++;
     return failed;
 }

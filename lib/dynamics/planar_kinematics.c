@@ -25,9 +25,9 @@ KT_INLINE void to_world(const kt_v4 basis[3], const kt_planar_rest *rest, int ax
 }
 
 /* x - x of what moves a link, as in kinematics.c. */
-KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_place *p) {
+KT_INLINE kt_v4 excess(const kt_link_motion *m) {
     return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
-           ((p->position - p->position) + (p->velocity - p->velocity));
+           ((m->position - m->position) + (m->velocity - m->velocity));
 }
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
@@ -45,21 +45,20 @@ KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane
         const kt_planar_motion *parent = &flat[link->parent];
         const size_t i = model->n.spatial + (size_t)k - 1;
         kt_link_motion *m = &data->motion[i];
-        kt_link_place *place = &data->place[i];
-        const kt_link_place *up = &data->place[model->link[i].parent];
+        const kt_link_motion *up = &data->motion[model->link[i].parent];
         if (!posed)
             kt_planar_pose(link, parent, q, data->planar_cosine, data->planar_sine, &flat[k]);
         kt_planar_velocity(link, parent, v, &flat[k]);
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], model->link[i].axis, &flat[k], m);
-        m->offset = kt_v4_apply(data->motion[model->link[i].parent].axes, model->link[i].at);
+        m->offset = kt_v4_apply(up->axes, model->link[i].at);
         if (link->motion == KT_MOTION_SLIDE)
             m->offset += kt_v4_splat(q[link->q]) * m->axis;
-        place->position = up->position + m->offset;
-        place->velocity = up->velocity + kt_v4_cross(kt_v4_splat(parent->omega) * basis[2], m->offset);
+        m->position = up->position + m->offset;
+        m->velocity = up->velocity + kt_v4_cross(kt_v4_splat(parent->omega) * basis[2], m->offset);
         if (link->motion == KT_MOTION_SLIDE)
-            place->velocity += kt_v4_splat(v[link->v]) * m->axis;
-        sum += excess(m, place);
+            m->velocity += kt_v4_splat(v[link->v]) * m->axis;
+        sum += excess(m);
     }
     return sum;
 }
@@ -71,11 +70,10 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, co
     if (!posed)
         kt_planar_gather(model, data, q);
     kt_ground_set(none, &data->motion[0]);
-    data->place[0] = (kt_link_place){none, none};
     for (size_t p = 0; p < model->n.plane; p++)
         sum += sweep_plane(model, data, &model->plane[p], q, v, a, posed);
     size_t failed = is_zero(sum) ? 0 : model->n.spatial;
-    while (failed && is_zero(excess(&data->motion[failed], &data->place[failed])))
+    while (failed && is_zero(excess(&data->motion[failed])))
         failed++;
     return failed;
 }

@@ -14,8 +14,8 @@ typedef struct size {
     double mass, trace, largest;
 } size;
 
-/* Where the sizes of a link's children are summed: the places of links are not needed here. */
-static size *size_of(kt_data *data, size_t i) { return (size *)&data->place[i]; }
+/* Where the sizes of a link's children are summed, at set-up, when there are no kinematics yet. */
+static size *size_of(kt_data *data, size_t i) { return (size *)&data->kinematics[i]; }
 
 /* Whether there is inertia along all freedoms of a link; what is taken out goes into the size. */
 static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
@@ -57,7 +57,7 @@ size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, 
     size_t found = 0;
     take_position(model, data, q);
     memset(data->articulated, 0, model->n.link * sizeof *data->articulated);
-    memset(data->place, 0, model->n.link * sizeof *data->place);
+    memset(data->kinematics, 0, model->n.link * sizeof *data->kinematics);
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &data->motion[i];

@@ -19,8 +19,8 @@ double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
         const kt_vec3 v = kt_point_velocity(model, data, i, b->com);
-        const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[b->link].axes), b->in_link.rotation);
-        const kt_vec3 w = kt_mat3_apply_transposed(r, kt_v4_vec3(data->motion[b->link].omega));
+        const kt_mat3 r = kt_mat3_multiply(data->kinematics[b->link].axes, b->in_link.rotation);
+        const kt_vec3 w = kt_mat3_apply_transposed(r, data->kinematics[b->link].omega);
         twice += b->mass * kt_vec3_dot(v, v) + kt_vec3_dot(w, kt_sym3_apply(b->inertia, w));
     }
     return 0.5 * twice;
@@ -43,8 +43,8 @@ kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
         const kt_vec3 p = kt_vec3_scale(b->mass, kt_point_velocity(model, data, i, b->com));
-        const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[b->link].axes), b->in_link.rotation);
-        const kt_vec3 spin = apply_inertia(b, r, kt_v4_vec3(data->motion[b->link].omega));
+        const kt_mat3 r = kt_mat3_multiply(data->kinematics[b->link].axes, b->in_link.rotation);
+        const kt_vec3 spin = apply_inertia(b, r, data->kinematics[b->link].omega);
         const kt_vec3 orbit = kt_vec3_cross(kt_point_position(model, data, i, b->com), p);
         total.force = kt_vec3_add(total.force, p);
         total.moment = kt_vec3_add(total.moment, kt_vec3_add(orbit, spin));
@@ -67,12 +67,12 @@ double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *cente
 }
 
 /* What a body's motion and gravity ask for, less what acts from outside, about its frame's origin. */
-static kt_wrench body_wrench(const kt_model *model, const kt_data *data, int i, const kt_wrench *external) {
+static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *links, int i, const kt_wrench *external) {
     const kt_body_record *b = &model->body[i];
-    const kt_link_motion *link = &data->motion[b->link];
-    const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(link->axes), b->in_link.rotation);
-    const kt_vec3 w = kt_v4_vec3(link->omega), alpha = kt_v4_vec3(link->alpha);
-    const kt_vec3 g = kt_v4_vec3(model->gravity), a = kt_point_acceleration(model, data, i, b->com);
+    const kt_link_kinematics *link = &links[b->link];
+    const kt_mat3 r = kt_mat3_multiply(link->axes, b->in_link.rotation);
+    const kt_vec3 w = link->omega, alpha = link->alpha;
+    const kt_vec3 g = kt_v4_vec3(model->gravity), a = kt_links_acceleration(model, links, i, b->com);
     kt_wrench out;
     out.force = kt_vec3_scale(b->mass, kt_vec3_sub(a, g));
     const kt_vec3 spin = kt_vec3_cross(w, apply_inertia(b, r, w));
@@ -93,25 +93,29 @@ static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
 
 /* How far the joint has slid: from the origin of the joint frame to that of body i. From offsets between links alone;
  * where they are in the world, which may be far away, does not enter. */
-static kt_vec3 slid(const kt_model *model, const kt_data *data, int i) {
+static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int i) {
     const int32_t end = model->body[model->body[i].parent].link;
     kt_v4 sum = kt_v4_splat(0.0);
-    for (int32_t l = model->body[i].link; l != end; l = model->link[l].parent)
-        sum += data->motion[l].offset - kt_v4_apply(data->motion[model->link[l].parent].axes, model->link[l].at);
+    for (int32_t l = model->body[i].link; l != end; l = model->link[l].parent) {
+        kt_v4 parent[3];
+        kt_v4_from_mat3(links[model->link[l].parent].axes, parent);
+        sum += kt_v4_from(links[l].offset) - kt_v4_apply(parent, model->link[l].at);
+    }
     return kt_v4_vec3(sum);
 }
 
 /* In data->wrench: a body's sum, once all that it carries is in it, gives way to its joint's reaction. */
-const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_wrench *external) {
+const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_link_kinematics *links,
+                                         const kt_wrench *external) {
     kt_wrench *sum = data->wrench;
     const int count = (int)model->n.body;
     memset(&sum[0], 0, sizeof sum[0]);
     for (int i = 1; i < count; i++)
-        sum[i] = body_wrench(model, data, i, external);
+        sum[i] = body_wrench(model, links, i, external);
     for (int i = count - 1; i > 0; i--) {
         const kt_body_record *b = &model->body[i], *parent = &model->body[b->parent];
-        const kt_mat3 r = kt_mat3_multiply(kt_v4_mat3(data->motion[parent->link].axes), parent->in_link.rotation);
-        sum[i] = carry_back(sum[i], slid(model, data, i));
+        const kt_mat3 r = kt_mat3_multiply(links[parent->link].axes, parent->in_link.rotation);
+        sum[i] = carry_back(sum[i], slid(model, links, i));
         const kt_wrench up = carry_back(sum[i], kt_mat3_apply(r, b->joint.position));
         sum[b->parent].force = kt_vec3_add(sum[b->parent].force, up.force);
         sum[b->parent].moment = kt_vec3_add(sum[b->parent].moment, up.moment);
@@ -121,5 +125,6 @@ const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, c
 }
 
 void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches) {
-    memcpy(wrenches, kt_joint_reactions_find(model, data, external), model->n.body * sizeof *wrenches);
+    memcpy(wrenches, kt_joint_reactions_find(model, data, data->kinematics, external),
+           model->n.body * sizeof *wrenches);
 }

@@ -143,13 +143,22 @@ typedef struct kt_link_motion {
     kt_v4 offset;        /* r: own origin minus the parent's */
     kt_v4 omega;         /* angular velocity */
     kt_v4 alpha, linear; /* angular acceleration, and the origin's (in dynamics: minus gravity) */
-    kt_v4 moment, force; /* wrench */
+    union {
+        kt_v4 moment;   /* in dynamics: of the wrench */
+        kt_v4 position; /* in kinematics: of the origin, world */
+    };
+    union {
+        kt_v4 force;    /* in dynamics: of the wrench */
+        kt_v4 velocity; /* in kinematics: of the origin, world */
+    };
 } kt_link_motion;
 
-/* Where a link is, and how fast; by kinematics only. */
-typedef struct kt_link_place {
-    kt_v4 position, velocity; /* of the origin, world */
-} kt_link_place;
+/* What queries read of a link. It has memory of its own, which nothing but kt_kinematics_update writes, so that
+ * whatever is computed in between, at whatever state, queries answer for the state of the last update. */
+typedef struct kt_link_kinematics {
+    kt_mat3 axes;
+    kt_vec3 offset, omega, alpha, linear, position, velocity; /* as in kt_link_motion, without gravity */
+} kt_link_kinematics;
 
 /* A bearer in motion. Its place is base + local: from the world's origin to where its tree stands, and from there on,
  * so that what lies near to each other far from the world's origin is seen at its distance to the last digit. */
@@ -171,13 +180,15 @@ typedef struct kt_response {
 } kt_response;
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
+/* What only models with some of these need. */
+static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 
 /* Every array of the data: type, name, count, meaning. */
 #define KT_DATA_FIELDS(X)                                                                                              \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
     X(kt_response, response, n->link, "from the way back to the way out")                                              \
     X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
-    X(kt_link_place, place, n->link, "places and velocities of the links")                                             \
+    X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(kt_bearer_motion, bearer, n->bearer, "motion of the links that effects ask for")                                 \
     X(double, bearer_sine, kt_lanes8(n->bearer_angle), "of these links' angles")                                       \
     X(double, bearer_cosine, kt_lanes8(n->bearer_angle), "of these links' angles")                                     \
@@ -194,7 +205,7 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(double, moved_v, kt_lanes8(n->v), "a state beside the one evaluated")                                            \
     X(double, assembled_q, kt_lanes8(n->q), "a state being assembled")                                                 \
     X(double, given_q, kt_lanes8(n->q), "the position that an assembly starts from")                                   \
-    X(double, near_q, kt_lanes8(n->q), "a position nearer to the given one")                                           \
+    X(double, near_q, kt_where(n->group, kt_lanes8(n->q)), "a position nearer to the given one")                       \
     X(double, assembled_v, kt_lanes8(n->v), "a state being assembled")                                                 \
     X(double, delta, kt_lanes8(n->v), "a step in positions or velocities")                                             \
     X(double, side, 3 * kt_lanes8(n->v), "accelerations at and beside a singular position")                            \
@@ -207,10 +218,10 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
     X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
     X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \
     X(bool, settled, n->group, "whether that is all that can be done for a group")                                     \
-    X(double, beside_q, kt_lanes8(n->q), "a state beside a singular position")                                         \
-    X(double, beside_v, kt_lanes8(n->v), "a state beside a singular position")                                         \
+    X(double, beside_q, kt_where(n->group, kt_lanes8(n->q)), "a state beside a singular position")                     \
+    X(double, beside_v, kt_where(n->group, kt_lanes8(n->v)), "a state beside a singular position")                     \
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \
-    X(kt_wrench, pushed, n->body, "wrenches on bodies: external ones and effects")                                     \
+    X(kt_wrench, pushed, kt_where(n->bearer, n->body), "wrenches on bodies: external ones and effects")                \
     X(kt_wrench, loaded, n->body, "wrenches on bodies: those and the loops'")                                          \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 

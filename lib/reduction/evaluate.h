@@ -28,12 +28,19 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
                             const double *tau, const kt_wrench *external, double *a, kt_error *error);
 
 /* What the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), has left in
- * data, taken on to the kinematics of the motion, and to reactions (where either is not NULL). Nothing is computed
- * again but what a singular position or a plane leave no trace of. The bits are those of kt_kinematics_update with a
- * and of kt_reaction_evaluate. */
+ * data, taken on to the kinematics of the motion, into links, and to reactions (where either is not NULL). Nothing is
+ * computed again but what a singular position or a plane leave no trace of. The bits are those of kt_kinematics_update
+ * with a and of kt_reaction_evaluate. */
 KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double *tau, const kt_wrench *external, const double *a,
-                                        kt_wrench *joints, kt_wrench *loops, kt_error *error);
+                                        kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
+                                        kt_error *error);
+
+/* kt_reaction_evaluate, with the kinematics of the motion in links. */
+KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, const double *tau, const kt_wrench *external,
+                                        kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
+                                        kt_error *error);
 
 /* Whether the wrenches that a caller gives are finite: recursions in a plane read of them what lies in it
  * alone, and would not notice. */

@@ -24,9 +24,10 @@ static double dot(const double *x, const double *y, size_t n) {
 static double power_of_wrenches(const kt_model *model, kt_data *data, const double *q, const double *v,
                                 const kt_wrench *wrenches) {
     double sum = 0.0;
-    kt_kinematics_sweep(model, data, q, v);
+    kt_link_kinematics *links = kt_links_scratch(data);
+    kt_links_sweep(model, data, q, v, links);
     for (int b = 1; b < (int)model->n.body; b++) {
-        const kt_twist twist = kt_body_twist(model, data, b);
+        const kt_twist twist = kt_links_twist(model, links, b);
         sum += kt_vec3_dot(wrenches[b].moment, twist.angular) + kt_vec3_dot(wrenches[b].force, twist.linear);
     }
     return sum;

@@ -48,15 +48,14 @@ static kt_status refuse(const char *kind, const char *name, double t, kt_error *
 }
 
 kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                             const double *tau, const kt_wrench *external, const double *a, kt_wrench *joints,
-                             kt_wrench *loops, kt_error *error) {
+                             const double *tau, const kt_wrench *external, const double *a, kt_link_kinematics *links,
+                             kt_wrench *joints, kt_wrench *loops, kt_error *error) {
     if (joints || loops)
         load(model, data, t, q, v, tau, external, a);
-    const kt_status status = data->beside ? kt_kinematics_update(model, data, q, v, a, error)
-                                          : kt_kinematics_follow(model, data, q, v, a, error);
+    const kt_status status = kt_links_update(model, data, q, v, a, !data->beside, links, error);
     if (status != KT_OK)
         return status;
-    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, data->loaded) : NULL;
+    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, data->loaded) : NULL;
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
     const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
     if (loop < model->n.loop)
@@ -70,10 +69,17 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, con
     return KT_OK;
 }
 
+kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double *tau, const kt_wrench *external, kt_link_kinematics *links, kt_wrench *joints,
+                             kt_wrench *loops, kt_error *error) {
+    double *a = data->side + 2 * kt_lanes8(model->n.v);
+    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, links, joints, loops, error)
+                           : status;
+}
+
 kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                const double *tau, const kt_wrench *external, kt_wrench *joints, kt_wrench *loops,
                                kt_error *error) {
-    double *a = data->side + 2 * kt_lanes8(model->n.v);
-    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
-    return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, joints, loops, error) : status;
+    return kt_motion_evaluate(model, data, t, q, v, tau, external, kt_links_scratch(data), joints, loops, error);
 }

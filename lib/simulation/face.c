@@ -57,15 +57,16 @@ kt_status kt_simulation_take_face(kt_simulation *simulation, double t, const dou
 kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
     const kt_wrench *external = simulation->external;
+    kt_data *data = simulation->data;
     kt_simulation_push(simulation, q, &tau, &external);
     const bool absolute = kt_simulation_is_absolute(simulation);
     kt_wrench *joints = absolute ? NULL : simulation->reaction;
     kt_wrench *loops = absolute ? simulation->free_reaction : simulation->loop_reaction;
-    const kt_status status =
-        simulation->held == KT_HELD_EVALUATION
-            ? kt_motion_complete(simulation->model, simulation->data, t, q, v, tau, external, simulation->a, joints,
-                                 loops, error)
-            : kt_reaction_evaluate(simulation->model, simulation->data, t, q, v, tau, external, joints, loops, error);
+    const kt_status status = simulation->held == KT_HELD_EVALUATION
+                                 ? kt_motion_complete(simulation->model, data, t, q, v, tau, external, simulation->a,
+                                                      data->kinematics, joints, loops, error)
+                                 : kt_motion_evaluate(simulation->model, data, t, q, v, tau, external, data->kinematics,
+                                                      joints, loops, error);
     if (status == KT_OK && absolute)
         kt_absolute_reactions(simulation->face, q, simulation->tau, simulation->free_reaction, simulation->reaction,
                               simulation->loop_reaction);

@@ -74,9 +74,8 @@ static kt_status move(kt_simulation *simulation, double t, const double *a, kt_e
     kt_data *data = simulation->data;
     const double *q = simulation->y, *v = q + simulation->size.nq;
     if (simulation->held == KT_HELD_EVALUATION)
-        return kt_motion_complete(model, data, t, q, v, NULL, NULL, a, NULL, NULL, error);
-    return simulation->held == KT_HELD_POSES ? kt_kinematics_follow(model, data, q, v, a, error)
-                                             : kt_kinematics_update(model, data, q, v, a, error);
+        return kt_motion_complete(model, data, t, q, v, NULL, NULL, a, data->kinematics, NULL, NULL, error);
+    return kt_links_update(model, data, q, v, a, simulation->held == KT_HELD_POSES, data->kinematics, error);
 }
 
 /* Kinematics, and what is read from them. Energies are those of what is stepped. */

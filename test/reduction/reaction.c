@@ -69,10 +69,13 @@ static kt_wrench inertial(const tangle *g, int b) {
     return out;
 }
 
-/* Newton and Euler, body by body; the kinematics of the motion are those that kt_reaction_evaluate leaves. */
+/* Newton and Euler, body by body. */
 static void check_balance(const tangle *g, const reactions *r, kt_worst *worst) {
     const kt_model *model = g->tree.model;
     kt_wrench on[KT_TREE_SLOTS];
+    kt_error e = {0};
+    if (!kt_tree_fine("kinematics", kt_kinematics_update(model, g->tree.data, g->q, g->v, r->a, &e), &e))
+        return;
     memset(on, 0, sizeof on);
     for (int b = 1; b < g->tree.count; b++) {
         const kt_vec3 at = g->tree.description.bodies[kt_body_source(model, b)].joint.at;
