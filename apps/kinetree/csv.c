@@ -82,11 +82,42 @@ static void add_reaction(kt_csv *csv, const kt_record *record, const char *name,
     add_cell(csv, record, w->moment.z, "reaction.%s.mz", name);
 }
 
+/* A relation between coordinates has one equation, whose multiplier is its generalised force. */
+static bool is_relation(const kt_model *model, int loop) {
+    const kt_loop_type type = kt_loop_type_of(model, loop);
+    return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION;
+}
+
+static void add_multipliers(kt_csv *csv, const kt_record *record, int loop) {
+    const kt_loop_rows rows = kt_loop_rows_of(csv->model, loop);
+    const char *name = kt_loop_name(csv->model, loop);
+    for (int k = 0; k < rows.count; k++) {
+        const double value = record != NULL ? record->multipliers[rows.first + k] : 0.0;
+        if (rows.count == 1)
+            add_cell(csv, record, value, "reaction.%s.multiplier", name);
+        else
+            add_cell(csv, record, value, "reaction.%s.multiplier[%d]", name, k);
+    }
+}
+
+/* A coupling acts along its joints alone: it has no wrench. */
 static void add_reactions(kt_csv *csv, const kt_record *r) {
     for (int body = 1; body < kt_model_body_count(csv->model); body++)
         add_reaction(csv, r, kt_body_name(csv->model, body), r != NULL ? r->reactions : NULL, body);
+    for (int loop = 0; loop < kt_loop_count(csv->model); loop++) {
+        if (kt_loop_type_of(csv->model, loop) != KT_LOOP_COUPLING)
+            add_reaction(csv, r, kt_loop_name(csv->model, loop), r != NULL ? r->loop_reactions : NULL, loop);
+        if (is_relation(csv->model, loop))
+            add_multipliers(csv, r, loop);
+    }
+}
+
+/* Those that add_reactions has not had. */
+static void add_all_multipliers(kt_csv *csv, const kt_record *r) {
+    const bool reacts = (csv->record & KT_RECORD_REACTION) != 0;
     for (int loop = 0; loop < kt_loop_count(csv->model); loop++)
-        add_reaction(csv, r, kt_loop_name(csv->model, loop), r != NULL ? r->loop_reactions : NULL, loop);
+        if (!reacts || !is_relation(csv->model, loop))
+            add_multipliers(csv, r, loop);
 }
 
 /* One walk for the header and for the lines under it. */
@@ -116,6 +147,8 @@ static void add_line(kt_csv *csv, const kt_record *r) {
     }
     if ((csv->record & KT_RECORD_REACTION) != 0)
         add_reactions(csv, r);
+    if ((csv->record & KT_RECORD_MULTIPLIER) != 0)
+        add_all_multipliers(csv, r);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */

@@ -60,7 +60,7 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
         fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
                 work.supplied, outcome->energy.balance_change);
     }
-    if (kt_loop_count(outcome->model) > 0)
+    if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);
     fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),

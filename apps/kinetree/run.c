@@ -280,8 +280,10 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();
     options.unprojected = arguments->unprojected;
+    if (kt_loop_count(model) > 0)
+        options.record = KT_RECORD_CONSTRAINT; /* the report says how far they are open, recorded or not */
     if (arguments->summary != NULL || arguments->plot != NULL)
-        options.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+        options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     kt_outcome outcome = {.scene = scene,
                           .model = model,
                           .run = &run,

@@ -16,7 +16,7 @@ static const kt_option options[] = {
     {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
-     "what to record: position, velocity, acceleration, energy, balance, constraint, reaction", NULL},
+     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier", NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
     {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},

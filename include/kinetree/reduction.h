@@ -137,13 +137,41 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
 
 /* Reactions at (t, q, v) under tau and external: in joints (one wrench a body, as kt_joint_reactions) and in loops (one
  * a loop: on the second end, at the first end's point, world axes; of a motion, what drives its joint: the torque, or
- * where it slides the force, along the joint's axis; of a coupling zeros, for it acts within its joints' reactions).
- * Either may be NULL. Equations that depend
- * on others carry none: redundant loops could share a reaction in many ways. Errors: as kt_acceleration_evaluate. Cost:
- * an evaluation of accelerations, and kinematics. */
+ * where it slides the force, along the joint's axis; of a coupling zeros: it acts along its joints, and
+ * kt_multiplier_evaluate tells by how much).
+ * Either may be NULL. Redundant loops could share a reaction in many ways, of which kt_multiplier_evaluate says which
+ * it is. Errors: as kt_acceleration_evaluate. Cost: an evaluation of accelerations, and kinematics. */
 KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);
+
+/* Multipliers lambda of the loops' equations at (t, q, v) under tau and external: one for each equation, in the order
+ * of kt_loop_equations (kt_loop_rows_of), so that with its jacobian A and the generalised forces Q of kt_effect_forces
+ *     M a + h = tau + J' external + Q + A' lambda,          a = kt_acceleration_evaluate.
+ * Units: N where the equation's residual is in m (or m/s), N m where it is in rad. Of a coupling, coefficient times
+ * lambda is the generalised force on each of its joints; of a motion, lambda drives its joint.
+ *
+ * Where equations depend on others, only the sum A' lambda is determined, and reactions of the loops concerned are as
+ * the reduction shares them out: by `qr` and `partition` the equations that repeat others carry none (of two equal
+ * stops one bears all), by `svd` lambda is the least one (each bears half). Next to a singular position a multiplier
+ * may be as large as the direction that is lost is short. Errors: as kt_acceleration_evaluate; KT_ERROR_NOT_FINITE
+ * names the loop whose multiplier overflows. Cost: an evaluation of accelerations, and of planar loops one in space. */
+KT_API KT_CHECKED kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
+                                                   const double *v, const double *tau, const kt_wrench *external,
+                                                   double *multipliers, kt_error *error);
+
+/* A basis N of the velocities that the loops leave free at (t, q), A N = 0: nv x columns, column-major, with columns =
+ * nv
+ * - rank at this position: kt_freedom.minimal, and more at a singular one. basis has room for nv x nv. Coordinates in
+ * no loop are columns of their own, the last ones; those of a group are orthonormal (`qr`, `svd`), or unit vectors in
+ * the independent coordinates (`partition`). Errors: KT_ERROR_NOT_FINITE. O(nv^2) + O(coordinates^3) of each group. */
+KT_API KT_CHECKED kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q,
+                                              double *basis, int *columns, kt_error *error);
+
+/* Generalised forces Q (nv) of all effects at (t, q, v): those of joints, and J' of the wrenches on bodies. Errors:
+ * KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK. O(bodies + effects). */
+KT_API KT_CHECKED kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q,
+                                             const double *v, double *forces, kt_error *error);
 
 /* Potential energy of the effects at (t, q, v), J; NaN where a caller's own cannot tell it. Gravity's is
  * kt_potential_energy. O(bodies + effects). */

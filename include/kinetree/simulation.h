@@ -57,7 +57,8 @@ extern "C" {
     X(KT_RECORD_ENERGY, 8, energy)             /* kinetic and potential */                                             \
     X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
     X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
-    X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */
+    X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
+    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */
 
 /* Bits of what is recorded. */
 enum {
@@ -275,6 +276,7 @@ typedef struct kt_record {
     kt_residual constraint;          /* constraint */
     const kt_wrench *reactions;      /* one a body, as kt_joint_reactions has them; reaction */
     const kt_wrench *loop_reactions; /* one a loop, as kt_reaction_evaluate has them; reaction */
+    const double *multipliers;       /* one an equation, as kt_multiplier_evaluate has them; reaction or multiplier */
     const kt_data *data; /* kinematics of q and v (and a, where it is given) for kt_body_pose, kt_point_position and
                             their like; energy, reaction or kinematics */
 } kt_record;
@@ -297,10 +299,10 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
 
 /* What sensors show: a record of the current time, under the torques and wrenches that the next step will have. It
  * holds what run and options ask of records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and loops
- * with KT_RECORD_REACTION, and with `kinematics` the places, velocities and (with either) accelerations of points,
- * which kt_point_position and its like read from record->data. Its index is -1. All that it points to is the
- * simulation's and valid until the next call that takes it and is not const. Errors: as for a step; *record is then
- * untouched.
+ * with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the places, velocities
+ * and (with either) accelerations of points, which kt_point_position and its like read from record->data. Its index is
+ * -1. All that it points to is the simulation's and valid until the next call that takes it and is not const. Errors:
+ * as for a step; *record is then untouched.
  *
  *     kt_simulation_set_torque, kt_simulation_sense, kt_simulation_advance    in turn
  *

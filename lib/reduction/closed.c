@@ -234,10 +234,18 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
     }
 }
 
+static void basis(const kt_model *model, kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        KT_KERNEL(kt_reduction_of)(model)->basis(&w, data->rank[g]);
+    }
+}
+
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
                                                               .look = look,
                                                               .factor = KT_KERNEL(kt_groups_factor),
                                                               .fill = fill,
                                                               .close = close_groups,
                                                               .multipliers = multipliers,
+                                                              .basis = basis,
                                                               .react = KT_KERNEL(kt_react)};

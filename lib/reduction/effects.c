@@ -272,6 +272,35 @@ kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, con
     return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
 }
 
+/* J' W = g(q) - (g(q) - J' W), by inverse dynamics at rest with the wrenches and without. */
+static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const double *q, const kt_wrench *wrenches,
+                                    double *forces, kt_error *error) {
+    double *with = data->side, *without = data->side + kt_lanes8(model->n.v);
+    kt_status status = kt_inverse_trusted(model, data, q, NULL, NULL, wrenches, with, error);
+    if (status == KT_OK)
+        status = kt_inverse_trusted(model, data, q, NULL, NULL, NULL, without, error);
+    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
+        forces[i] += without[i] - with[i];
+    return status;
+}
+
+kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           double *forces, kt_error *error) {
+    const double *tau = model->zero;
+    const kt_wrench *wrenches = NULL;
+    double *sum = data->side + 2 * kt_lanes8(model->n.v);
+    const kt_input input = {.q = q, .v = v};
+    kt_status status = kt_input_check(model, &input, error);
+    if (status == KT_OK)
+        status = kt_effects_apply(model, data, t, q, v, &tau, &wrenches, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(sum, tau, model->n.v * sizeof *sum);
+    if (wrenches)
+        status = add_wrenches_along(model, data, q, wrenches, sum, error);
+    return status == KT_OK ? kt_commit(model, sum, forces, "force", error) : status;
+}
+
 double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
     double energy = 0.0;
     if (model->n.bearer > 0)

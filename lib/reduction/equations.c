@@ -1,4 +1,4 @@
-/* The equations of all loops as matrices, for those who want to see them. */
+/* The equations of all loops as matrices, and their null space, for those who want to see them. */
 #include "dynamics/kernel.h"
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
@@ -53,5 +53,51 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
             memset(vectors[k], 0, model->n.row * sizeof *vectors[k]);
     for (size_t g = 0; g < model->n.group; g++)
         write_group(model, data, g, &out);
+    return KT_OK;
+}
+
+/* ---- the null space ---------------------------------------------------------------------------------------------- */
+
+/* The columns of a group, from `column` on; marks its coordinates. Returns how many. */
+static size_t write_basis(const kt_model *model, const kt_data *data, size_t g, double *column, double *mark) {
+    const size_t nv = model->n.v;
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    const size_t m = (size_t)w.m, count = m - (size_t)data->rank[g];
+    for (size_t i = 0; i < m; i++) {
+        const size_t row = (size_t)model->group_v[(size_t)group->v + i];
+        mark[row] = 1.0;
+        for (size_t c = 0; c < count; c++)
+            column[c * nv + row] = w.basis[c * m + i];
+    }
+    return count;
+}
+
+kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q, double *basis,
+                            int *columns, kt_error *error) {
+    const size_t nv = model->n.v;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    const kt_input input = {.q = q};
+    size_t count = 0;
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    if (!isfinite(t))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+    if (model->n.group) {
+        kernels->fill(model, data, t, q, model->zero);
+        if (!kernels->factor(model, data, KT_ROWS_ALL, false))
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
+                                "the loops' equations overflow: look for a position that is huge");
+        kernels->basis(model, data);
+    }
+    memset(basis, 0, nv * nv * sizeof *basis);
+    memset(data->delta, 0, nv * sizeof *data->delta); /* 1 for coordinates of a group */
+    for (size_t g = 0; g < model->n.group; g++)
+        count += write_basis(model, data, g, basis + count * nv, data->delta);
+    for (size_t i = 0; i < nv; i++)
+        if (data->delta[i] == 0.0)
+            basis[count++ * nv + i] = 1.0;
+    *columns = (int)count;
     return KT_OK;
 }

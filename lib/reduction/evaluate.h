@@ -36,6 +36,10 @@ KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, do
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 
+/* The multipliers that the last kt_motion_complete with reactions has left in data, as kt_multiplier_evaluate. */
+KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
+                                         kt_error *error);
+
 /* kt_reaction_evaluate, with the kinematics of the motion in links. */
 KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double *tau, const kt_wrench *external,

@@ -24,6 +24,8 @@ typedef struct kt_reduction_kernels {
     /* Multipliers of all equations for accelerations a, in the groups' work: those of the state of the last `forward`,
      * whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL where links are planar. */
     void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
+    /* The null spaces of the groups' equations as last factored, into their work; NULL as well. */
+    void (*basis)(const kt_model *model, kt_data *data);
     /* What the loops exert with these multipliers (react.c); NULL as well. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 } kt_reduction_kernels;

@@ -1,8 +1,9 @@
 /* Reactions, only when they are asked for: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
  * (react.c), and with them as external wrenches Newton-Euler on the bodies gives the joints' (dynamics/total.c).
- * Redundant loops share a reaction in infinitely many ways: dependent equations carry none. Towards a singular position
+ * Redundant loops share a reaction in infinitely many ways: by QR and partitioning dependent equations carry none, by
+ * SVD the multipliers are the least ones. Towards a singular position
  * reactions may grow without bound, as the direction that is lost there can hold less and less; at the position itself
- * the equation that is lost carries none.
+ * the direction that is lost carries none.
  *
  * Of loops in a plane the reactions are those in space, with what acts out of the plane: the spatial kernels are asked,
  * for which the planar ones' accelerations are as good as their own.
@@ -76,6 +77,34 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, con
     const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
     return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, links, joints, loops, error)
                            : status;
+}
+
+/* Of an equation of a loop; those that no group keeps tie nothing. */
+static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
+    const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
+    return slot >= 0 ? kt_group_place(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+}
+
+kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
+                              kt_error *error) {
+    for (size_t i = 0; i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            if (!isfinite(multiplier_of(model, data, &model->loop[i], r)))
+                return refuse("loop", kt_loop_name(model, (int)i), t, error);
+    for (size_t i = 0; i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            multipliers[model->loop[i].equation + r] = multiplier_of(model, data, &model->loop[i], r);
+    return KT_OK;
+}
+
+kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                 const double *tau, const kt_wrench *external, double *multipliers, kt_error *error) {
+    double *a = data->side + 2 * kt_lanes8(model->n.v);
+    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    if (status != KT_OK)
+        return status;
+    load(model, data, t, q, v, tau, external, a);
+    return kt_multipliers_take(model, data, t, multipliers, error);
 }
 
 kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

@@ -62,11 +62,13 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
     const bool absolute = kt_simulation_is_absolute(simulation);
     kt_wrench *joints = absolute ? NULL : simulation->reaction;
     kt_wrench *loops = absolute ? simulation->free_reaction : simulation->loop_reaction;
-    const kt_status status = simulation->held == KT_HELD_EVALUATION
-                                 ? kt_motion_complete(simulation->model, data, t, q, v, tau, external, simulation->a,
-                                                      data->kinematics, joints, loops, error)
-                                 : kt_motion_evaluate(simulation->model, data, t, q, v, tau, external, data->kinematics,
-                                                      joints, loops, error);
+    kt_status status = simulation->held == KT_HELD_EVALUATION
+                           ? kt_motion_complete(simulation->model, data, t, q, v, tau, external, simulation->a,
+                                                data->kinematics, joints, loops, error)
+                           : kt_motion_evaluate(simulation->model, data, t, q, v, tau, external, data->kinematics,
+                                                joints, loops, error);
+    if (status == KT_OK) /* of the absolute formulation's loops the tree's come first */
+        status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
     if (status == KT_OK && absolute)
         kt_absolute_reactions(simulation->face, q, simulation->tau, simulation->free_reaction, simulation->reaction,
                               simulation->loop_reaction);

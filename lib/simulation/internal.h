@@ -39,6 +39,7 @@ typedef enum kt_held {
     X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
+    X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
     X(double, seen, size->seen, "absolute: q and v of the face at the current time")                                   \
     X(double, shown, size->shown, "absolute: q, v and a of the face, of a record")                                     \
     X(kt_wrench, pushed, size->pushed, "absolute: on free bodies")                                                     \
@@ -54,7 +55,7 @@ typedef struct kt_simulation_sizes {
                     moves */
     size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
     size_t face_nq, face_nv;
-    size_t body, reaction, loop_reaction, quaternion, data, integrator;
+    size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t rate;                                          /* 0 but with a right-hand side of the caller's */
     size_t seen, shown, pushed, free_reaction, face_data; /* 0 but in the absolute formulation */
 } kt_simulation_sizes;
@@ -127,13 +128,16 @@ KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, 
 void kt_simulation_push(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
 /* Follows a step of length `ago`. */
 void kt_simulation_see(kt_simulation *simulation, double ago);
+/* What asks for reactions at each record. */
+enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
+
 /* A state near the current time, and accelerations (or NULL), in the face's coordinates. */
 void kt_simulation_show(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
                         const double **v, const double **shown_a);
 /* The free state y of a closed state of the face (absolute formulation only). */
 KT_CHECKED kt_status kt_simulation_take_face(kt_simulation *simulation, double t, const double *q, const double *v,
                                              double *y, kt_error *error);
-/* The reactions of a record, as kt_simulation_tell; leaves the kinematics of its motion in data. */
+/* The reactions and multipliers of a record, as kt_simulation_tell; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Makes the pushes that wait those of the next step. */

@@ -48,7 +48,7 @@ static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_si
 
 static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_sizes *size) {
     const kt_model *model = wish->model;
-    const bool reacts = (wish->record & KT_RECORD_REACTION) != 0, absolute = model != face;
+    const bool reacts = (wish->record & KT_RECORD_REACTIONS) != 0, absolute = model != face;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
     size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
@@ -58,6 +58,7 @@ static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_siz
     size->body = (size_t)kt_model_body_count(face);
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(face) : 0;
+    size->multiplier = reacts ? (size_t)kt_model_freedom(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     size->integrator = kt_integrator_size(wish->method, size->n);
@@ -126,7 +127,7 @@ static void set_records(kt_simulation *simulation, const kt_wish *wish) {
     simulation->interval = wish->run.interval > 0.0 ? wish->run.interval : wish->run.duration / 1000.0;
     simulation->record = wish->record;
     simulation->kinematics = wish->options.kinematics || wish->run.marker_count > 0 ||
-                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTION)) != 0;
+                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTIONS)) != 0;
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 

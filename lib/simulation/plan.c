@@ -132,7 +132,7 @@ static void add_record(list *l, const kt_run *run, unsigned record) {
     add_or_drop(l, KT_PHASE_RECORD, "energies", (record & energies) != 0, "pass", (double)NAN, why);
     add_or_drop(l, KT_PHASE_RECORD, "residuals of loops", (record & KT_RECORD_CONSTRAINT) != 0, "pass", (double)NAN,
                 why);
-    add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTION) != 0, "pass", (double)NAN, why);
+    add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTIONS) != 0, "pass", (double)NAN, why);
     add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", (double)NAN, why);
 }
 

@@ -84,10 +84,11 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     kt_data *data = simulation->data;
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status;
-    if ((simulation->record & KT_RECORD_REACTION) != 0) {
+    if ((simulation->record & KT_RECORD_REACTIONS) != 0) {
         status = kt_simulation_react(simulation, t, simulation->y, error);
         record->reactions = simulation->reaction;
         record->loop_reactions = simulation->loop_reaction;
+        record->multipliers = simulation->multiplier;
     } else {
         status = move(simulation, t, record->a != NULL ? simulation->a : NULL, error);
     }

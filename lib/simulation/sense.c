@@ -37,7 +37,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
-    if (accelerates || (simulation->record & KT_RECORD_REACTION) != 0)
+    if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status = kt_simulation_owes_records(simulation) ? find_acceleration_aside(simulation, from)
                                                         : find_acceleration(simulation, from);
     else if (simulation->held == KT_HELD_EVALUATION)
