@@ -28,10 +28,13 @@ static const kt_usage usage = {
     .least = 1,
     .most = 1,
     .about =
-        "Prints what the equations of motion consist of in the initial state, assembled: coordinates (the velocities\n"
-        "in order), mass_matrix M (rows) and bias h of the tree, acceleration of the whole, energy, pose of each\n"
-        "body in the world, constraint (A v = rate, A a = drift); with --acceleration inverse_dynamics, the forces\n"
-        "M a + h.\n",
+        "Prints what the equations of motion consist of in the initial state, assembled:\n"
+        "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
+        "coordinates (the velocities in order), mass_matrix M (rows) and bias h of the tree, applied_force Q of all\n"
+        "effects, acceleration a of the whole, energy, pose of each body in the world; of loops constraint: jacobian "
+        "A,\n"
+        "rate, drift, multiplier lambda, null_space N (rows); with --acceleration inverse_dynamics, the forces M a + "
+        "h.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -45,7 +48,10 @@ typedef struct kt_evaluation {
     kt_data *data;
     int nq, nv, rows; /* rows: equations of loops */
     double *q, *v, *a, *given, *bias, *inverse, *mass;
+    double *applied;                            /* Q */
     double *jacobian, *residual, *rate, *drift; /* of loops: A by columns, phi, b', b'' */
+    double *multiplier, *basis;                 /* lambda; N by columns, NULL where it is left out */
+    int columns;                                /* of N */
     kt_residual violation;
 } kt_evaluation;
 
@@ -66,16 +72,22 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
     e->inverse = make(nv);
     if (e->nv <= MASS_FREEDOMS_MAX)
         e->mass = make(nv * nv);
+    e->applied = make(nv);
     e->jacobian = make(rows * nv);
     e->residual = make(rows);
     e->rate = make(rows);
     e->drift = make(rows);
-    const double *const all[] = {e->q,       e->v,        e->a,        e->given, e->bias,
-                                 e->inverse, e->jacobian, e->residual, e->rate,  e->drift};
+    e->multiplier = make(rows);
+    const bool small = e->nv <= MASS_FREEDOMS_MAX, has_basis = small && rows > 0;
+    if (has_basis)
+        e->basis = make(nv * nv);
+    const double *const all[] = {e->q,        e->v,        e->a,    e->given, e->bias,    e->inverse,
+                                 e->jacobian, e->residual, e->rate, e->drift, e->applied, e->multiplier};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
         if (all[i] == NULL)
             return false;
-    return (e->mass != NULL || e->nv > MASS_FREEDOMS_MAX) && kt_data_create(model, &e->data, &error) == KT_OK;
+    return (e->mass != NULL || !small) && (e->basis != NULL || !has_basis) &&
+           kt_data_create(model, &e->data, &error) == KT_OK;
 }
 
 static void release(kt_evaluation *e) {
@@ -91,6 +103,9 @@ static void release(kt_evaluation *e) {
     free(e->residual);
     free(e->rate);
     free(e->drift);
+    free(e->applied);
+    free(e->multiplier);
+    free(e->basis);
 }
 
 /* "1,2.5,-3": one number a coordinate. */
@@ -133,6 +148,12 @@ static kt_status compute(kt_evaluation *e, kt_error *error) {
     if (status == KT_OK)
         status = kt_acceleration_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->a, error);
     if (status == KT_OK)
+        status = kt_effect_forces(model, e->data, 0.0, e->q, e->v, e->applied, error);
+    if (status == KT_OK)
+        status = kt_multiplier_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->multiplier, error);
+    if (status == KT_OK && e->basis != NULL)
+        status = kt_loop_nullspace(model, e->data, 0.0, e->q, e->basis, &e->columns, error);
+    if (status == KT_OK)
         status = kt_kinematics_update(model, e->data, e->q, e->v, e->a, error);
     return status;
 }
@@ -171,6 +192,9 @@ static json_t *describe_constraint(const kt_evaluation *e) {
     json_object_set_new(constraint, "residual", kt_json_numbers(e->residual, e->rows));
     json_object_set_new(constraint, "rate", kt_json_numbers(e->rate, e->rows));
     json_object_set_new(constraint, "drift", kt_json_numbers(e->drift, e->rows));
+    json_object_set_new(constraint, "multiplier", kt_json_numbers(e->multiplier, e->rows));
+    json_object_set_new(constraint, "null_space",
+                        e->basis != NULL ? list_rows(e->basis, e->nv, e->columns) : json_null());
     return constraint;
 }
 
@@ -204,6 +228,7 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     json_object_set_new(root, "coordinates", list_coordinates(e->model));
     json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv, e->nv) : json_null());
     json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
+    json_object_set_new(root, "applied_force", kt_json_numbers(e->applied, e->nv));
     json_object_set_new(root, "acceleration", kt_json_numbers(e->a, e->nv));
     if (with_inverse)
         json_object_set_new(root, "inverse_dynamics", kt_json_numbers(e->inverse, e->nv));
@@ -231,7 +256,8 @@ static int evaluate(const kt_evaluate_arguments *arguments, const kt_model *mode
         }
     }
     if (code < 0 && e.mass == NULL)
-        kt_say("mass_matrix is left out: %d freedoms are more than %d", e.nv, MASS_FREEDOMS_MAX);
+        kt_say("mass_matrix is left out%s: %d freedoms are more than %d", e.rows > 0 ? ", and null_space" : "", e.nv,
+               MASS_FREEDOMS_MAX);
     if (code < 0)
         code =
             kt_json_write(describe(&e, arguments->acceleration != NULL), arguments->out != NULL ? arguments->out : "-");

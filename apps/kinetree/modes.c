@@ -175,7 +175,8 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
     int shown = 0, left = 0;
     for (int i = 0; i < system->coordinates; i++)
         length = system->unit[i] != 1.0 ? system->unit[i] : length;
-    printf("%s: %d states about its %s\n", motion->name, system->states, state);
+    printf("%s: linearised about its %s, %d state%s\n", motion->name, state, system->states,
+           system->states == 1 ? "" : "s");
     printf("mode  %12s  %12s  %9s  %s\n", "frequency", "rate", "damping", "joints that move most");
     printf("      %12s  %12s  %9s\n", "Hz", "1/s", "ratio");
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {

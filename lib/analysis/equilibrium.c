@@ -285,14 +285,24 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
     return KT_OK;
 }
 
-static const char *joint_of(const kt_linearization *l, const double *x, double *most) {
+/* Whether the k-th freedom of a link is a length. */
+static bool is_length(const kt_link *link, int k) {
+    return link->motion == KT_MOTION_SLIDE || (link->motion == KT_MOTION_FREE && k < 3);
+}
+
+/* The joint whose acceleration is largest against its unit; that acceleration, and what it is in. */
+static const char *joint_of(const kt_linearization *l, const double *x, double *acceleration, const char **unit) {
     const char *name = "";
-    *most = 0.0;
+    double most = 0.0;
+    *acceleration = 0.0;
+    *unit = "rad/s^2";
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
         for (int k = 0; k < kt_link_freedoms(link); k++)
-            if (fabs(x[link->v + k]) / l->unit[link->v + k] >= *most) {
-                *most = fabs(x[link->v + k]) / l->unit[link->v + k];
+            if (fabs(x[link->v + k]) / l->unit[link->v + k] >= most) {
+                most = fabs(x[link->v + k]) / l->unit[link->v + k];
+                *acceleration = fabs(x[link->v + k]);
+                *unit = is_length(link, k) ? "m/s^2" : "rad/s^2";
                 name = l->model->text + l->model->body[link->body].name;
             }
     }
@@ -300,16 +310,16 @@ static const char *joint_of(const kt_linearization *l, const double *x, double *
 }
 
 static kt_status give_up(const search *s, int steps, bool gone, kt_error *error) {
-    double most;
-    const char *name = joint_of(s->l, s->l->a0, &most);
+    double acceleration;
+    const char *unit, *name = joint_of(s->l, s->l->a0, &acceleration, &unit);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.120s'", name);
     return kt_error_set(error, KT_ERROR_STEP, where,
                         gone ? "no equilibrium: the mechanism runs away in this joint, which nothing holds (still "
-                               "accelerating by %.3g rad/s^2, or lengths a second squared, after %d steps)"
-                             : "no equilibrium was found: this joint still accelerates by %.3g rad/s^2, or lengths a "
-                               "second squared, after %d steps; try another start",
-                        most, steps);
+                               "accelerating by %.3g %s after %d steps)"
+                             : "no equilibrium was found: this joint still accelerates by %.3g %s after %d steps; try "
+                               "another start",
+                        acceleration, unit, steps);
 }
 
 /* From q0 to an equilibrium, or words. */

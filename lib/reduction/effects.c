@@ -288,17 +288,17 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
                            double *forces, kt_error *error) {
     const double *tau = model->zero;
     const kt_wrench *wrenches = NULL;
-    double *sum = data->side + 2 * kt_lanes8(model->n.v);
+    double *all = data->side + 2 * kt_lanes8(model->n.v);
     const kt_input input = {.q = q, .v = v};
     kt_status status = kt_input_check(model, &input, error);
     if (status == KT_OK)
         status = kt_effects_apply(model, data, t, q, v, &tau, &wrenches, error);
     if (status != KT_OK)
         return status;
-    memcpy(sum, tau, model->n.v * sizeof *sum);
+    memcpy(all, tau, model->n.v * sizeof *all);
     if (wrenches)
-        status = add_wrenches_along(model, data, q, wrenches, sum, error);
-    return status == KT_OK ? kt_commit(model, sum, forces, "force", error) : status;
+        status = add_wrenches_along(model, data, q, wrenches, all, error);
+    return status == KT_OK ? kt_commit(model, all, forces, "force", error) : status;
 }
 
 double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {

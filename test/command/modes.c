@@ -25,7 +25,7 @@ KT_TEST(modes_prints_frequencies_and_what_moves) {
     kt_ran ran = kt_shell("$K modes cart.yaml");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_text("no words", ran.err, "");
-    kt_check_contains("about", ran.out, "cart: 4 states about its equilibrium\n");
+    kt_check_contains("about", ran.out, "cart: linearised about its equilibrium, 4 states\n");
     /* sqrt((1 + 0.3 / 2) 9.81 / 0.6) / (2 pi) = 0.690125 */
     kt_check_contains("mode", ran.out, "   1      0.690125             0     0.0000  bob, cart 0.1");
     kt_check_contains("neutral", ran.out, "2 eigenvalues are zero: nothing brings back, or slows down, cart\n");
@@ -79,7 +79,7 @@ KT_TEST(scene_without_a_name_goes_by_its_file) {
     kt_write_file("cart.yaml", cart);
     kt_expect(0, NULL, "grep -v '^name' cart.yaml >nameless.yaml");
     kt_ran ran = kt_shell("$K modes nameless.yaml");
-    kt_check_contains("table", ran.out, "nameless: 4 states about its equilibrium\n");
+    kt_check_contains("table", ran.out, "nameless: linearised about its equilibrium, 4 states\n");
     static const char *const commands[] = {"modes", "equilibrium"};
     for (int i = 0; i < 2; i++) {
         ran = kt_shell("$K %s nameless.yaml --json 2>/dev/null", commands[i]);
@@ -161,6 +161,13 @@ KT_TEST(equilibrium_says_why_there_is_none) {
     kt_write_file("cart.yaml", cart);
     kt_expect(4, "joint 'cart': no equilibrium: the mechanism runs away in this joint",
               "sed 's/torque: 0/torque: 1/' cart.yaml | $K equilibrium -");
+    kt_write_file("stone.yaml",
+                  "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n  - {name: stone, joint: {type: free}, mass: 1, "
+                  "inertia: [1, 1, 1]}\n");
+    kt_expect(4,
+              "joint 'stone': no equilibrium: the mechanism runs away in this joint, which nothing holds (still "
+              "accelerating by 9.81 m/s^2",
+              "$K equilibrium stone.yaml");
     kt_ran ran = kt_shell("sed 's/torque: 0/torque: 1/' cart.yaml | $K modes -");
     kt_check_equal_int("modes go on", ran.code, 0);
     kt_check_contains("about the initial state", ran.err, "these are the modes about the initial state instead");

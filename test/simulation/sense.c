@@ -104,6 +104,7 @@ static void collect(const kt_model *model, const kt_record *record, numbers *n) 
     if (record->reactions != NULL) {
         add(n, &record->reactions[0].moment.x, 6 * kt_model_body_count(model));
         add(n, &record->loop_reactions[0].moment.x, 6 * kt_loop_count(model));
+        add(n, record->multipliers, kt_model_freedom(model).equations);
     }
     if (record->data != NULL)
         add_bodies(n, model, record->data);
@@ -201,6 +202,7 @@ KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FOR
  * beside: against an evaluation, and kinematics from nothing, with data of their own. */
 KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     static kt_wrench joints[16], loops[16];
+    static double multipliers[16];
     kt_scene scene;
     kt_error error;
     kt_model *model = NULL;
@@ -220,9 +222,15 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
             !kt_fine(
                 "reactions",
                 kt_reaction_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, joints, loops, &error),
+                &error) ||
+            !kt_fine(
+                "multipliers",
+                kt_multiplier_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, multipliers, &error),
                 &error))
             break;
         beside += data->beside;
+        differing += memcmp(multipliers, record.multipliers,
+                            (size_t)kt_model_freedom(model).equations * sizeof *multipliers) != 0;
         differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
         differing += memcmp(loops, record.loop_reactions, (size_t)kt_loop_count(model) * sizeof *loops) != 0;
         (void)kt_fine("kinematics", kt_kinematics_update(model, data, record.q, record.v, record.a, &error), &error);
