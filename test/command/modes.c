@@ -36,17 +36,17 @@ KT_TEST(modes_prints_frequencies_and_what_moves) {
 KT_TEST(modes_tells_which_state_it_is_about) {
     kt_write_file("cart.yaml", cart);
     kt_ran ran = kt_shell("$K modes cart.yaml --at initial");
-    kt_check_contains("initial", ran.out, "about its initial position\n");
+    kt_check_contains("initial", ran.out, "about its initial position, 4 states\n");
     kt_check_contains("warning", ran.err, "is no equilibrium");
     ran = kt_shell("sed 's/90 deg/170 deg/' cart.yaml | $K modes - --nearest");
     kt_check_contains("upright", ran.out, "-       4.33618  "); /* sqrt(1.15 9.81 / 0.6) */
     ran = kt_shell("sed 's/position: 90 deg/velocity: 3/' cart.yaml | $K modes -");
-    kt_check_contains("motion", ran.out, "about its motion\n");
+    kt_check_contains("motion", ran.out, "about its motion, 4 states\n");
     kt_check_contains("warning", ran.err, "a motion that does not stay as it is");
     ran = kt_shell("sed 's/position: 90 deg/velocity: 3/' cart.yaml | $K modes - --at equilibrium");
     kt_check_contains("equilibrium", ran.out, "   1      0.690125  ");
     ran = kt_shell("sed 's/position: 0.5/velocity: 0.5/; s/position: 90 deg/position: 0/' cart.yaml | $K modes -");
-    kt_check_contains("steady motion", ran.out, "about its steady motion\n");
+    kt_check_contains("steady motion", ran.out, "about its steady motion, 4 states\n");
     kt_check_text("which is fine", ran.err, "");
     kt_expect(1, "--nearest is about an equilibrium", "$K modes cart.yaml --nearest --at initial");
 }
