@@ -27,15 +27,15 @@ void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point
 static void print_horizon(const kt_accuracy_results *results) {
     if (results->cut == KT_ACCURACY_WHOLE) {
         if (results->growth > 0.0)
-            printf("  a small error grows %.3g times in %g s\n", results->amplification, results->duration);
+            printf("  a small error grows by a factor of %.3g in %g s\n", results->amplification, results->duration);
         return;
     }
     switch (results->cut) {
     case KT_ACCURACY_GROWTH:
-        printf(
-            "  chaotic: a small error grows e-fold every %.3g s, %.2g times in %.4g s; later than that an error means\n"
-            "  nothing any more: of the %g s asked for, the study looks at the first %.4g s\n",
-            1.0 / results->growth, results->amplification, results->duration, results->asked, results->duration);
+        printf("  chaotic: a small error grows by a factor of e every %.3g s, by %.2g in %.4g s; after that an error "
+               "means\n"
+               "  nothing any more: of the %g s asked for, the study looks at the first %.4g s\n",
+               1.0 / results->growth, results->amplification, results->duration, results->asked, results->duration);
         break;
     case KT_ACCURACY_DISAGREEMENT:
         printf("  after %.4g s the reference and its check part: the motion cannot be known there; of the %g s asked "

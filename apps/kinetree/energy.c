@@ -12,9 +12,11 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
     const char *also = outcome->unprojected && kt_loop_count(outcome->model) > 0 ? ", and leave out --unprojected" : "";
     const bool in_proportion = error < 0.1 && method != NULL;
     const double shorter = 0.9 * KT_ENERGY_ERROR / error;
+    double step = in_proportion ? run->step * pow(shorter, 1.0 / (double)method->order) : 0.0;
+    if (outcome->advised_step > 0.0 && outcome->advised_step < step)
+        step = outcome->advised_step;
     if (run->step > 0.0 && in_proportion)
-        snprintf(text, size, "Take steps below %.2g s, or a method of higher order%s",
-                 run->step * pow(shorter, 1.0 / (double)method->order), also);
+        snprintf(text, size, "Take steps below %.2g s, or a method of higher order%s", step, also);
     else if (run->step > 0.0)
         snprintf(text, size,
                  "Take much smaller steps, or an adaptive method, as --integrator dopri5 --tolerance 1e-9%s", also);

@@ -31,8 +31,8 @@ static const kt_usage usage = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Finds where the scene comes to rest from its initial position if it moves as through honey, under its\n"
-             "effects as they are at the start, and prints the joints' positions as a scene file has them. A start\n"
+    .about = "Finds where the scene comes to rest from its initial position in overdamped motion, under its effects\n"
+             "as they are at the start, and prints the joints' positions as a scene file has them. A start\n"
              "that is an equilibrium is kept. What follows from the modes there is said: stable, unstable, neutral.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
@@ -40,7 +40,7 @@ static const kt_usage usage = {
 
 /* ---- stability --------------------------------------------------------------------------------------------------- */
 
-/* The mode that grows fastest, or -1; *neutral: eigenvalues that are zero; *damped: whether all others die out. */
+/* The mode that grows fastest, or -1; *neutral: eigenvalues that are zero; *damped: whether all others decay. */
 static int judge(const kt_small_motion *motion, int *neutral, bool *damped) {
     int worst = -1;
     *neutral = 0;

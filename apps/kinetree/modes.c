@@ -43,7 +43,7 @@ static const kt_usage usage = {
     .least = 1,
     .most = 1,
     .about = "Linearises a scene and prints its modes, slowest first: frequency in Hz, rate in 1/s (the real part of\n"
-             "the eigenvalue: negative dies out, positive grows), damping ratio, and the joints that move most with\n"
+             "the eigenvalue: negative decays, positive grows), damping ratio, and the joints that move most with\n"
              "their amplitudes relative to the first, and phases in degrees.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
@@ -106,7 +106,7 @@ static void warn(const kt_linear_system *system, const char *state) {
 
 /* ---- table ------------------------------------------------------------------------------------------------------- */
 
-enum { NAMED = 3 };
+enum { NAMED = 3, NEUTRAL_NAMED = 6 };
 
 /* Zero where it cannot be told from it. */
 static double told(double x, double error) { return fabs(x) > error ? x : 0.0; }
@@ -150,7 +150,7 @@ static void print_neutral(const kt_small_motion *motion) {
     }
     if (count == 0)
         return;
-    printf("%d eigenvalue%s zero: nothing brings back, or slows down, ", count, count == 1 ? " is" : "s are");
+    printf("%d eigenvalue%s zero: neither stiffness nor damping acts on ", count, count == 1 ? " is" : "s are");
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
         kt_mover mover;
@@ -163,9 +163,11 @@ static void print_neutral(const kt_small_motion *motion) {
             again = kt_mode_is_neutral(&other) && kt_find_movers(motion, j, &before, 1, 0.0) > 0 &&
                     before.coordinate == mover.coordinate;
         }
-        if (!again)
-            printf("%s%s", named++ ? ", " : "", kt_name_coordinate(motion->model, mover.coordinate).text);
+        if (!again && named++ < NEUTRAL_NAMED)
+            printf("%s%s", named > 1 ? ", " : "", kt_name_coordinate(motion->model, mover.coordinate).text);
     }
+    if (named > NEUTRAL_NAMED)
+        printf(" and %d more", named - NEUTRAL_NAMED);
     putchar('\n');
 }
 

@@ -29,8 +29,8 @@ static void name_panel(kt_shape_panel *panel, int number, const kt_mode *mode) {
         snprintf(panel->title, sizeof panel->title, "%d: %.4g Hz, damping ratio %.3f", number, mode->frequency,
                  fabs(mode->real) > mode->error ? mode->damping : 0.0);
     else
-        snprintf(panel->title, sizeof panel->title, "%d: %s by e in %.3g s", number,
-                 mode->real > 0.0 ? "grows" : "dies out", 1.0 / fabs(mode->real));
+        snprintf(panel->title, sizeof panel->title, "%d: %s, time constant %.3g s", number,
+                 mode->real > 0.0 ? "growth" : "decay", 1.0 / fabs(mode->real));
 }
 
 int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {

@@ -2,7 +2,6 @@
 #include "checkpoint.h"
 
 #include "plot_run.h"
-#include "stability.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -27,6 +26,7 @@ typedef struct kt_sinks {
     kt_plot_run *plot; /* NULL: none */
     kt_progress *progress;
     kt_outcome *outcome;
+    kt_mode_watch *modes; /* NULL: none */
     const kt_checkpoint *checkpoint;
     double aside;         /* CPU time that writing took, s: no part of the simulation's cost */
     bool failed;          /* a line could not be written */
@@ -71,6 +71,7 @@ static int take_record(const kt_record *record, void *user) {
         return -1;
     }
     watch(sinks->outcome, record);
+    kt_watch_step(sinks->modes, sinks->outcome, record);
     if (kt_csv_write(sinks->csv, record) != 0) {
         sinks->failed = true;
         return -1;
@@ -92,10 +93,12 @@ static int take_record(const kt_record *record, void *user) {
 }
 
 /* Runs to the end or to the first failure, which is said. */
-static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_checkpoint *checkpoint, bool quiet) {
+static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_checkpoint *checkpoint,
+                    kt_mode_watch *modes, bool quiet) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
-    kt_sinks sinks = {.csv = csv, .plot = plot, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint};
+    kt_sinks sinks = {
+        .csv = csv, .plot = plot, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint, .modes = modes};
     sinks.sound_steps = kt_simulation_counts_get(outcome->simulation).steps;
     double before = outcome->cpu_seconds, start = cpu_now();
     kt_status status;
@@ -234,11 +237,10 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     int code = open_records(arguments, outcome, checkpoint, out, &csv);
     if (code < 0) {
-        /* At its start, and if nothing was to be said there at its end, where it came so far. */
-        bool warned = kt_warn_of_step(&outcome->warnings, outcome->model, outcome->run, outcome->simulation);
-        code = simulate(outcome, &csv, plot, checkpoint, arguments->quiet);
-        if (code == KT_EXIT_DONE && !warned)
-            (void)kt_warn_of_step(&outcome->warnings, outcome->model, outcome->run, outcome->simulation);
+        kt_mode_watch *modes = kt_watch_steps(outcome->model, outcome->run);
+        code = simulate(outcome, &csv, plot, checkpoint, modes, arguments->quiet);
+        kt_warn_of_step(outcome, modes);
+        kt_mode_watch_free(modes);
         kt_warn_of_energy(outcome);
         code = close_results(arguments, outcome, out, &csv, plot, code);
     }

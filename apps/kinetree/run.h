@@ -80,6 +80,7 @@ typedef struct kt_outcome {
     int64_t records;        /* handed over */
     kt_energy_watch energy; /* as the records have shown it */
     bool is_blown_up;       /* which has been said */
+    double advised_step;    /* s, the least that a warning has named; 0: none */
     kt_residual constraint; /* largest residuals */
     double cpu_seconds;
     kt_warnings warnings;
@@ -88,6 +89,15 @@ typedef struct kt_outcome {
 /* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after saying why.
  */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
+
+/* A watch on the fastest mode for runs with fixed steps; NULL for others, or where there is no memory. */
+kt_mode_watch *kt_watch_steps(const kt_model *model, const kt_run *run);
+/* Looks at a record, unless that would cost more than a fiftieth of what the run has. watch may be NULL. */
+void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record);
+/* Warns where the step was outside of the method's region of stability at the state of the fastest mode or at the last
+ * one, or takes too few a period of what oscillates there; once each, with the least step. A run that was not stable
+ * tells little of the motion: its scene is then followed by adaptive steps, some 10,000 at most, for that step. */
+void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
 
 /* Where the energy is off by more than KT_ENERGY_ERROR, warns of it. */
 void kt_warn_of_energy(kt_outcome *outcome);

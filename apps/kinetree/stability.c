@@ -43,10 +43,10 @@ static const kt_usage usage = {
     .least = 1,
     .most = 1,
     .about = "Linearises the scene at states along its motion and prints its fastest modes: how fast each decays or\n"
-             "swings, and which joints move in it; then the largest fixed step with which each method is stable:\n"
-             "with which no mode grows, over the duration, to more than twice what it is in truth. Methods that\n"
-             "are not stable on the imaginary axis (euler, heun, midpoint, ralston) make undamped swings grow\n"
-             "slowly at any step; their limits depend on the duration.\n",
+             "oscillates, and which joints move in it; then the largest fixed step with which each method is stable:\n"
+             "with which no mode is amplified, over the duration, to more than twice its exact value. Methods that\n"
+             "are not stable on the imaginary axis (euler, heun, midpoint, ralston) slowly amplify undamped\n"
+             "oscillations at any step; their limits depend on the duration.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -108,16 +108,16 @@ static void print_modes(const kt_stability_look *look) {
                size_of(&first.mode));
 }
 
-/* What happens to the mode that suffers most. */
+/* What the step makes of the mode that it amplifies most. */
 static void write_verdict(double growth, char *text, size_t size) {
     if (growth <= 1.0 + 1e-3)
         snprintf(text, size, "stable");
     else if (growth <= KT_STABILITY_GROWTH)
-        snprintf(text, size, "grows %.3g times", growth);
+        snprintf(text, size, "gains %.2g %% over the run", 100.0 * (growth - 1.0));
     else if (growth < 1e6)
-        snprintf(text, size, "unstable: grows %.3g times", growth);
+        snprintf(text, size, "unstable: %.3g-fold", growth);
     else
-        snprintf(text, size, "unstable: blows up");
+        snprintf(text, size, "unstable: diverges");
 }
 
 static void print_limit(const kt_stability_look *look, const kt_method *method) {

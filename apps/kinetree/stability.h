@@ -1,9 +1,8 @@
-/* The parts of `kinetree stability`, and the warning that `kinetree run` gives. */
+/* The parts of `kinetree stability`, and words for modes that `kinetree run` uses, too. */
 #ifndef KT_COMMAND_STABILITY_H
 #define KT_COMMAND_STABILITY_H
 
 #include "command.h"
-#include "warnings.h"
 
 #include "kinetree/analysis.h"
 
@@ -22,12 +21,8 @@ typedef struct kt_stability_look {
  * where that is not known. */
 void kt_write_movers(const kt_model *model, const double *moves, char *text, size_t size);
 
-/* "a decay of 8117 /s", "a swing of 3.2 Hz (undamped)" ... */
+/* "decay of 8117 /s", "undamped oscillation of 3.2 Hz" ... */
 void kt_write_mode(const kt_mode *mode, char *text, size_t size);
-
-/* Where a fixed step lies outside the method's region of stability at the simulation's present state, says so, and
- * returns true. Some 25 evaluations a coordinate; models of more than 60 coordinates are not looked at. */
-bool kt_warn_of_step(kt_warnings *warnings, const kt_model *model, const kt_run *run, const kt_simulation *simulation);
 
 /* The eigenvalues times a step and the boundary of the method's region, as a picture. Returns KT_EXIT_DONE, or an exit
  * code after saying why. */

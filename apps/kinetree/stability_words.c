@@ -1,4 +1,4 @@
-/* Modes in words, and the warning of a step that is too long. */
+/* Modes in words. */
 #include "stability.h"
 
 #include <math.h>
@@ -53,48 +53,7 @@ void kt_write_mode(const kt_mode *mode, char *text, size_t size) {
     if (!swings)
         snprintf(text, size, "%s of %.4g /s", mode->real > 0.0 ? "growth" : "decay", fabs(mode->real));
     else if (!moves)
-        snprintf(text, size, "undamped swing of %.4g Hz", mode->frequency);
+        snprintf(text, size, "undamped oscillation of %.4g Hz", mode->frequency);
     else
-        snprintf(text, size, "swing of %.4g Hz, damping %.2g", mode->frequency, mode->damping);
-}
-
-/* ---- the warning ------------------------------------------------------------------------------------------------- */
-
-enum { WARNED_MOST = 60 }; /* velocity coordinates: what a linearisation costs a run then hardly shows */
-
-static void say_warning(kt_warnings *warnings, const kt_model *model, const kt_run *run, const kt_method *method,
-                        const kt_spectrum *spectrum, const kt_step_limit *limit) {
-    char mode[64], movers[128], remedy[128], way[48] = "blows up";
-    const kt_spectrum_mode at = kt_spectrum_at(spectrum, limit->mode);
-    kt_write_mode(&at.mode, mode, sizeof mode);
-    kt_write_movers(model, at.moves, movers, sizeof movers);
-    if (limit->growth < 1e6)
-        snprintf(way, sizeof way, "grows about %.2g times over the run", limit->growth);
-    snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
-             !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
-    const kt_warning warning = {
-        .code = "unstable_step", .time = at.time, .value = limit->step, .unit = "s", .remedy = remedy};
-    kt_warn(warnings, &warning,
-            "steps of %g s are too long for %s to be stable: %s %s (%s) %s, which in truth it does not", run->step,
-            method->name, mode[0] == 'u' ? "an" : "a", mode, movers, way);
-}
-
-bool kt_warn_of_step(kt_warnings *warnings, const kt_model *model, const kt_run *run, const kt_simulation *simulation) {
-    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
-    const int nv = kt_model_nv(model);
-    bool warns = false;
-    kt_spectrum *spectrum = NULL;
-    if (!(run->step > 0.0) || !(run->duration > run->step) || method == NULL || nv == 0 || nv > WARNED_MOST)
-        return false;
-    /* What cannot be linearised cannot be warned of; the run itself says what is wrong with the scene. */
-    if (kt_spectrum_create(model, 1, &spectrum, NULL) == KT_OK &&
-        kt_spectrum_add(spectrum, kt_simulation_time(simulation), kt_simulation_positions(simulation),
-                        kt_simulation_velocities(simulation), NULL, NULL) == KT_OK) {
-        const kt_step_limit limit = kt_spectrum_limit(spectrum, method, run->duration, run->step);
-        warns = limit.growth > KT_STABILITY_GROWTH && limit.mode >= 0;
-        if (warns)
-            say_warning(warnings, model, run, method, spectrum, &limit);
-    }
-    kt_spectrum_free(spectrum);
-    return warns;
+        snprintf(text, size, "oscillation of %.4g Hz, damping ratio %.2g", mode->frequency, mode->damping);
 }

@@ -122,7 +122,7 @@ KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *l
 
 /* Which equilibrium, and how hard to look. */
 typedef struct kt_equilibrium_options {
-    bool nearest; /* false: where the mechanism would come to rest if it moved through honey, a minimum of its potential
+    bool nearest; /* false: where the mechanism would come to rest in overdamped motion, a minimum of its potential
                      energy; true: Newton's way to an equilibrium near the start, stable or not */
     int most;     /* steps; 0: 300 */
 } kt_equilibrium_options;
@@ -160,9 +160,12 @@ KT_API KT_CHECKED kt_status kt_equilibrium_find(kt_linearization *linearization,
 typedef struct kt_mode {
     double real, imaginary; /* lambda, 1/s and rad/s */
     double frequency;       /* imaginary / (2 pi), Hz */
-    double damping;         /* -real / |lambda|: 1 creeps back, 0 swings for ever, below 0 grows; 0 where lambda is 0 */
+    double damping;         /* damping ratio -real / |lambda|: 1 decays without oscillation, 0 is undamped, below 0 is
+                               unstable; 0 where lambda is 0 */
     double error;           /* estimated error of lambda, 1/s */
     int count;              /* eigenvalues that this stands for: 2 for a conjugate pair, else 1 */
+    double excitation; /* how much the state itself moves in this mode: the amplitude of the velocities, the largest
+                          against the unit of its coordinate, 1/s; of two modes with one shape it says little */
 } kt_mode;
 
 /* All modes of a linear system, and the workspace to find them. */
@@ -257,6 +260,52 @@ typedef struct kt_step_limit {
  * the states; the limit of a motion that is not linear differs by what its modes change in between. */
 KT_API kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *method, double duration,
                                        double step);
+
+/* The largest error of an oscillation over one period, of its amplitude, that counts as accurate. */
+#define KT_SAMPLING_ERROR 1e-2
+
+/* An oscillation that a fixed step samples too coarsely. */
+typedef struct kt_sampling {
+    int mode;       /* the fastest of them; -1: there is none */
+    double samples; /* steps a period */
+    double error;   /* kt_stability_period_error */
+    double step;    /* s, with which this is KT_SAMPLING_ERROR */
+} kt_sampling;
+
+/* The fastest oscillation that is excited (with velocities of at least 3 % of the most excited mode of its state, a
+ * thousandth of its energy) and whose amplitude and phase a step of this method gets wrong by more than
+ * KT_SAMPLING_ERROR over a period. step > 0. */
+KT_API kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step);
+
+/* ---- the fastest mode along a run -------------------------------------------------------------------------------- */
+
+/* A watch on the rate of the fastest mode at the states of a run, for the price of some evaluations each: whether, and
+ * where, a spectrum is worth its price. */
+typedef struct kt_mode_watch kt_mode_watch;
+
+/* Bytes that a watch takes; placing and releasing as above. */
+KT_API size_t kt_mode_watch_size(const kt_model *model);
+KT_API KT_CHECKED kt_status kt_mode_watch_place(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
+                                                kt_error *error);
+KT_API KT_CHECKED kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error);
+/* Releases what _create made; does nothing with what was placed, nor with NULL. */
+KT_API void kt_mode_watch_free(kt_mode_watch *watch);
+
+/* Estimates |lambda| of the fastest mode at a state, by the power method with differences: 3 evaluations of the
+ * acceleration, up to 17 where the rate is new or has grown. Estimates err downwards, mostly by less than a tenth, and
+ * seldom by more than a half. States without an acceleration are passed over. Allocates nothing. */
+KT_API void kt_mode_watch_add(kt_mode_watch *watch, double t, const double *q, const double *v);
+
+/* The state with the largest estimate. */
+typedef struct kt_fast_state {
+    double time, rate;   /* s; |lambda|, 1/s, 0 where nothing has been found */
+    const double *q, *v; /* nq; nv; the watch's */
+} kt_fast_state;
+
+KT_API kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *watch);
+
+/* Evaluations of the acceleration that the watch has taken. */
+KT_API uint64_t kt_mode_watch_evaluations(const kt_mode_watch *watch);
 
 /* ---- energy along a run ------------------------------------------------------------------------------------------ */
 

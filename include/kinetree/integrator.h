@@ -168,6 +168,11 @@ KT_API double kt_stability_imaginary_limit(const kt_stability *stability);
  * e: what comes after is no longer linear. HUGE_VAL where the factor cannot be told. `step`, `duration` > 0. */
 KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lambda, double step, double duration);
 
+/* By how much a mode is off after one of its periods, T = 2 pi / |Im lambda|, over its amplitude at the period's begin:
+ * |R(h lambda)^(T / h) - e^(lambda T)|, amplitude and phase together; with fewer than two steps a period 1 at least.
+ * Im lambda is not 0. */
+KT_API double kt_stability_period_error(const kt_stability *stability, kt_complex lambda, double step);
+
 /* How much growth over a run still counts as stable: twice. A damped mode's limit hardly depends on it (a run has many
  * steps); an undamped one of Heun's method is then off by more than a radian in phase before it has doubled. */
 #define KT_STABILITY_GROWTH 2.0

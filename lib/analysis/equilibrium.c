@@ -4,7 +4,7 @@
  * g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. With V the potential energy, where
  * there is one, g is -dV/dy and H its second derivative. A step solves
  *     (H + mu D) y = g,   D the diagonal of E' M E
- * which is the way of D y' = g, the mechanism in honey, taken implicitly in steps of 1 / mu (pseudo-transient
+ * which is the way of D y' = g, overdamped motion, taken implicitly in steps of 1 / mu (pseudo-transient
  * continuation: C. T. Kelley & D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523). With mu large enough
  * for H + mu D to be positive definite it leads downhill and past saddles; at a stable equilibrium mu = 0 is enough,
  * and that is Newton's method. A step counts where the mean of the forces at both its ends does work along it. D is

@@ -45,21 +45,30 @@ static packed vector_at(const kt_modes *m, const double *all, size_t n, size_t k
 
 static double size_at(packed x, size_t i) { return x.im ? hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
 
+/* |w' x| */
+static double product_of(const kt_modes *m, size_t n, size_t k) {
+    const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
+    const bool paired = w.im && x.im;
+    double re = 0.0, im = 0.0;
+    for (size_t j = 0; j < n; j++) {
+        re += w.re[j] * x.re[j] + (paired ? w.im[j] * x.im[j] : 0.0);
+        im += paired ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
+    }
+    return hypot(re, im);
+}
+
 /* What lambda may be off by, as above. */
 static double error_of(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const size_t n = (size_t)system->states;
     const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
-    const bool paired = w.im && x.im;
-    double re = 0.0, im = 0.0, sum = 0.0;
+    double sum = 0.0;
     for (size_t j = 0; j < n; j++) {
-        re += w.re[j] * x.re[j] + (paired ? w.im[j] * x.im[j] : 0.0);
-        im += paired ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
         double column = 0.0;
         for (size_t i = 0; i < n; i++)
             column += size_at(w, i) * system->state_error[j * n + i];
         sum += column * size_at(x, j);
     }
-    const double whole = hypot(re, im), part = fmax(system->error, DBL_EPSILON);
+    const double whole = product_of(m, n, k), part = fmax(system->error, DBL_EPSILON);
     const double most = 2.0 * norm * pow(0.5 * part, 1.0 / (double)n);
     return fmin((sum > 0.0 ? TIMES * sum / whole : 0.0) + DBL_EPSILON * norm / m->condition[k], most);
 }
@@ -129,15 +138,30 @@ static void turn(int count, double re, double im, double *shape) {
     }
 }
 
-static void write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv) {
+/* The state's own motion x' = sum over modes of alpha x, alpha = w' x' / (w' x). */
+static double amplitude_of(const kt_modes *m, const kt_linear_system *system, size_t k) {
+    const size_t n = (size_t)system->states;
+    const packed w = vector_at(m, m->left, n, k);
+    double re = 0.0, im = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        re += w.re[i] * system->rate[i];
+        im += w.im ? w.im[i] * system->rate[i] : 0.0;
+    }
+    return (w.im ? 2.0 : 1.0) * hypot(re, im) / product_of(m, n, k);
+}
+
+/* Shapes are scaled; returns the excitation. */
+static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv) {
     const packed x = vector_at(m, m->right, (size_t)system->states, k);
     double re = 1.0, im = 0.0;
     apply(system, system->positions_of, x, dq);
     apply(system, system->velocities_of, x, dv);
-    if (!find_largest(system, dq, &re, &im) && !find_largest(system, dv, &re, &im))
-        return;
+    const bool moves = find_largest(system, dq, &re, &im);
+    if (!moves && !find_largest(system, dv, &re, &im))
+        return 0.0;
     turn(system->coordinates, re, im, dq);
     turn(system->coordinates, re, im, dv);
+    return moves ? amplitude_of(m, system, k) / hypot(re, im) : 0.0;
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {
@@ -157,7 +181,8 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     for (int i = 0; i < m->count; i++) {
         const size_t k = (size_t)m->order[i];
         m->mode[i] = describe(m, system, k, norm);
-        write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv);
+        m->mode[i].excitation =
+            write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv);
     }
     return KT_OK;
 }

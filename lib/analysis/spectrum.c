@@ -124,3 +124,61 @@ kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *me
         limit.mode = (int)index;
     return limit;
 }
+
+/* ---- samples a period -------------------------------------------------------------------------------------------- */
+
+#define EXCITED 0.03 /* of the velocities of the most excited mode: a thousandth of its energy */
+
+static double period_error(const kt_method *method, double radius, kt_complex lambda, double step) {
+    kt_stability stability;
+    if (kt_stability_make(method, kt_stability_stages(method, step * radius), &stability, NULL) != KT_OK)
+        return HUGE_VAL; /* there are not enough stages */
+    return kt_stability_period_error(&stability, lambda, step);
+}
+
+/* By halving the ratio of a step that is short enough to one that is not. */
+static double step_enough(const kt_method *method, double radius, kt_complex lambda, double step) {
+    double low = 1e-6 * step, high = step;
+    for (int i = 0; i < 40; i++) {
+        const double middle = sqrt(low * high);
+        if (period_error(method, radius, lambda, middle) <= KT_SAMPLING_ERROR)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* The most that any mode of the same state is excited. */
+static double most_excited(const kt_spectrum *spectrum, double time) {
+    double most = 0.0;
+    for (int i = 0; i < spectrum->count; i++)
+        if (spectrum->mode[i].time == time)
+            most = fmax(most, spectrum->mode[i].mode.excitation);
+    return most;
+}
+
+static bool is_excited_oscillation(const kt_spectrum *spectrum, int i) {
+    const kt_mode *mode = &spectrum->mode[i].mode;
+    return mode->imaginary > 0.0 && mode->error < 0.01 * mode->imaginary && fabs(mode->damping) < 0.7 &&
+           mode->excitation > 0.0 && mode->excitation >= EXCITED * most_excited(spectrum, spectrum->mode[i].time);
+}
+
+kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step) {
+    kt_sampling sampling = {-1, HUGE_VAL, 0.0, HUGE_VAL};
+    const int fastest = kt_spectrum_fastest(spectrum);
+    if (fastest < 0)
+        return sampling;
+    const double radius = hypot(spectrum->lambda[fastest].re, spectrum->lambda[fastest].im);
+    for (int i = 0; i < spectrum->count; i++) {
+        const double samples = 2.0 * acos(-1.0) / (step * spectrum->lambda[i].im);
+        if (!is_excited_oscillation(spectrum, i) || !(samples < sampling.samples))
+            continue;
+        const double error = period_error(method, radius, spectrum->lambda[i], step);
+        if (error > KT_SAMPLING_ERROR)
+            sampling = (kt_sampling){i, samples, error, 0.0};
+    }
+    if (sampling.mode >= 0)
+        sampling.step = step_enough(method, radius, spectrum->lambda[sampling.mode], step);
+    return sampling;
+}

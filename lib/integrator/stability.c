@@ -242,6 +242,14 @@ double kt_stability_growth(const kt_stability *s, kt_complex lambda, double step
     return isnan(growth) ? HUGE_VAL : growth;
 }
 
+double kt_stability_period_error(const kt_stability *s, kt_complex lambda, double step) {
+    const kt_complex z = {step * lambda.re, step * fabs(lambda.im)}, value = kt_stability_value(s, z);
+    const double steps = 2.0 * acos(-1.0) / z.im, turn = steps * atan2(value.im, value.re);
+    const double gain = exp(steps * log(hypot(value.re, value.im))), truth = exp(steps * z.re);
+    const double error = hypot(gain * cos(turn) - truth, gain * sin(turn));
+    return steps >= 2.0 && !isnan(error) ? error : fmax(1.0, error);
+}
+
 /* One mode of a tableau, in steps x = h |lambda|. */
 typedef struct mode {
     const kt_stability *stability;

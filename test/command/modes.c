@@ -28,9 +28,20 @@ KT_TEST(modes_prints_frequencies_and_what_moves) {
     kt_check_contains("about", ran.out, "cart: linearised about its equilibrium, 4 states\n");
     /* sqrt((1 + 0.3 / 2) 9.81 / 0.6) / (2 pi) = 0.690125 */
     kt_check_contains("mode", ran.out, "   1      0.690125             0     0.0000  bob, cart 0.1");
-    kt_check_contains("neutral", ran.out, "2 eigenvalues are zero: nothing brings back, or slows down, cart\n");
+    kt_check_contains("neutral", ran.out, "2 eigenvalues are zero: neither stiffness nor damping acts on cart\n");
     ran = kt_shell("$K make pendulum --links 5 | $K modes - --count 2");
     kt_check_contains("the rest is counted", ran.out, "\n3 more, faster\n");
+}
+
+/* 200 floating links: each coordinate is neutral, and six are named. */
+KT_TEST(modes_names_few_and_counts_the_rest) {
+
+    kt_ran ran = kt_shell("(echo 'kinetree: 1'; echo 'bodies:'; for i in $(seq 40); do echo \"  - {name: b$i, mass: 1, "
+                          "joint: {type: prismatic}}\"; done) >float.yaml; $K modes float.yaml");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("few names", ran.out,
+                      "80 eigenvalues are zero: neither stiffness nor damping acts on b1, b2, b3, b4, b5, b6 and 34 "
+                      "more\n");
 }
 
 KT_TEST(modes_tells_which_state_it_is_about) {

@@ -1,0 +1,234 @@
+/* Warnings of fixed steps: outside of a method's region of stability, or too few a period of what oscillates.
+ *
+ * The fastest mode is watched at the records, for a fiftieth of the run's evaluations (kt_mode_watch). At the end,
+ * where its rate leaves any doubt, the modes at that state and at the last one are found in full.
+ */
+#include "run.h"
+#include "stability.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum {
+    FIRST_EVALUATIONS = 60, /* that the watch may take of a run however short */
+    PART = 50,              /* of a run's evaluations that the watch may take */
+    COORDINATES_MOST = 60,  /* of which modes are found in full */
+    FOLLOWED_STEPS = 10000, /* of a motion that an unstable run has not shown */
+};
+
+#define DOUBT 2.0 /* estimates of rates err downwards */
+
+kt_mode_watch *kt_watch_steps(const kt_model *model, const kt_run *run) {
+    kt_mode_watch *watch = NULL;
+    if (!(run->step > 0.0) || !(run->duration > run->step) || kt_model_nv(model) == 0)
+        return NULL;
+    return kt_mode_watch_create(model, &watch, NULL) == KT_OK ? watch : NULL;
+}
+
+void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record) {
+    if (watch == NULL)
+        return;
+    const uint64_t evaluations = kt_simulation_counts_get(outcome->simulation).evaluations;
+    if (kt_mode_watch_evaluations(watch) <= FIRST_EVALUATIONS + evaluations / PART)
+        kt_mode_watch_add(watch, record->time, record->q, record->v);
+}
+
+/* ---- what may be wrong ------------------------------------------------------------------------------------------- */
+
+enum { DIRECTIONS = 5 };
+
+/* Modes of this rate that decay, oscillate, and all between. */
+static void fan_out(double rate, kt_complex *lambda) {
+    for (int i = 0; i < DIRECTIONS; i++) {
+        const double angle = acos(0.0) * (1.0 + (double)i / (DIRECTIONS - 1));
+        lambda[i] = (kt_complex){i > 0 ? rate * cos(angle) : 0.0, i < DIRECTIONS - 1 ? rate * sin(angle) : 0.0};
+    }
+}
+
+/* Whether a mode of up to this rate might be amplified, or sampled too coarsely. */
+static bool is_in_doubt(const kt_run *run, const kt_method *method, double rate) {
+    kt_complex lambda[DIRECTIONS];
+    kt_stability stability;
+    fan_out(rate, lambda);
+    return kt_stability_worst(method, lambda, DIRECTIONS, run->step, run->duration, NULL) > KT_STABILITY_GROWTH ||
+           kt_stability_make(method, kt_stability_stages(method, run->step * rate), &stability, NULL) != KT_OK ||
+           kt_stability_period_error(&stability, lambda[0], run->step) > KT_SAMPLING_ERROR;
+}
+
+/* ---- words ------------------------------------------------------------------------------------------------------- */
+
+static void advise(kt_outcome *outcome, double step) {
+    outcome->advised_step = outcome->advised_step > 0.0 ? fmin(outcome->advised_step, step) : step;
+}
+
+static void name_mode(const kt_outcome *outcome, const kt_spectrum_mode *at, char *text, size_t size) {
+    char mode[64], movers[128];
+    kt_write_mode(&at->mode, mode, sizeof mode);
+    kt_write_movers(outcome->model, at->moves, movers, sizeof movers);
+    snprintf(text, size, "%s %s%s%s%s", mode[0] == 'u' || mode[0] == 'o' ? "an" : "a", mode,
+             movers[0] != '\0' ? " (" : "", movers, movers[0] != '\0' ? ")" : "");
+}
+
+static void warn_of_instability(kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum,
+                                const kt_step_limit *limit) {
+    char mode[256], remedy[128], by[48] = "without bound";
+    const kt_spectrum_mode at = kt_spectrum_at(spectrum, limit->mode);
+    name_mode(outcome, &at, mode, sizeof mode);
+    if (limit->growth < 1e6)
+        snprintf(by, sizeof by, "%.2g-fold over the run", limit->growth);
+    snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
+             !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
+    const kt_warning warning = {
+        .code = "unstable_step", .time = at.time, .value = limit->step, .unit = "s", .remedy = remedy};
+    advise(outcome, limit->step);
+    kt_warn(&outcome->warnings, &warning,
+            "steps of %g s are too long for %s to be stable: the method amplifies %s, as it is at t = %g s, %s",
+            outcome->run->step, method->name, mode, at.time, by);
+}
+
+static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum,
+                            const kt_sampling *sampling) {
+    char mode[256], remedy[160];
+    const kt_spectrum_mode at = kt_spectrum_at(spectrum, sampling->mode);
+    const double period = sampling->samples * outcome->run->step;
+    name_mode(outcome, &at, mode, sizeof mode);
+    snprintf(remedy, sizeof remedy,
+             "Take steps below %.2g s, %.2g a period, for an error of %g, or a method of higher order", sampling->step,
+             period / sampling->step, KT_SAMPLING_ERROR);
+    const kt_warning warning = {
+        .code = "few_samples", .time = at.time, .value = sampling->samples, .unit = NULL, .remedy = remedy};
+    advise(outcome, sampling->step);
+    kt_warn(&outcome->warnings, &warning,
+            "%s at %g s takes %.3g steps a period of %s, found at t = %g s, which is off by %.2g of its amplitude "
+            "after each period",
+            method->name, outcome->run->step, sampling->samples, mode, at.time, sampling->error);
+}
+
+/* Of a large scene the rate alone is known. */
+static void warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest) {
+    kt_complex lambda[DIRECTIONS];
+    char remedy[128];
+    ptrdiff_t index;
+    fan_out(fastest->rate, lambda);
+    for (int i = 0; i < DIRECTIONS; i++)
+        if (!(kt_stability_worst(method, &lambda[i], 1, outcome->run->step, outcome->run->duration, &index) >
+              KT_STABILITY_GROWTH))
+            return;
+    const double step =
+        kt_stability_step(method, lambda, DIRECTIONS, outcome->run->duration, KT_STABILITY_GROWTH, &index);
+    snprintf(remedy, sizeof remedy, "Take steps below %.2g s; 'kinetree stability' shows more", step);
+    const kt_warning warning = {
+        .code = "unstable_step", .time = fastest->time, .value = step, .unit = "s", .remedy = remedy};
+    advise(outcome, step);
+    kt_warn(&outcome->warnings, &warning,
+            "steps of %g s are too long for %s to be stable: the rate of the fastest mode is about %.3g /s at t = %g s",
+            outcome->run->step, method->name, fastest->rate, fastest->time);
+}
+
+/* ---- at the end -------------------------------------------------------------------------------------------------- */
+
+static bool add_state(kt_spectrum *spectrum, double t, const double *q, const double *v) {
+    kt_error error = {0};
+    return kt_spectrum_add(spectrum, t, q, v, NULL, &error) == KT_OK;
+}
+
+static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch) {
+    const kt_fast_state fastest = kt_mode_watch_fastest(watch);
+    return fastest.rate > 0.0 && add_state(spectrum, fastest.time, fastest.q, fastest.v);
+}
+
+static kt_simulation_options follow_options(void) {
+    kt_simulation_options options = kt_simulation_options_default();
+    options.max_steps = FOLLOWED_STEPS;
+    return options;
+}
+
+/* The modes at the start of the motion itself and where it has the fastest, by adaptive steps; how far these come does
+ * not matter. */
+static void follow_motion(const kt_outcome *outcome, kt_spectrum *spectrum) {
+    kt_run run = *outcome->run;
+    const kt_simulation_options options = follow_options();
+    kt_mode_watch *watch = kt_watch_steps(outcome->model, outcome->run);
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    run.integrator = "dopri5";
+    run.relative = run.absolute = 1e-6;
+    run.step = 0.0;
+    run.record = KT_RECORD_POSITION;
+    run.marker_count = 0;
+    kt_status status =
+        watch == NULL ? KT_ERROR_MEMORY : kt_simulation_create(outcome->model, &run, &options, &simulation, &error);
+    if (status == KT_OK)
+        (void)add_state(spectrum, 0.0, kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
+    while (status == KT_OK && kt_simulation_time(simulation) < run.duration) {
+        status = kt_simulation_step(simulation, run.duration, &error);
+        if (status == KT_OK)
+            kt_mode_watch_add(watch, kt_simulation_time(simulation), kt_simulation_positions(simulation),
+                              kt_simulation_velocities(simulation));
+    }
+    if (watch != NULL)
+        (void)add_fastest(spectrum, watch);
+    kt_simulation_free(simulation);
+    kt_mode_watch_free(watch);
+}
+
+static bool is_unstable(const kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum,
+                        kt_step_limit *limit) {
+    *limit = kt_spectrum_limit(spectrum, method, outcome->run->duration, outcome->run->step);
+    return limit->growth > KT_STABILITY_GROWTH && limit->mode >= 0;
+}
+
+static void warn_by(kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum) {
+    kt_step_limit limit;
+    if (is_unstable(outcome, method, spectrum, &limit)) {
+        limit.mode = kt_spectrum_limit(spectrum, method, outcome->run->duration, 0.0).mode; /* that bounds the step */
+        warn_of_instability(outcome, method, spectrum, &limit);
+    }
+    const kt_sampling sampling = kt_spectrum_sampling(spectrum, method, outcome->run->step);
+    if (sampling.mode >= 0)
+        warn_of_samples(outcome, method, spectrum, &sampling);
+}
+
+/* States of a run that was not stable, and of one that did not come to its end most of all, are none of the motion's:
+ * what the motion itself says goes first. */
+static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt_mode_watch *watch) {
+    const kt_simulation *simulation = outcome->simulation;
+    const kt_fast_state fastest = kt_mode_watch_fastest(watch);
+    const double end = kt_simulation_time(simulation);
+    kt_spectrum *own = NULL, *motion = NULL;
+    kt_error error = {0};
+    kt_step_limit limit;
+    if (kt_spectrum_create(outcome->model, 2, &own, &error) != KT_OK ||
+        kt_spectrum_create(outcome->model, 2, &motion, &error) != KT_OK) {
+        kt_say_error(&error);
+        kt_spectrum_free(own);
+        return;
+    }
+    bool found = add_fastest(own, watch);
+    if (end != fastest.time)
+        found |= add_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
+    const bool unstable = is_unstable(outcome, method, own, &limit), sound = end >= outcome->run->duration;
+    if (unstable || !sound)
+        follow_motion(outcome, motion);
+    if (is_unstable(outcome, method, motion, &limit))
+        warn_by(outcome, method, motion);
+    else if (found && sound && !outcome->is_blown_up)
+        warn_by(outcome, method, own);
+    else if (!found) /* the loops are singular, or as the run itself says */
+        warn_of_rate(outcome, method, &fastest);
+    kt_spectrum_free(own);
+    kt_spectrum_free(motion);
+}
+
+void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch) {
+    const kt_method *method = outcome->run->integrator != NULL ? kt_method_find(outcome->run->integrator) : NULL;
+    if (watch == NULL || method == NULL)
+        return;
+    const kt_fast_state fastest = kt_mode_watch_fastest(watch);
+    if (!is_in_doubt(outcome->run, method, DOUBT * fastest.rate))
+        return;
+    if (kt_model_nv(outcome->model) > COORDINATES_MOST)
+        warn_of_rate(outcome, method, &fastest);
+    else
+        warn_of_modes(outcome, method, watch);
+}

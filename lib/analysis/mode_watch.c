@@ -1,0 +1,117 @@
+/* The fastest mode at the states of a run, by the power method without a matrix.
+ *
+ * Small motions x = (dq, dv) obey x' = J x with J x = (dv, (a(q (+) dq, v + dv) - a(q, v))). A direction is multiplied
+ * by J twice at a state, and |J^2 x| / |x| taken for |lambda|^2: of an undamped mode J^2 is -omega^2 on both halves,
+ * where J alone would turn one into the other. Lengths and radians are held against the coordinates' units, velocities
+ * against these times the rate found before, so that both halves of the fastest mode weigh alike.
+ *
+ * The direction is kept from state to state, and a part of everything is mixed in each time: so one iteration follows a
+ * mode that changes slowly, and a stiffness that was not there before, as of a foot that has come to the ground, shows
+ * within one. Only where a rate is new or has grown is it iterated until it settles. Estimates err downwards.
+ *
+ * What turns with the body axes (dq' = dv - omega x dq) is left out, and loops are not closed again: J of equations
+ * that hold A a = b'' off the manifold, too, adds nothing but zeros to the eigenvalues.
+ */
+#include "analysis/mode_watch.h"
+
+#include "kinetree/joint.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ITERATIONS = 8 };
+
+#define SMALL 1e-7   /* of a unit: how far velocities are moved */
+#define MIXED 0.3    /* of the direction: what is mixed in */
+#define SETTLED 0.02 /* change of the rate in an iteration */
+#define GROWN 1.05   /* over the largest so far: worth iterating */
+
+/* ---- one state --------------------------------------------------------------------------------------------------- */
+
+static double norm_of(const double *x, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * x[i];
+    return sqrt(sum);
+}
+
+/* Fractional parts of multiples of the golden ratio: a part of everything, another one each time, and the same in every
+ * run. */
+static void mix(kt_mode_watch *w) {
+    const size_t n = 2 * w->nv;
+    const double part = w->states == 0 ? 1.0 : MIXED / sqrt((double)n);
+    for (size_t i = 0; i < n; i++) {
+        const double x = 0.61803398874989485 * (double)(i + 1 + (n + 1) * (w->states % 4096));
+        w->direction[i] += part * 2.0 * sqrt(3.0) * (x - floor(x) - 0.5);
+    }
+    const double length = norm_of(w->direction, n);
+    for (size_t i = 0; i < n; i++)
+        w->direction[i] /= length;
+}
+
+/* direction <- J direction over its length, which is returned; 0 where it cannot be had. */
+static double multiply(kt_mode_watch *w, double t, const double *q, const double *v) {
+    const size_t nv = w->nv;
+    const double *position = w->direction, *velocity = w->direction + nv;
+    double *rate = w->image, *change = w->image + nv;
+    const double size = SMALL / fmax(1.0, w->scale); /* of dq; of dv it is SMALL at most */
+    for (size_t i = 0; i < nv; i++) {
+        w->step[i] = size * w->unit[i] * position[i];
+        w->moved_v[i] = v[i] + size * w->unit[i] * w->scale * velocity[i];
+    }
+    kt_position_add(w->model, q, w->step, w->moved_q);
+    w->evaluations++;
+    if (kt_acceleration_evaluate(w->model, w->data, t, w->moved_q, w->moved_v, NULL, NULL, w->moved_a, NULL) != KT_OK)
+        return 0.0;
+    for (size_t i = 0; i < nv; i++) {
+        rate[i] = w->scale * velocity[i];
+        change[i] = (w->moved_a[i] - w->a[i]) / (size * w->unit[i] * w->scale);
+    }
+    const double length = norm_of(w->image, 2 * nv);
+    if (!(length > 0.0) || !isfinite(length))
+        return 0.0;
+    for (size_t i = 0; i < 2 * nv; i++)
+        w->direction[i] = w->image[i] / length;
+    return length;
+}
+
+/* Velocities are held against the new rate from now on. */
+static void rescale(kt_mode_watch *w, double rate) {
+    for (size_t i = w->nv; i < 2 * w->nv; i++)
+        w->direction[i] *= w->scale / rate;
+    w->scale = rate;
+    const double length = norm_of(w->direction, 2 * w->nv);
+    for (size_t i = 0; i < 2 * w->nv; i++)
+        w->direction[i] /= length;
+}
+
+void kt_mode_watch_add(kt_mode_watch *w, double t, const double *q, const double *v) {
+    double rate = 0.0;
+    w->evaluations++;
+    if (w->nv == 0 || kt_acceleration_evaluate(w->model, w->data, t, q, v, NULL, NULL, w->a, NULL) != KT_OK)
+        return;
+    mix(w);
+    w->states++;
+    for (int k = 0; k < ITERATIONS; k++) {
+        const double first = multiply(w, t, q, v), second = first > 0.0 ? multiply(w, t, q, v) : 0.0;
+        const double last = rate;
+        if (!(second > 0.0))
+            break;
+        rate = sqrt(first * second);
+        rescale(w, rate);
+        if (!(rate > GROWN * w->rate) || fabs(rate - last) <= SETTLED * rate)
+            break;
+    }
+    if (!(rate > w->rate))
+        return;
+    w->rate = rate;
+    w->time = t;
+    memcpy(w->fast_q, q, w->nq * sizeof *q);
+    memcpy(w->fast_v, v, w->nv * sizeof *v);
+}
+
+kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *w) {
+    return (kt_fast_state){w->time, w->rate, w->fast_q, w->fast_v};
+}
+
+uint64_t kt_mode_watch_evaluations(const kt_mode_watch *w) { return w->evaluations; }
