@@ -163,7 +163,7 @@ KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "--tolerances takes numbers above zero", "$K accuracy p.yaml --tolerances 1e-3,");
     kt_expect(1, "--goal takes numbers above zero", "$K accuracy p.yaml --goal x");
     kt_expect(1, "did you mean '--tolerances'?", "$K accuracy p.yaml --tolerance 1e-3");
-    kt_expect(1, "is what the study is made from", "$K accuracy p.yaml --out p.yaml");
+    kt_expect(1, "p.yaml is the scene itself", "$K accuracy p.yaml --out p.yaml");
     kt_check_text("the scene is untouched", kt_read_file("p.yaml"), pendulum);
     kt_expect(2, "none.yaml", "$K accuracy none.yaml");
     kt_expect(1, "RESULT is missing", "$K plot");
