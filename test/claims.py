@@ -14,6 +14,11 @@ def claim(name, problems):
         _failed += 1
 
 
+def skip(name, reason):
+    """States that a claim cannot be tested on this machine, and why; test/count.py counts it."""
+    print(f"[  SKIPPED ] {name}: {reason}")
+
+
 def note(text):
     print(f"       {text}")
 

@@ -4,6 +4,7 @@ install.py BUILD-DIRECTORY HAS-MODULE HAS-SCENE HAS-COMMAND HAS-DOCS C-COMPILER.
 """
 import os
 import pathlib
+import re
 import shlex
 import shutil
 import subprocess
@@ -11,7 +12,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish
+from claims import claim, finish, skip
 
 PROGRAM = """
 #include <kinetree/kinetree.h>
@@ -44,22 +45,56 @@ def build_and_run(compiler, folder, package, pkg_environment, libdir, static):
 CMAKE = """
 cmake_minimum_required(VERSION 3.16)
 project(stranger C)
-find_package(kinetree 0.1 REQUIRED COMPONENTS {targets})
+find_package(kinetree 0.1 REQUIRED COMPONENTS {target})
 add_executable(program program.c)
 target_link_libraries(program kinetree::{target})
 """
 
+# What is asked for, and whether 0.1.0 is it. A range needs CMake 3.19; 0.1...<0.2 is no range to an older one.
+VERSIONS = [("", True), ("0.1", True), ("0.1.0", True), ("0.1.0 EXACT", True), ("0.1.0...0.3", True), ("0.0...<0.2", True), ("0.0...0.1.0", True),
+            ("0", False), ("0.0", False), ("0.1.1", False), ("0.2", False), ("1.1", False), ("0.1.1 EXACT", False), ("0.1.1...0.3", False),
+            ("0.0...<0.1.0", False)]
 
-def build_with_cmake(folder, root, target, libdir):
+CMAKE_VERSIONS = """
+cmake_minimum_required(VERSION 3.19)
+project(asker C)
+foreach(asked IN ITEMS {asked})
+  string(REPLACE " " ";" words "${{asked}}")
+  unset(kinetree_DIR CACHE)
+  find_package(kinetree ${{words}} QUIET)
+  message(STATUS "asked=${{asked}} found=${{kinetree_FOUND}} version=${{kinetree_VERSION}}")
+endforeach()
+set(CMAKE_SIZEOF_VOID_P 4)
+unset(kinetree_DIR CACHE)
+find_package(kinetree QUIET)
+message(STATUS "asked=other pointers found=${{kinetree_FOUND}} version=${{kinetree_VERSION}}")
+"""
+
+
+def configure(project, prefix):
+    return run("cmake", "-S", project, "-B", project / "build", f"-DCMAKE_PREFIX_PATH={prefix}")
+
+
+def versions_by_cmake(folder, prefix):
+    """Problems; the package is found by the versions that it satisfies, and by no other, nor by other sizes of pointers."""
+    project = folder / "cmake-versions"
+    project.mkdir()
+    asked = " ".join(f'"{version}"' for version, _ in VERSIONS)
+    (project / "CMakeLists.txt").write_text(CMAKE_VERSIONS.format(asked=asked))
+    made = configure(project, prefix)
+    said = dict(re.findall(r"asked=(.*) found=(\d)", made.stdout))
+    wanted = {version: str(int(good)) for version, good in VERSIONS} | {"other pointers": "0"}
+    return [f"version {version!r}: found is {said.get(version)}, not {good}" for version, good in wanted.items()
+            if said.get(version) != good] + (made.stderr.splitlines() if made.returncode else [])
+
+
+def build_with_cmake(folder, prefix, target, libdir):
     """Problems; a project of somebody else finds the installed package, and its program prints the version."""
     project = folder / f"cmake-{target}"
     project.mkdir()
     (project / "program.c").write_text(PROGRAM)
-    (project / "CMakeLists.txt").write_text(CMAKE.format(target=target, targets=target))
-    prefix = next(path for path in root.rglob("lib*") if (path / "cmake" / "kinetree").is_dir()).parent
-    for command in (["cmake", "-S", project, "-B", project / "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
-                    ["cmake", "--build", project / "build"]):
-        made = run(*command)
+    (project / "CMakeLists.txt").write_text(CMAKE.format(target=target))
+    for made in (configure(project, prefix), run("cmake", "--build", project / "build")):
         if made.returncode != 0:
             return (made.stdout + made.stderr).splitlines()
     ran = run(project / "build" / "program", environment={**os.environ, "LD_LIBRARY_PATH": str(libdir)})
@@ -89,20 +124,23 @@ def main():
             environment = {**os.environ, "PKG_CONFIG_LIBDIR": f"{pc.parent}:" + run(
                 "pkg-config", "--variable=pc_path", "pkg-config").stdout.strip()}
             # The prefix as seen from here: the packages found on the system keep theirs.
-            text = pc.read_text()
+            prefix = re.search(r"^prefix=(.*)$", pc.read_text(), re.M)[1]
             for path in pc.parent.glob("kinetree*.pc"):
-                text = path.read_text()
-                prefix = next(line[7:] for line in text.splitlines() if line.startswith("prefix="))
-                path.write_text(text.replace(f"prefix={prefix}", f"prefix={root}{prefix}", 1))
+                path.write_text(path.read_text().replace(f"prefix={prefix}", f"prefix={root}{prefix}", 1))
+            prefix = f"{root}{prefix}"
             for package in ["kinetree"] + (["kinetree-scene"] if has_scene == "true" else []):
                 for static in (False, True):
                     claim(f"program_links_{package.replace('-', '_')}_{'statically' if static else 'shared'}",
                           build_and_run(compiler, folder, package, environment, pc.parent.parent, static))
-            if shutil.which("cmake"):
-                for target in ["kinetree", "static"] + (["scene", "scene-static"] if has_scene == "true" else []):
-                    claim(f"cmake_finds_{target.replace('-', '_')}", build_with_cmake(folder, root, target, pc.parent.parent))
-                claim("cmake_refuses_what_is_not_there",
-                      [] if build_with_cmake(folder, root, "moon", pc.parent.parent) else ["it found kinetree::moon"])
+        if pc and shutil.which("cmake"):
+            libdir = pc.parent.parent
+            for target in ["kinetree", "static"] + (["scene", "scene-static"] if has_scene == "true" else []):
+                claim(f"cmake_finds_{target.replace('-', '_')}", build_with_cmake(folder, prefix, target, libdir))
+            claim("cmake_refuses_what_is_not_there",
+                  [] if build_with_cmake(folder, prefix, "moon", libdir) else ["it found kinetree::moon"])
+            claim("cmake_finds_the_versions_that_it_satisfies", versions_by_cmake(folder, prefix))
+        elif pc:
+            skip("cmake_finds_the_package", "CMake is not on this machine")
     finish()
 
 
