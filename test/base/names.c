@@ -170,22 +170,28 @@ static int plain_distance(const char *a, int m, const char *b, int n) {
     return least;
 }
 
+enum { LONGEST = 8 };
+
+/* A word of the letters a, b and c; returns its length. */
+static int draw_word(kt_random *random, int least, char word[LONGEST + 1]) {
+    const int length = kt_random_int(random, least, LONGEST);
+    for (int k = 0; k <= LONGEST; k++)
+        word[k] = (char)(k < length ? 'a' + kt_random_int(random, 0, 2) : '\0');
+    return length;
+}
+
 KT_TEST(nearest_name_is_that_of_the_plain_recursion) {
     kt_random random = kt_random_of_test();
     long wrong = 0, found = 0, none = 0;
     for (int trial = 0; trial < 400; trial++) {
-        enum { COUNT = 6, LONGEST = 8 };
-        char wanted[LONGEST + 1] = "", text[COUNT][LONGEST + 1] = {""};
+        enum { COUNT = 6 };
+        char wanted[LONGEST + 1], text[COUNT][LONGEST + 1];
         const char *candidates[COUNT];
-        const int m = kt_random_int(&random, 2, LONGEST);
-        for (int k = 0; k < m; k++)
-            wanted[k] = (char)('a' + kt_random_int(&random, 0, 2));
+        const int m = draw_word(&random, 2, wanted);
         const char *best = NULL;
         int least = LONGEST;
         for (int i = 0; i < COUNT; i++) {
-            const int n = kt_random_int(&random, 1, LONGEST), longer = m > n ? m : n;
-            for (int k = 0; k < n; k++)
-                text[i][k] = (char)('a' + kt_random_int(&random, 0, 2));
+            const int n = draw_word(&random, 1, text[i]), longer = m > n ? m : n;
             candidates[i] = text[i];
             const int d = plain_distance(wanted, m, text[i], n);
             if (d < least && d <= (longer > 3 ? longer : 3) / 3) {

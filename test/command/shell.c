@@ -63,6 +63,23 @@ const char *kt_read_file(const char *name) {
     return text;
 }
 
+/* Versions of cairo differ in spaces, and in whether a colour stands in a style or in an attribute of its own. */
+double kt_page_lightness(const char *svg) {
+    const char *colour = svg == NULL ? NULL : strstr(svg, "rgb(");
+    double part[3];
+    if (colour == NULL)
+        return (double)NAN;
+    colour += strlen("rgb(");
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        part[i] = strtod(colour, &end);
+        if (*end++ != '%')
+            return (double)NAN;
+        colour = end + 1; /* a comma or a bracket */
+    }
+    return (part[0] + part[1] + part[2]) / 300.0;
+}
+
 /* ---- running ----------------------------------------------------------------------------------------------------- */
 
 static int exit_code(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }

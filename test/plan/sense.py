@@ -16,12 +16,12 @@ WHATS = ("nothing", "points", "wrenches", "anew")
 EVALUATIONS = ("kt_forward", "kt_planar_forward", "kt_closed_forward", "kt_spatial_accelerate", "kt_group_factor",
                "kt_effects_apply", "kt_dynamics_forward")
 # Scene, method, how it is computed; what sensors may take of a step: points with accelerations, and wrenches, too. A
-# tenth more than was measured. Reactions in planar loops take an evaluation in space.
+# tenth more than was measured of the code of gcc 12 to 14. Reactions in planar loops take an evaluation in space.
 CASES = [
     ("arm7", "rk4", "tree in space", 0.05, 0.20),
     ("humanoid", "rk4", "tree in space", 0.05, 0.145),
     ("humanoid", "dopri5", "tree in space", 0.033, 0.095),
-    ("cart-pole", "rk4", "tree in a plane", 0.135, 0.30),
+    ("cart-pole", "rk4", "tree in a plane", 0.15, 0.33),
     ("stewart", "rk4", "loops in space", 0.008, 0.041),
     ("four-bar", "rk4", "loop in a plane", 0.095, 0.88),
 ]
