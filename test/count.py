@@ -3,17 +3,19 @@
 
 A program prints "[       OK ] name" for each test that passes and "[  FAILED  ] name" for each that fails, as cmocka does.
 One that prints no such line is one test by itself; one that fails without saying which test did counts as one failure.
-The last line is "N passed, M failed".
+"[  SKIPPED ] name: reason" tells what this machine cannot show; those reasons stand before the last line, and are neither
+passed nor failed. The last line is "N passed, M failed".
 """
 import json
 import re
 import sys
 
 PASSED = re.compile(r"^\[ +OK +\] \S", re.M)
-# The list after the run says "N test(s)" and repeats the names: only what comes before it counts.
-FAILED = re.compile(r"^\[ +FAILED +\] (?!\d+ test)\S", re.M)
-SKIPPED = re.compile(r"^\[ +SKIPPED +\] (?!\d+ test)\S", re.M)
-SUMMARY = re.compile(r"^\[ +FAILED +\] \d+ test.*", re.M | re.S)
+FAILED = re.compile(r"^\[ +FAILED +\] \S", re.M)
+SKIPPED = re.compile(r"^\[ +SKIPPED +\] (.+?): (.+)$", re.M)
+# The list after the run says "N test(s)", from cmocka 1.1.7 on with the program's name before it, and repeats the names:
+# only what comes before it counts.
+SUMMARY = re.compile(r"^\[ +(FAILED|SKIPPED) +\] (\S+: )?\d+ test.*", re.M | re.S)
 
 
 def during_the_run(text):
@@ -23,7 +25,7 @@ def during_the_run(text):
 def without_what_passed(text):
     """The output less the lines from a test's start, or from the test before it, to its OK."""
     kept, section = [], []
-    for line in text.splitlines():
+    for line in during_the_run(text).splitlines():
         if re.match(r"\[ +RUN +\]", line):
             kept += section
             section = []
@@ -37,16 +39,20 @@ def without_what_passed(text):
 
 
 def main(path):
-    passed = failed = skipped = 0
+    passed = failed = 0
+    skipped = {}
     with open(path, encoding="utf-8") as log:
         for line in log:
             test = json.loads(line)
             texts = [during_the_run(test.get(key) or "") for key in ("stdout", "stderr")]
             well = sum(len(PASSED.findall(text)) for text in texts)
             ill = sum(len(FAILED.findall(text)) for text in texts)
-            skipped += sum(len(SKIPPED.findall(text)) for text in texts)
-            if test["result"] in ("SKIP",):
-                skipped += 1
+            told = [found for text in texts for found in SKIPPED.findall(text)]
+            if test["result"] == "SKIP" and not told:
+                told = [(test["name"].split(" / ", 1)[-1], "it does not say why")]
+            for name, reason in told:
+                skipped.setdefault(reason, []).append(name)
+            if test["result"] == "SKIP":
                 continue
             if test["result"] != "OK":
                 ill = max(ill, 1)
@@ -54,12 +60,14 @@ def main(path):
                 for key in ("stdout", "stderr"):
                     if test.get(key):
                         print(without_what_passed(test[key]).rstrip())
-            elif well + ill == 0:
+            elif well + ill == 0 and not told:
                 well = 1
             passed += well
             failed += ill
+    for reason, names in skipped.items():
+        print(f"skipped, {reason}: {'; '.join(names)}")
     if skipped:
-        print(f"{skipped} skipped")
+        print(f"{sum(map(len, skipped.values()))} skipped")
     if passed + failed == 0:
         print("no test has run")
         failed = 1

@@ -35,7 +35,7 @@ KT_TEST(every_level_gives_the_same_bits) {
     const kt_level levels[3] = {KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_V4};
     for (int i = 0; i < 3; i++) {
         if (kt_level_resolve(levels[i]) != levels[i] || !kinds_of(levels[i])) {
-            kt_note("level %d is not on this processor", (int)levels[i]);
+            kt_skip(levels[i] == KT_LEVEL_V3 ? "v3" : "v4", KT_NO_LEVEL);
             continue;
         }
         kt_random random = kt_random_of_test();

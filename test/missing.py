@@ -1,0 +1,7 @@
+"""A test whose means this machine lacks: says so and counts as skipped. missing.py NAME REASON"""
+import sys
+
+from claims import skip
+
+skip(sys.argv[1], sys.argv[2])
+sys.exit(77)
