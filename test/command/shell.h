@@ -26,8 +26,8 @@ void kt_expect(int code, const char *message, const char *format, ...) __attribu
 void kt_write_file(const char *name, const char *text);
 const char *kt_read_file(const char *name); /* terminated; valid until the next call */
 
-/* How light the page of an SVG is, from 0 (black) to 1 (white): that of the first colour in it, since the page is painted
- * first. NaN: no colour was found. */
+/* How light the page of an SVG is, from 0 (black) to 1 (white): that of the first colour in it, since the page is
+ * painted first. NaN: no colour was found. */
 double kt_page_lightness(const char *svg);
 
 /* ---- what was read ----------------------------------------------------------------------------------------------- */

@@ -26,7 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 try:
     import numpy as np
 except ImportError:
-    print("skipped: python3-numpy is missing")
+    print("[  SKIPPED ] reference/oracle: numpy is not on this machine")
     sys.exit(77)
 
 here = pathlib.Path(__file__).resolve().parent
