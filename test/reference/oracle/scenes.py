@@ -345,12 +345,15 @@ class Maker(Draw):
 
     # Effects
 
-    def pair(self):
+    def pair(self, turned):
+        """Two ends apart from each other, turned by no more than an angle: a bushing's moment jumps at half a turn."""
         for _ in range(20):
             names = [b["name"] for b in self.bodies]
             ends = [self.end(self.pick(names)), self.end(self.pick(names + ["world"]))]
             m = Mechanism({**self.scene(), "loops": [{"name": "probe", "type": "spherical", "between": ends}]})
-            (_, p), (_, r) = (m.end(e, m.poses(m.q)) for e in m.loops[0].ends)
+            (P, p), (R, r) = (m.end(e, m.poses(m.q)) for e in m.loops[0].ends)
+            if 0.5 * (np.trace(P.T @ R) - 1.0) < math.cos(turned) - 1e-9:
+                continue
             if m.loops[0].ends[0].body != m.loops[0].ends[1].body and np.linalg.norm(p - r) > 0.3:
                 return ends
         return None
@@ -362,7 +365,7 @@ class Maker(Draw):
     def effect(self, kind):
         spec, name = {"type": kind}, self.pick(self.bodies)["name"]
         if kind in ("spring", "attraction", "bushing"):
-            spec["between"] = self.pair()
+            spec["between"] = self.pair(2.0 if kind == "bushing" else math.pi)
             if spec["between"] is None:
                 return None
             k = self.between(5, 60)
