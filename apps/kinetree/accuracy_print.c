@@ -53,8 +53,8 @@ static void print_horizon(const kt_accuracy_results *results) {
 static void print_head(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
     const char *unit = kt_findings_unit(findings);
-    printf("%s\n  %g s in %d records; errors are the largest over all joints and records, in %s", findings->name,
-           results->duration, results->records, unit);
+    printf("%s\n  %g s in %d records; errors are the largest over all joints and records, in %s",
+           kt_show(findings->name).text, results->duration, results->records, unit);
     if (results->unit != KT_ACCURACY_METRE)
         fputs(", angles on the circle", stdout);
     if (results->unit == KT_ACCURACY_MIXED)

@@ -33,9 +33,16 @@ kt_command_main kt_command_make;
 kt_command_main kt_command_integrators;
 kt_command_main kt_command_stability;
 
-/* Words to the user, on standard error: "kinetree: ..." and a newline. */
+/* Words to the user, on standard error: "kinetree: ..." and a newline. What a terminal would obey is escaped. */
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);
 void kt_say_error(const kt_error *error);
+
+/* A name as it is shown: what a terminal would obey is escaped (base/escape.h), and a long name is cut. */
+typedef struct kt_shown {
+    char text[256];
+} kt_shown;
+
+kt_shown kt_show(const char *name);
 
 /* The exit code that tells a status. */
 int kt_exit_code(kt_status status);

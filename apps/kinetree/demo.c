@@ -91,7 +91,8 @@ static void list_scene(const char *folder, const char *file, int width) {
         printf("%-*.*s  (does not read; 'kinetree check %s' says why)\n", width, length, file, path);
         return;
     }
-    printf("%-*.*s  %s\n", width, length, file, scene.description.name != NULL ? scene.description.name : "");
+    printf("%-*.*s  %s\n", width, length, file,
+           scene.description.name != NULL ? kt_show(scene.description.name).text : "");
     kt_scene_free(&scene);
 }
 

@@ -116,7 +116,7 @@ static json_t *describe(const kt_small_motion *motion) {
     bool damped;
     const int worst = judge(motion, &neutral, &damped);
     json_t *root = json_object();
-    json_object_set_new(root, "scene", json_string(motion->name));
+    json_object_set_new(root, "scene", kt_json_text(motion->name));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     json_object_set_new(root, "stability", json_string(word(worst, neutral, damped)));
     json_object_set_new(root, "growth", json_real(worst < 0 ? 0.0 : kt_modes_at(motion->modes, worst).real));

@@ -168,7 +168,7 @@ static void show_run(const kt_run *run, const kt_model *model) {
 
 static int show_all(const kt_scene *scene, const kt_model *model) {
     if (scene->description.name != NULL)
-        printf("%s\n\n", scene->description.name);
+        printf("%s\n\n", kt_show(scene->description.name).text);
     show_sizes(model);
     int code = show_masses(model);
     show_run(&scene->run, model);

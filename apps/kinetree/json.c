@@ -21,6 +21,11 @@ static void *allocate(size_t size) {
 
 void kt_json_watch_memory(void) { json_set_alloc_funcs(allocate, free); }
 
+json_t *kt_json_text(const char *text) {
+    json_t *exact = json_string(text);
+    return exact != NULL ? exact : json_string(kt_show(text).text);
+}
+
 json_t *kt_json_number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
 json_t *kt_json_numbers(const double *x, int count) {

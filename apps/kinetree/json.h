@@ -9,6 +9,9 @@
 /* To be called before all others: from here on no JSON is written of which a part found no memory. */
 void kt_json_watch_memory(void);
 
+/* A text; one that is no UTF-8 as it is shown. */
+json_t *kt_json_text(const char *text);
+
 /* null where x is not finite, for which JSON has no number. */
 json_t *kt_json_number(double x);
 json_t *kt_json_numbers(const double *x, int count);

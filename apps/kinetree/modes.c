@@ -177,7 +177,7 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
     int shown = 0, left = 0;
     for (int i = 0; i < system->coordinates; i++)
         length = system->unit[i] != 1.0 ? system->unit[i] : length;
-    printf("%s: linearised about its %s, %d state%s\n", motion->name, state, system->states,
+    printf("%s: linearised about its %s, %d state%s\n", kt_show(motion->name).text, state, system->states,
            system->states == 1 ? "" : "s");
     printf("mode  %12s  %12s  %9s  %s\n", "frequency", "rate", "damping", "joints that move most");
     printf("      %12s  %12s  %9s\n", "Hz", "1/s", "ratio");
@@ -279,7 +279,7 @@ static json_t *list_modes(const kt_small_motion *motion) {
 static json_t *describe(const kt_small_motion *motion, const char *state) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     json_t *root = json_object();
-    json_object_set_new(root, "scene", json_string(motion->name));
+    json_object_set_new(root, "scene", kt_json_text(motion->name));
     json_object_set_new(root, "about", json_string(state));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(motion->model, motion->v, true));

@@ -45,7 +45,7 @@ void kt_paper_use(cairo_t *c, kt_colour colour) { cairo_set_source_rgb(c, colour
 
 double kt_paper_width(cairo_t *c, const char *text) {
     cairo_text_extents_t extents;
-    cairo_text_extents(c, text, &extents);
+    cairo_text_extents(c, kt_show(text).text, &extents);
     return extents.x_advance;
 }
 
@@ -55,12 +55,14 @@ static double shift(kt_anchor anchor, double width) {
 
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text) {
     cairo_move_to(c, x - shift(anchor, kt_paper_width(c, text)), y);
-    cairo_show_text(c, text);
+    cairo_show_text(c, kt_show(text).text);
 }
 
 /* Cut between characters. */
-void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *text) {
-    char part[256];
+void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title) {
+    const kt_shown shown = kt_show(title);
+    const char *text = shown.text;
+    char part[260];
     int length = (int)strlen(text);
     if (kt_paper_width(c, text) <= width) {
         kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);

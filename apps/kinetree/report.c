@@ -40,12 +40,12 @@ static void say_cost(const kt_outcome *outcome, double time) {
 
 static void say_file(const char *what, const char *path) {
     if (path != NULL)
-        fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : path);
+        fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
 }
 
 void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot) {
     double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
-    fprintf(stderr, "%s: %g s simulated", outcome->name, time);
+    fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
     if (time < duration)
         fprintf(stderr, " of %g s", duration);
     fputc('\n', stderr);
@@ -64,7 +64,7 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);
     fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
-            strcmp(out, "-") == 0 ? "standard output" : out);
+            strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
     say_file("summary", summary);
     say_file("picture", plot);
 }

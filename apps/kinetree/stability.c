@@ -209,7 +209,7 @@ static json_t *describe_limit(const kt_stability_look *look, const kt_method *me
 
 static int write_json(const kt_stability_look *look) {
     json_t *root = json_object(), *methods = json_array();
-    json_object_set_new(root, "scene", json_string(look->name));
+    json_object_set_new(root, "scene", kt_json_text(look->name));
     json_object_set_new(root, "duration", json_real(look->duration));
     if (look->step > 0.0)
         json_object_set_new(root, "step", json_real(look->step));
@@ -245,7 +245,8 @@ static int show(const kt_stability_look *look, const arguments *given) {
             return code;
     } else {
         const int samples = kt_spectrum_samples(look->spectrum);
-        printf("%s: %d state%s in %g s\n\n", look->name, samples, samples == 1 ? "" : "s", look->duration);
+        printf("%s: %d state%s in %g s\n\n", kt_show(look->name).text, samples, samples == 1 ? "" : "s",
+               look->duration);
         print_modes(look);
         print_limits(look);
     }

@@ -75,7 +75,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
         return NULL;
     json_t *root = json_object();
-    json_object_set_new(root, "scene", json_string(outcome->name));
+    json_object_set_new(root, "scene", kt_json_text(outcome->name));
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
     json_object_set_new(root, "freedom",
                         json_pack("{s:i, s:i, s:i, s:i}", "tree", freedom.tree, "equations", freedom.equations, "rank",

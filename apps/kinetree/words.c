@@ -1,6 +1,8 @@
 /* Words to the user. Data go to standard output, words to standard error. */
 #include "command.h"
 
+#include "base/escape.h"
+
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -8,13 +10,27 @@
 #include <string.h>
 #include <unistd.h>
 
+enum { LONGEST = 4096 }; /* words: no list is longer */
+
 void kt_say(const char *format, ...) {
+    char words[LONGEST], shown[LONGEST + 512];
     va_list arguments;
-    fputs("kinetree: ", stderr);
     va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
+    (void)vsnprintf(words, sizeof words, format, arguments);
     va_end(arguments);
-    fputc('\n', stderr);
+    (void)kt_text_escape(words, shown, sizeof shown);
+    fprintf(stderr, "kinetree: %s\n", shown);
+}
+
+kt_shown kt_show(const char *name) {
+    kt_shown shown;
+    if (kt_text_escape(name, shown.text, sizeof shown.text) >= sizeof shown.text) {
+        size_t end = sizeof shown.text - sizeof "...";
+        while (end > 0 && ((unsigned char)shown.text[end] & 0xC0U) == 0x80U)
+            end--;
+        memcpy(shown.text + end, "...", sizeof "...");
+    }
+    return shown;
 }
 
 void kt_say_error(const kt_error *error) {

@@ -5,6 +5,8 @@
  */
 #include "kinetree/status.h"
 
+#include "base/escape.h"
+
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -23,10 +25,11 @@ const char *kt_status_text(kt_status status) {
     return "unknown status";
 }
 
-/* Ends a text of which only size - 1 bytes fitted in "...". */
+/* Ends a text that did not fit into size bytes in "...". */
 static void mark_as_cut(char *text, size_t size) {
     static const char dots[] = "...";
-    size_t end = size - sizeof dots;
+    const size_t length = strlen(text), most = size - sizeof dots;
+    size_t end = length < most ? length : most;
     while (end > 0 && ((unsigned char)text[end] & 0xC0U) == 0x80U) /* a continuation byte: its character is cut */
         end--;
     memcpy(text + end, dots, sizeof dots);
@@ -40,6 +43,12 @@ static void format_text(char *text, size_t size, const char *format, va_list arg
         text[0] = '\0';
     else if ((size_t)length >= size)
         mark_as_cut(text, size);
+}
+
+/* Names and words in it may come from a file. */
+static void copy_escaped(const char *text, char *to, size_t size) {
+    if (kt_text_escape(text, to, size) >= size)
+        mark_as_cut(to, size);
 }
 
 kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const char *format, ...) {
@@ -64,7 +73,7 @@ kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const
     va_end(arguments);
 
     error->code = code;
-    memcpy(error->where, made.where, strlen(made.where) + 1);
-    memcpy(error->message, made.message, strlen(made.message) + 1);
+    copy_escaped(made.where, error->where, sizeof error->where);
+    copy_escaped(made.message, error->message, sizeof error->message);
     return code;
 }
