@@ -72,11 +72,17 @@ static void ask_for_one_thread(void) {
 }
 
 int main(int argc, char **argv) {
+    static char help[] = "--help";
     ask_for_one_thread();
     kt_json_watch_memory();
     if (argc < 2) {
         kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' shows what there is to run");
         return KT_EXIT_USAGE;
+    }
+    if (strcmp(argv[1], "help") == 0 && argc > 2) { /* 'help run' is 'run --help' */
+        argv[1] = argv[2];
+        argv[2] = help;
+        argc = 3;
     }
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 || strcmp(argv[1], "help") == 0)
         return show_help();

@@ -254,6 +254,12 @@ int kt_command_plot(int argc, char **argv) {
     const kt_file_use uses[] = {{"the result", argv[1], false}, {"--out", out, true}};
     if (code < 0)
         code = kt_check_files("plot", uses, 2);
+    const char *ending = strrchr(argv[1], '.');
+    if (code < 0 && ending != NULL && strcmp(ending, ".yaml") == 0) {
+        kt_say("plot: %s is a scene, not a result: 'kinetree run %s --plot %s' runs and draws it", argv[1], argv[1],
+               out);
+        code = KT_EXIT_USAGE;
+    }
     if (code < 0)
         code = kt_table_read(argv[1], &table);
     if (code < 0) {

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
@@ -51,6 +52,14 @@ static void tell(void *user, const kt_error *error) {
         fprintf(stderr, "%s\n", error->message);
 }
 
+/* 'run pendulum' where there is a pendulum.yaml. */
+static void suggest_ending(const char *path) {
+    char whole[4096];
+    const int length = snprintf(whole, sizeof whole, "%s.yaml", path);
+    if (length > 0 && (size_t)length < sizeof whole && access(path, F_OK) != 0 && access(whole, R_OK) == 0)
+        kt_say("did you mean '%s'?", whole);
+}
+
 int kt_read_scene(const char *path, kt_scene *scene) {
     kt_told told = {0};
     kt_error error = {0};
@@ -70,6 +79,8 @@ int kt_read_scene(const char *path, kt_scene *scene) {
     }
     if (status != KT_OK && told.faults == 0)
         kt_say_error(&error);
+    if (status == KT_ERROR_FILE)
+        suggest_ending(path);
     return kt_exit_code(status);
 }
 

@@ -31,10 +31,11 @@ typedef enum kt_function_type {
     KT_FUNCTION_TABLE,      /* interpolated between rows */
 } kt_function_type;
 
-/* Between the rows of a table: straight lines, or a natural spline. */
+/* Between the rows of a table: straight lines, a natural spline, or cubics that do not overshoot. */
 typedef enum kt_interpolation {
     KT_INTERPOLATION_LINEAR = 0 /* lines */,
-    KT_INTERPOLATION_CUBIC /* spline */
+    KT_INTERPOLATION_CUBIC /* spline */,
+    KT_INTERPOLATION_MONOTONE /* cubics without overshoot */
 } kt_interpolation;
 
 /* A scalar function of time; only the members of its type are read. */
@@ -55,9 +56,11 @@ typedef struct kt_function {
  *     s = (t - start) / (end - start): value and slope are continuous, the second derivative jumps at both ends;
  *   polynomial: coefficients[0] + coefficients[1] t + ...;
  *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
- *     or the natural cubic spline, which is twice continuously differentiable and has no curvature at its ends. Outside
- *     its rows a table keeps its first or last value, with no slope; at the first and the last it has that of the
- * inside. */
+ *     or the natural cubic spline, which is twice continuously differentiable, has no curvature at its ends, and
+ *     overshoots (rows of 0, 0, 90, 90 degrees, 1 s apart: from -11.5 to 101.5 degrees), or monotone: cubics with
+ *     continuous slope that stay between the values of their two rows (Fritsch and Butland 1984), and whose second
+ *     derivative jumps at rows. Outside its rows a table keeps its first or last value, with no slope; at the first and
+ *     the last it has that of the inside. */
 KT_API kt_function kt_function_constant(double value);
 KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
 KT_API kt_function kt_function_ramp(double from, double to, double start, double end);

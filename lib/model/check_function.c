@@ -37,9 +37,11 @@ static bool check_polynomial(kt_checker *checker, const char *field, const kt_fu
 }
 
 static bool check_table(kt_checker *checker, const char *field, const kt_function *f) {
-    if (f->interpolation != KT_INTERPOLATION_LINEAR && f->interpolation != KT_INTERPOLATION_CUBIC) {
-        kt_checker_fault(checker, field, -1, "%s.interpolation is %d; there are linear (%d) and cubic (%d)", field,
-                         (int)f->interpolation, KT_INTERPOLATION_LINEAR, KT_INTERPOLATION_CUBIC);
+    if (f->interpolation != KT_INTERPOLATION_LINEAR && f->interpolation != KT_INTERPOLATION_CUBIC &&
+        f->interpolation != KT_INTERPOLATION_MONOTONE) {
+        kt_checker_fault(
+            checker, field, -1, "%s.interpolation is %d; there are linear (%d), cubic (%d) and monotone (%d)", field,
+            (int)f->interpolation, KT_INTERPOLATION_LINEAR, KT_INTERPOLATION_CUBIC, KT_INTERPOLATION_MONOTONE);
         return false;
     }
     if (f->number_count < 4 || f->numbers == NULL) {

@@ -14,13 +14,24 @@
  *                 = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
  *             (diagonally dominant: elimination needs no pivots), and from them
  *               b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6
- * h_k). Outside its rows a table keeps its first or last value, with no slope. The first and the last row belong to
- * the inside: a motion whose table begins with the run begins at the table's rate, and ends at it. The spline: de Boor,
- * A Practical Guide to Splines (1978), chapter IV.
+ * h_k).
+ *             monotone: Hermite's cubic with slopes p_k that let no piece leave the range of its two rows. With
+ *             h_k as above and e_k = (y_{k+1} - y_k) / h_k, p_k = 0 where e_{k-1} e_k <= 0, else the weighted harmonic
+ *             mean (Brodlie 1980; Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5, 1984)
+ *               p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}
+ *             and at the first row (the last alike) the parabola's slope,
+ *               p_0 = ((2 h_0 + h_1) e_0 - h_0 e_1) / (h_0 + h_1),
+ *             set to 0 where its sign is not e_0's, and to 3 e_0 where e_1 has the other sign and |p_0| is larger.
+ *             Then b_k = p_k, c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k, d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2: y' is
+ *             continuous, y'' jumps at rows.
+ *             Outside its rows a table keeps its first or last value, with no slope. The first and the last row belong
+ * to the inside: a motion whose table begins with the run begins at the table's rate, and ends at it. The spline: de
+ * Boor, A Practical Guide to Splines (1978), chapter IV.
  */
 #include "model/function.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 /* ---- how a caller writes them ------------------------------------------------------------------------------------ */
 
@@ -99,6 +110,51 @@ static void spline_curvatures(double *rows, int count) {
         row[ROW_C] -= row[ROW_B] * row[ROW_SIZE + ROW_C];
 }
 
+/* (y_{k+1} - y_k) / h_k */
+static double secant(const double *row) {
+    return (row[ROW_SIZE + ROW_Y] - row[ROW_Y]) / (row[ROW_SIZE + ROW_T] - row[ROW_T]);
+}
+
+/* p at an end, of the intervals h0 there and h1 beside it with the secants e0 and e1. */
+static double end_slope(double h0, double h1, double e0, double e1) {
+    const double p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1);
+    if (!((p > 0.0 && e0 > 0.0) || (p < 0.0 && e0 < 0.0)))
+        return 0.0;
+    const bool turns = (e0 > 0.0) != (e1 > 0.0);
+    return turns && fabs(p) > 3.0 * fabs(e0) ? 3.0 * e0 : p;
+}
+
+/* Leaves p_k in each row's B. */
+static void monotone_slopes(double *rows, int count) {
+    double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    if (count == 2) {
+        rows[ROW_B] = last[ROW_B] = secant(rows);
+        return;
+    }
+    for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
+        const double h0 = row[ROW_T] - (row - ROW_SIZE)[ROW_T], h1 = row[ROW_SIZE + ROW_T] - row[ROW_T];
+        const double e0 = secant(row - ROW_SIZE), e1 = secant(row), w1 = 2.0 * h1 + h0, w2 = h1 + 2.0 * h0;
+        const bool turns = !((e0 > 0.0 && e1 > 0.0) || (e0 < 0.0 && e1 < 0.0));
+        row[ROW_B] = turns ? 0.0 : (w1 + w2) / (w1 / e0 + w2 / e1);
+    }
+    const double *second = rows + ROW_SIZE, *before = last - ROW_SIZE;
+    rows[ROW_B] =
+        end_slope(second[ROW_T] - rows[ROW_T], second[ROW_SIZE + ROW_T] - second[ROW_T], secant(rows), secant(second));
+    last[ROW_B] = end_slope(last[ROW_T] - before[ROW_T], before[ROW_T] - (before - ROW_SIZE)[ROW_T], secant(before),
+                            secant(before - ROW_SIZE));
+}
+
+static void compile_monotone(double *rows, int count) {
+    monotone_slopes(rows, count);
+    for (int k = 0; k + 1 < count; k++) {
+        double *row = rows + (size_t)k * ROW_SIZE;
+        const double h = row[ROW_SIZE + ROW_T] - row[ROW_T], e = secant(row);
+        const double p0 = row[ROW_B], p1 = row[ROW_SIZE + ROW_B];
+        row[ROW_C] = (3.0 * e - 2.0 * p0 - p1) / h;
+        row[ROW_D] = (p0 + p1 - 2.0 * e) / (h * h);
+    }
+}
+
 static void compile_table(const kt_function *function, double *rows) {
     const int count = function->number_count / 2;
     for (int k = 0; k < count; k++) {
@@ -106,6 +162,10 @@ static void compile_table(const kt_function *function, double *rows) {
         row[ROW_T] = function->numbers[2 * k];
         row[ROW_Y] = function->numbers[2 * k + 1];
         row[ROW_B] = row[ROW_C] = row[ROW_D] = 0.0;
+    }
+    if (function->interpolation == KT_INTERPOLATION_MONOTONE) {
+        compile_monotone(rows, count);
+        return;
     }
     if (function->interpolation == KT_INTERPOLATION_CUBIC)
         spline_curvatures(rows, count);

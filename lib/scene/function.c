@@ -62,8 +62,8 @@ static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {
 
 /* ---- the forms --------------------------------------------------------------------------------------------------- */
 
-static const char *const interpolation_names[] = {"linear", "cubic"};
-static const kt_choice interpolations = {"function.interpolation", interpolation_names, 2, 0};
+static const char *const interpolation_names[] = {"linear", "cubic", "monotone"};
+static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0};
 
 #define AT(member) .offset = offsetof(kt_function, member)
 static const kt_field sine_fields[] = {

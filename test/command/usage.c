@@ -38,6 +38,21 @@ KT_TEST(version_is_that_of_the_project) {
     kt_check_equal_int("exit code", ran.code, 0);
 }
 
+KT_TEST(help_of_a_subcommand_is_its_own) {
+    char own[4096];
+    snprintf(own, sizeof own, "%s", kt_shell("$K run --help").out);
+    kt_check_text("help run", kt_shell("$K help run").out, own);
+    kt_expect(1, "did you mean 'run'?", "$K help rnu");
+}
+
+KT_TEST(near_misses_are_told_what_would_do) {
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(2, "did you mean 'p.yaml'?", "$K run p");
+    kt_expect(1, "there are position, velocity, ", "$K run p.yaml --record force");
+    kt_expect(1, "p.yaml is a scene, not a result: 'kinetree run p.yaml --plot p.svg' runs and draws it",
+              "$K plot p.yaml");
+}
+
 KT_TEST(typing_errors_end_in_one_with_the_nearest_name) {
     kt_write_file("p.yaml", pendulum);
     kt_expect(1, "a subcommand is missing", "$K");

@@ -76,8 +76,8 @@ KT_TEST(lists_of_functions_can_be_read) {
     refuses(kt_function_table(NULL, 4, KT_INTERPOLATION_LINEAR), AT_DRIVE ".table needs two rows [t, y] or more\n");
     refuses(kt_function_table(numbers, 5, KT_INTERPOLATION_LINEAR),
             AT_DRIVE ".table has 5 numbers; rows are pairs of t and y\n");
-    refuses(kt_function_table(numbers, 6, (kt_interpolation)2),
-            AT_DRIVE ".interpolation is 2; there are linear (0) and cubic (1)\n");
+    refuses(kt_function_table(numbers, 6, (kt_interpolation)3),
+            AT_DRIVE ".interpolation is 3; there are linear (0), cubic (1) and monotone (2)\n");
     passes("two rows", DRIVE, kt_function_table(numbers, 4, KT_INTERPOLATION_CUBIC));
     kt_function unknown = kt_function_constant(1.0);
     unknown.type = (kt_function_type)6;

@@ -208,6 +208,93 @@ KT_TEST(cubic_table_is_twice_continuously_differentiable) {
     kt_check_near("slope after", value_at(&r, 99.0, 1), 0.0, 0.0);
 }
 
+/* The slope of Fritsch and Butland in Brodlie's form, by the weight a = (1 + h_k / (h_{k-1} + h_k)) / 3:
+ *   p = e0 e1 / (a e1 + (1 - a) e0),
+ * and Hermite's cubic by its basis, where the library has powers of s. */
+static double brodlie(double h0, double h1, double e0, double e1) {
+    const double a = (1.0 + h1 / (h0 + h1)) / 3.0;
+    return e0 * e1 > 0.0 ? e0 * e1 / (a * e1 + (1.0 - a) * e0) : 0.0;
+}
+
+static double parabola_end(double h0, double h1, double e0, double e1) {
+    const double p = e0 + (e0 - e1) * h0 / (h0 + h1);
+    return p * e0 <= 0.0 ? 0.0 : e0 * e1 <= 0.0 && fabs(p) > 3.0 * fabs(e0) ? 3.0 * e0 : p;
+}
+
+static double hermite(const double *t, const double *y, const double *p, int k, double x, int d) {
+    const double h = t[k + 1] - t[k], s = (x - t[k]) / h;
+    const double basis[3][4] = {
+        {(1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s),
+         s * s * (s - 1.0)},
+        {6.0 * s * (s - 1.0), (1.0 - s) * (1.0 - 3.0 * s), 6.0 * s * (1.0 - s), s * (3.0 * s - 2.0)},
+        {12.0 * s - 6.0, 6.0 * s - 4.0, 6.0 - 12.0 * s, 6.0 * s - 2.0}};
+    const double *b = basis[d];
+    return (b[0] * y[k] + b[1] * h * p[k] + b[2] * y[k + 1] + b[3] * h * p[k + 1]) / pow(h, d);
+}
+
+KT_TEST(monotone_table_is_the_cubic_of_fritsch_and_butland) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("against Hermite's basis"), beyond = kt_worst_make("beyond its two rows");
+    for (int count = 3; count <= 40; count++) {
+        double rows[80], t[40], y[40], p[40];
+        const ready r =
+            make_ready(kt_function_table(rows, fill_rows(&random, rows, count, t, y), KT_INTERPOLATION_MONOTONE));
+#define H(k) (t[(k) + 1] - t[k])
+#define E(k) ((y[(k) + 1] - y[k]) / H(k))
+        p[0] = parabola_end(H(0), H(1), E(0), E(1));
+        p[count - 1] = parabola_end(H(count - 2), H(count - 3), E(count - 2), E(count - 3));
+        for (int k = 1; k < count - 1; k++)
+            p[k] = brodlie(H(k - 1), H(k), E(k - 1), E(k));
+#undef E
+#undef H
+        for (int i = 0; i < 50; i++) {
+            const double x = kt_random_uniform(&random, t[0], t[count - 1]);
+            int k = 0;
+            while (k < count - 2 && x >= t[k + 1])
+                k++;
+            for (int d = 0; d < 3; d++) /* as for the spline: rounding of y / least step^d, some ten times */
+                kt_worst_near(&worst, value_at(&r, x, d), hermite(t, y, p, k, x, d),
+                              8.0 * DBL_EPSILON * 3.0 / pow(0.2, d), "%d rows, t = %g, derivative %d", count, x, d);
+            const double low = fmin(y[k], y[k + 1]), high = fmax(y[k], y[k + 1]), value = value_at(&r, x, 0);
+            kt_worst_below(&beyond, fmax(0.0, fmax(low - value, value - high)), 8.0 * DBL_EPSILON, "%d rows, t = %g",
+                           count, x);
+        }
+    }
+    kt_check_worst(&worst);
+    kt_check_worst(&beyond);
+}
+
+/* A slew of 90 degrees between two rests: the spline swings beyond both. */
+KT_TEST(monotone_table_does_not_overshoot_where_the_spline_does) {
+    static const double rows[] = {0.0, 0.0, 1.0, 0.0, 2.0, 90.0, 3.0, 90.0};
+    const ready spline = make_ready(kt_function_table(rows, 8, KT_INTERPOLATION_CUBIC));
+    const ready monotone = make_ready(kt_function_table(rows, 8, KT_INTERPOLATION_MONOTONE));
+    double least[2] = {90.0, 90.0}, most[2] = {0.0, 0.0}, back = 0.0;
+    for (int i = 0; i <= 3000; i++) {
+        const double value[2] = {value_at(&spline, 1e-3 * i, 0), value_at(&monotone, 1e-3 * i, 0)};
+        for (int k = 0; k < 2; k++) {
+            least[k] = fmin(least[k], value[k]);
+            most[k] = fmax(most[k], value[k]);
+        }
+        back = fmin(back, value_at(&monotone, 1e-3 * i, 1));
+    }
+    kt_note("the spline goes from %g to %g", least[0], most[0]);
+    /* 60 / sqrt(27) beyond both, from m_1 = -m_2 = 180 */
+    kt_check_near("the spline overshoots", most[0], 90.0 + 60.0 / sqrt(27.0), 1e-3);
+    kt_check_near("monotone: least", least[1], 0.0, 0.0);
+    kt_check_near("monotone: most", most[1], 90.0, 90.0 * DBL_EPSILON);
+    kt_check_near("monotone: never back", back, 0.0, 90.0 * DBL_EPSILON);
+    kt_check_near("slope at a row", value_at(&monotone, 2.0, 1), 0.0, 8.0 * 90.0 * DBL_EPSILON);
+}
+
+KT_TEST(monotone_table_of_two_rows_is_a_line) {
+    static const double rows[] = {1.0, 2.0, 3.0, 8.0};
+    const ready r = make_ready(kt_function_table(rows, 4, KT_INTERPOLATION_MONOTONE));
+    kt_check_near("value", value_at(&r, 1.5, 0), 3.5, 4.0 * DBL_EPSILON);
+    kt_check_near("slope", value_at(&r, 1.5, 1), 3.0, 4.0 * DBL_EPSILON);
+    kt_check_near("curvature", value_at(&r, 1.5, 2), 0.0, 16.0 * DBL_EPSILON);
+}
+
 KT_TEST(cubic_table_of_two_rows_is_a_line) {
     static const double rows[] = {1.0, 2.0, 3.0, 8.0};
     const ready r = make_ready(kt_function_table(rows, 4, KT_INTERPOLATION_CUBIC));

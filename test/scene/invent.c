@@ -203,7 +203,7 @@ static kt_function function(inventor *v, double *numbers, bool above_zero) {
         for (int i = 0; made.type == KT_FUNCTION_TABLE && i < made.number_count; i += 2)
             numbers[i] = i + kt_random_uniform(v->random, 0.0, 1.0);
         if (made.type == KT_FUNCTION_TABLE && chance(v))
-            made.interpolation = KT_INTERPOLATION_CUBIC;
+            made.interpolation = chance(v) ? KT_INTERPOLATION_CUBIC : KT_INTERPOLATION_MONOTONE;
         break;
     case KT_FUNCTION_NONE:
         break;
