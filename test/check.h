@@ -7,7 +7,13 @@
  *     }
  *
  * A check prints what it saw, its bound and their ratio, and goes on; the test fails at its end if any check did, or if
- * there was none. NaN fails every check. A ratio below 1e-3 is marked "slack": the bound would let a large error pass.
+ * there was none. NaN fails every check.
+ *
+ * A check that would hardly fail is marked "slack": a ratio below 1e-3 (the bound would let a thousandfold error pass,
+ * or what must not be small fall to a thousandth), and a number of failures, more than 2 of which are allowed, that is
+ * 0. Slack fails nothing; test/count.py counts it at the end of the suite, and each place of it says why its bound is
+ * what it is.
+ *
  * An argument of the program is a pattern ('aba_*') that chooses tests.
  */
 #ifndef KT_TEST_CHECK_H
@@ -40,7 +46,7 @@ void kt_test_register(kt_test *test);
 /* |observed - expected| <= bound */
 bool kt_check_near(const char *what, double observed, double expected, double bound);
 
-/* observed <= bound; meant for errors and other magnitudes: a negative value fails. */
+/* observed <= bound; meant for errors, other magnitudes, and numbers of failures: a negative value fails. */
 bool kt_check_below(const char *what, double observed, double bound);
 
 /* observed >= bound, for what must not be small: a rejected value, a condition, an observed order. */

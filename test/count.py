@@ -4,7 +4,7 @@
 A program prints "[       OK ] name" for each test that passes and "[  FAILED  ] name" for each that fails, as cmocka does.
 One that prints no such line is one test by itself; one that fails without saying which test did counts as one failure.
 "[  SKIPPED ] name: reason" tells what this machine cannot show; those reasons stand before the last line, and are neither
-passed nor failed. The last line is "N passed, M failed".
+passed nor failed. Bounds marked "slack" (check.h) are counted, and the tests that have them named. The last line is "N passed, M failed".
 """
 import json
 import re
@@ -12,6 +12,7 @@ import sys
 
 PASSED = re.compile(r"^\[ +OK +\] \S", re.M)
 FAILED = re.compile(r"^\[ +FAILED +\] \S", re.M)
+SLACK = re.compile(r"^ {7}.* ratio \S+  slack\b", re.M)
 SKIPPED = re.compile(r"^\[ +SKIPPED +\] (.+?): (.+)$", re.M)
 # The list after the run says "N test(s)", from cmocka 1.1.7 on with the program's name before it, and repeats the names:
 # only what comes before it counts.
@@ -40,13 +41,16 @@ def without_what_passed(text):
 
 def main(path):
     passed = failed = 0
-    skipped = {}
+    skipped, slack = {}, {}
     with open(path, encoding="utf-8") as log:
         for line in log:
             test = json.loads(line)
             texts = [during_the_run(test.get(key) or "") for key in ("stdout", "stderr")]
             well = sum(len(PASSED.findall(text)) for text in texts)
             ill = sum(len(FAILED.findall(text)) for text in texts)
+            loose = sum(len(SLACK.findall(text)) for text in texts)
+            if loose:
+                slack[test["name"].split(" / ")[-1]] = loose
             told = [found for text in texts for found in SKIPPED.findall(text)]
             if test["result"] == "SKIP" and not told:
                 told = [(test["name"].split(" / ", 1)[-1], "it does not say why")]
@@ -64,6 +68,9 @@ def main(path):
                 well = 1
             passed += well
             failed += ill
+    if slack:
+        places = ", ".join(f"{name} {count}" for name, count in sorted(slack.items()))
+        print(f"{sum(slack.values())} bounds are slack: {places}")
     for reason, names in skipped.items():
         print(f"skipped, {reason}: {'; '.join(names)}")
     if skipped:

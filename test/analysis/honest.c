@@ -106,7 +106,8 @@ static void rate_of_difference(const tangle *g, const derivative *d, double *rat
 
 typedef struct census {
     kt_worst state, carried, output;
-    int mechanisms, rolling, numbers, decided, left_out;
+    int mechanisms, rolling, directions, compared, numbers, decided, stiff;
+    bool is_stiff; /* the mechanism at hand */
 } census;
 
 /* The direction y, made so long that no coordinate moves by more than one. */
@@ -155,18 +156,37 @@ static void compare_outputs(const kt_linear_system *x, const double *y, const de
     }
 }
 
+/* Differences that agree with those of a longer step, with shorter ones for a mechanism so stiff that the first tell
+ * nothing; *whole is the largest acceleration's. */
+static bool differentiate_well(const tangle *g, const double *dq, const double *dv, derivative *coarse,
+                               derivative *fine, double *whole) {
+    for (double h = 0.01; h > 1e-4; h *= 0.25) {
+        double apart = 0.0;
+        if (!differentiate(g, dq, dv, h, coarse) || !differentiate(g, dq, dv, 0.6 * h, fine))
+            return false;
+        *whole = 0.0;
+        for (int i = 0; i < g->tree.nv; i++) {
+            *whole = fmax(*whole, fabs(fine->da[i]));
+            apart = fmax(apart, fabs(fine->da[i] - coarse->da[i]));
+        }
+        if (apart <= 0.9e-9 * *whole)
+            break;
+    }
+    return true;
+}
+
 static void compare(const tangle *g, const small *s, kt_random *random, census *c) {
     const kt_linear_system *x = s->system;
     const int n = x->states;
     double y[2 * KT_TREE_NV], dq[KT_TREE_NV], dv[KT_TREE_NV], rate[KT_TREE_NV], whole = 0.0;
     static derivative d, coarse;
     choose_direction(x, random, y, dq, dv);
-    if (!differentiate(g, dq, dv, 0.01, &coarse) || !differentiate(g, dq, dv, 0.006, &d))
+    c->directions++;
+    if (!differentiate_well(g, dq, dv, &coarse, &d, &whole))
         return;
+    c->compared++;
     rate_of_difference(g, &d, rate);
     compare_outputs(x, y, &d, &coarse, astray(x, &d, dq, dv), c);
-    for (int i = 0; i < x->coordinates; i++)
-        whole = fmax(whole, fabs(d.da[i]));
     for (int i = 0; i < n; i++) {
         double sum = 0.0, error = 0.0;
         for (int j = 0; j < n; j++) {
@@ -183,7 +203,7 @@ static void compare(const tangle *g, const small *s, kt_random *random, census *
         const int k = x->velocity_coordinate[i - x->positions];
         const double own = fabs(d.da[k] - coarse.da[k]) + 1e-13 * whole;
         if (own > 1e-9 * whole) { /* a mechanism so stiff that these steps tell nothing */
-            c->left_out++;
+            c->is_stiff = true;
             continue;
         }
         /* 1.5 was measured on 8 x 48 mechanisms, 2.9 on one */
@@ -204,8 +224,10 @@ static void compare_all(const tangle_plan *plan, int count, kt_random *random, c
         if (small_open(&s, g.tree.model, NULL, g.t, g.q, g.v, g.tau)) {
             c->mechanisms++;
             c->rolling += s.system->positions > s.system->velocities;
+            c->is_stiff = false;
             for (int k = 0; k < 3; k++)
                 compare(&g, &s, random, c);
+            c->stiff += c->is_stiff;
         }
         small_free(&s);
         tangle_free(&g);
@@ -225,9 +247,10 @@ KT_TEST(estimated_errors_bound_true_ones_on_random_mechanisms) {
     kt_check_worst(&c.state);
     kt_check_worst(&c.carried);
     kt_check_worst(&c.output);
-    kt_note("%d mechanisms, %d with rolling; %d numbers, %d left out", c.mechanisms, c.rolling, c.numbers, c.left_out);
+    kt_note("%d mechanisms, %d with rolling; %d numbers", c.mechanisms, c.rolling, c.numbers);
     kt_check_above("mechanisms", c.mechanisms, 40.0);
     kt_check_above("rolling", c.rolling, 1.0);
+    kt_check_above("share of directions compared", (double)c.compared / c.directions, 0.8);
     kt_check_above("numbers where the estimate decides", c.decided, 0.3 * c.numbers);
-    kt_check_below("numbers left out", c.left_out, 0.1 * c.numbers);
+    kt_check_below("mechanisms of which numbers are left out", c.stiff, 2.0);
 }

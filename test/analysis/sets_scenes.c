@@ -195,8 +195,8 @@ KT_TEST(force_projection_stays_closed_where_gauss_drifts) {
         set = make_set(c.model, &projection);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         kt_check_below("open", m.open, 1e-13);
-        kt_check_above("times that of gauss", drift / m.open, 1e7);
-        kt_check_above("drift of the velocities", m.slip, 1e-8);
+        kt_check_above("times that of gauss", drift / m.open, 1e9);
+        kt_check_above("drift of the velocities", m.slip, 1e-4);
         kt_set_free(set);
     }
     kt_case_close(&c);

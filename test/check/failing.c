@@ -56,6 +56,15 @@ KT_TEST(worst_one_negative) {
     kt_worst_below(&worst, -0.5e-3, 1e-3, "second");
     kt_check_worst(&worst);
 }
+KT_TEST(failure_beside_slack) {
+    kt_check_below("failures: slack", 0.0, 3.0);
+    kt_check_below("failures: tight", 0.0, 2.0);
+    kt_check_below("some failures: tight", 1.0, 60.0);
+    kt_check_below("error: slack", 1e-4, 1.0);
+    kt_check_above("far above: slack", 1001.0, 1.0);
+    kt_check_above("above: tight", 999.0, 1.0);
+    kt_check_true("x", false);
+}
 KT_TEST(failure_before_a_check_that_holds) {
     kt_check_true("x", false);
     kt_check_true("y", true);

@@ -20,6 +20,9 @@ claim("every_test_is_run_without_a_list", [] if names and seen["RUN"] == names e
 claim("every_failing_check_fails_its_test",
       [f"{name} did not fail" for name in names if name not in seen["FAILED"] or name in seen["OK"]])
 claim("checks_go_on_after_a_failure", [] if re.search(r"^ +y +true$", output, flags=re.M) else ["the second was not made"])
+marked = re.findall(r"^ +(.*): (slack|tight) .*?(slack)?$", output, flags=re.M)
+claim("slack_is_marked", [f"{what} is marked '{mark}'" for what, kind, mark in marked if (kind == "slack") != (mark == "slack")]
+      if len(marked) == 6 else [f"checks: {marked}"])
 claim("worst_names_its_place", [] if re.search(r"at second  \(1 of 3 fail\)", output) else ["no place"])
 claim("program_reports_failure", [] if run.returncode == len(names) else [f"status {run.returncode}"])
 one = subprocess.run([program, "true_*"], capture_output=True, text=True)

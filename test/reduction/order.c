@@ -157,7 +157,7 @@ KT_TEST(loop_drifts_as_theory_says_without_projection) {
                       4.0, 0.02);
         kt_check_above("order of phi'", log2(along(rate[2], finer_rate) / hypot(finer_rate[0], finer_rate[1])),
                        order - 0.1);
-        kt_check_above("phi after 8 periods", hypot(phi[3][0], phi[3][1]), 1e-8);
+        kt_check_above("phi after 8 periods", hypot(phi[3][0], phi[3][1]), 1e-8); /* 4e-8 to 2e-5 */
     }
 }
 

@@ -335,6 +335,6 @@ KT_TEST(reactions_in_a_plane_are_those_of_space) {
     }
     kt_check_worst(&joints);
     kt_check_worst(&loops);
-    kt_check_below("mechanisms that share a reaction in another way", shared, 3.0);
-    kt_check_above("some of it out of the plane", out, 1.0);
+    kt_check_below("mechanisms that share a reaction in another way", shared, 1.0);
+    kt_check_above("some of it out of the plane", out, 100.0);
 }

@@ -20,7 +20,7 @@ typedef struct results {
     double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
     kt_wrench joint[KT_TREE_SLOTS], loop[LINKAGE_LOOPS];
     kt_residual gap;
-    int statuses;
+    int failed; /* calls */
 } results;
 
 /* A state to ask at: on the manifold, and a step off it. */
@@ -56,27 +56,27 @@ static void ask_all(const question *ask, disturb *before, results *r) {
     bool changed;
     memset(r, 0, sizeof *r);
     before(ask);
-    r->statuses =
-        (int)kt_acceleration_evaluate(m, ask->data, ask->t, ask->q, ask->v, ask->tau, ask->external, r->a, &e);
+    r->failed =
+        kt_acceleration_evaluate(m, ask->data, ask->t, ask->q, ask->v, ask->tau, ask->external, r->a, &e) != KT_OK;
     for (int k = 0; k < 3; k++) { /* closed already, a step off, far off */
         for (size_t i = 0; i < nv; i++)
             r->v[k][i] = (k == 0 ? 0.0 : k == 1 ? 1e-4 : 0.1) * (i % 3 ? 1.0 : -0.5);
         kt_position_add(m, ask->q, r->v[k], r->q[k]);
         memcpy(r->v[k], ask->v, nv * sizeof(double));
         before(ask);
-        r->statuses += (int)(k < 2 ? kt_state_project(m, ask->data, ask->t, r->q[k], r->v[k], &changed, &e)
-                                   : kt_state_assemble(m, ask->data, ask->t, r->q[k], r->v[k], &e));
+        r->failed += (k < 2 ? kt_state_project(m, ask->data, ask->t, r->q[k], r->v[k], &changed, &e)
+                            : kt_state_assemble(m, ask->data, ask->t, r->q[k], r->v[k], &e)) != KT_OK;
     }
     (void)nq;
     before(ask);
-    r->statuses += (int)kt_loop_residual(m, ask->data, ask->t, ask->q, ask->v, &r->gap, &e);
+    r->failed += kt_loop_residual(m, ask->data, ask->t, ask->q, ask->v, &r->gap, &e) != KT_OK;
     before(ask);
-    r->statuses += (int)kt_reaction_evaluate(m, ask->data, ask->t, ask->q, ask->v, ask->tau, ask->external,
-                                             ask->small ? r->joint : NULL, r->loop, &e);
+    r->failed += kt_reaction_evaluate(m, ask->data, ask->t, ask->q, ask->v, ask->tau, ask->external,
+                                      ask->small ? r->joint : NULL, r->loop, &e) != KT_OK;
     before(ask);
     if (ask->small)
-        r->statuses += (int)kt_loop_equations(m, ask->data, ask->t, ask->q, ask->v, r->jacobian, r->residual, r->rate,
-                                              r->drift, &e);
+        r->failed += kt_loop_equations(m, ask->data, ask->t, ask->q, ask->v, r->jacobian, r->residual, r->rate,
+                                       r->drift, &e) != KT_OK;
 }
 
 static question ask_tangle(const tangle *g) {
@@ -112,13 +112,13 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
             ask_all(&ask, leave, &clean);
             ask_all(&ask, spoil, &spoiled);
             different += memcmp(&clean, &spoiled, sizeof clean) != 0;
-            failures += clean.statuses;
+            failures += clean.failed;
         }
         tangle_free(&g);
     }
     kt_check_equal_int("different", different, 0);
-    kt_check_below("calls that fail", (double)failures, 60.0); /* assembly from 0.1 rad off may */
-    for (int i = 0; i < 9; i++) {                              /* near a singular position; in groups large and small */
+    kt_check_below("calls that fail", (double)failures, 1.0); /* assembly from 0.1 rad off may */
+    for (int i = 0; i < 9; i++) {                             /* near a singular position; in groups large and small */
         linkage_windows(&l, i % 3 ? 20 : 3, 1.5707963267948966 + (i < 3 ? 0.0 : 0.003), 1.0, KT_LOOP_REVOLUTE);
         l.options.reduction = (kt_reduction)(i % 3);
         if (linkage_build(&l, 0.0)) {
