@@ -53,8 +53,41 @@ static double shift(kt_anchor anchor, double width) {
     return anchor == KT_ANCHOR_LEFT ? 0.0 : anchor == KT_ANCHOR_RIGHT ? width : 0.5 * width;
 }
 
+/* In an SVG, cairo would draw each letter as a shape. Text is written as text instead, by the elements that are
+ * gathered in the stream which c has under this key, and stand at the end of the file. */
+static const cairo_user_data_key_t elements_key;
+
+static void write_escaped(FILE *file, const char *text) {
+    for (; *text != '\0'; text++)
+        if (*text == '&' || *text == '<' || *text == '>')
+            fprintf(file, "&#%d;", *text);
+        else
+            putc(*text, file);
+}
+
+static void write_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anchor, const char *text) {
+    static const char *const anchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
+    double red, green, blue, opaque;
+    cairo_matrix_t font;
+    cairo_get_font_matrix(c, &font);
+    cairo_user_to_device(c, &x, &y);
+    (void)cairo_pattern_get_rgba(cairo_get_source(c), &red, &green, &blue, &opaque);
+    const bool bold = cairo_toy_font_face_get_weight(cairo_get_font_face(c)) == CAIRO_FONT_WEIGHT_BOLD;
+    fprintf(file, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"%g\" fill=\"#%02x%02x%02x\"%s%s>", x, y, font.yy,
+            (unsigned)lround(255.0 * red), (unsigned)lround(255.0 * green), (unsigned)lround(255.0 * blue),
+            anchors[anchor], bold ? " font-weight=\"bold\"" : "");
+    write_escaped(file, text);
+    fputs("</text>\n", file);
+}
+
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text) {
-    cairo_move_to(c, x - shift(anchor, kt_paper_width(c, text)), y);
+    FILE *elements = cairo_get_user_data(c, &elements_key);
+    const double width = kt_paper_width(c, text); /* which also finds text that is no UTF-8 */
+    if (elements != NULL) {
+        write_text(c, elements, x, y, anchor, kt_show(text).text);
+        return;
+    }
+    cairo_move_to(c, x - shift(anchor, width), y);
     cairo_show_text(c, kt_show(text).text);
 }
 
@@ -159,23 +192,83 @@ static bool ends_in_svg(const char *path) {
 }
 
 /* PNG pictures have two pixels a unit, for sharp screens. */
-static cairo_status_t write_picture(const char *path, bool is_svg, int width, int height,
-                                    void (*draw)(cairo_t *c, const void *what), const void *what) {
-    const int scale = is_svg ? 1 : 2;
-    cairo_surface_t *surface = is_svg ? cairo_svg_surface_create(path, width, height)
-                                      : cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
+static cairo_status_t write_png(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                                const void *what) {
+    const int scale = 2;
+    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
     cairo_t *c = cairo_create(surface);
     cairo_scale(c, scale, scale);
     draw(c, what);
     cairo_status_t status = cairo_status(c);
     cairo_destroy(c);
-    if (status == CAIRO_STATUS_SUCCESS && !is_svg)
+    if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_write_to_png(surface, path);
+    const int reason = errno;
+    cairo_surface_destroy(surface);
+    errno = reason;
+    return status;
+}
+
+static cairo_status_t append(void *file, const unsigned char *data, unsigned length) {
+    return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+}
+
+/* What cairo draws into one stream, text into the other. */
+static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int height,
+                               void (*draw)(cairo_t *c, const void *what), const void *what) {
+    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append, shapes, width, height);
+    cairo_t *c = cairo_create(surface);
+    cairo_status_t status = cairo_set_user_data(c, &elements_key, elements, NULL);
+    draw(c, what);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_status(c);
+    cairo_destroy(c);
     cairo_surface_finish(surface);
     if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_status(surface);
-    const int reason = errno;
     cairo_surface_destroy(surface);
+    return status;
+}
+
+/* Numbers without what follows their second decimal: a hundredth of a point is less than any screen shows. */
+static void write_short(FILE *file, const char *text) {
+    int decimals = -1; /* -1: not behind a point */
+    for (; *text != '\0'; text++) {
+        const bool digit = *text >= '0' && *text <= '9';
+        decimals = *text == '.' ? 0 : digit && decimals >= 0 ? decimals + 1 : -1;
+        if (decimals <= 2)
+            putc(*text, file);
+    }
+}
+
+/* The shapes' file with the text before its end. */
+static cairo_status_t write_file(const char *path, char *shapes, const char *elements) {
+    static const char end_tag[] = "</svg>";
+    char *end = strstr(shapes, end_tag);
+    FILE *file = fopen(path, "w");
+    if (file == NULL || end == NULL)
+        return CAIRO_STATUS_WRITE_ERROR;
+    *end = '\0';
+    write_short(file, shapes);
+    fprintf(file, "<g font-family=\"sans-serif\" xml:space=\"preserve\">\n%s</g>\n%s\n", elements, end_tag);
+    const bool failed = ferror(file) != 0;
+    return fclose(file) == 0 && !failed ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+}
+
+static cairo_status_t write_svg(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                                const void *what) {
+    char *shapes = NULL, *elements = NULL;
+    size_t shapes_size = 0, elements_size = 0;
+    FILE *one = open_memstream(&shapes, &shapes_size), *other = open_memstream(&elements, &elements_size);
+    cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
+    if (one != NULL && other != NULL)
+        status = draw_svg(one, other, width, height, draw, what);
+    const bool lost = (one != NULL && fclose(one) != 0) | (other != NULL && fclose(other) != 0);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = lost ? CAIRO_STATUS_NO_MEMORY : write_file(path, shapes, elements);
+    const int reason = errno;
+    free(shapes);
+    free(elements);
     errno = reason;
     return status;
 }
@@ -187,7 +280,8 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     if (code >= 0)
         return code;
     errno = 0;
-    const cairo_status_t status = write_picture(kt_output_path(&output), ends_in_svg(path), width, height, draw, what);
+    const cairo_status_t status =
+        (ends_in_svg(path) ? write_svg : write_png)(kt_output_path(&output), width, height, draw, what);
     const int reason = errno;
     const bool fine = status == CAIRO_STATUS_SUCCESS;
     if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)

@@ -107,7 +107,7 @@ KT_TEST(scene_without_a_name_goes_by_its_file) {
 #ifdef KT_HAS_CAIRO
 KT_TEST(modes_draws_shapes) {
     kt_write_file("cart.yaml", cart);
-    kt_ran ran = kt_shell("$K modes cart.yaml --plot s.svg >/dev/null && grep -c '<rect\\|<path' s.svg");
+    kt_ran ran = kt_shell("$K modes cart.yaml --plot s.svg >/dev/null && grep -c '<rect\\|<path\\|<text' s.svg");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_above("parts of the picture", (int)strtol(ran.out, NULL, 10), 10.0);
     ran = kt_shell("$K modes cart.yaml --plot s.png --dark >/dev/null && head -c 4 s.png | tail -c 3");

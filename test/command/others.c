@@ -179,6 +179,8 @@ KT_TEST(pictures_are_drawn_or_refused_in_words) {
               "t.png");
     const char *svg = kt_read_file("t.svg");
     kt_check_contains("SVG", svg, "<svg");
+    kt_check_contains("text is text", svg, ">time, s</text>");
+    kt_check_true("and no letter is a shape", strstr(svg, "glyph") == NULL);
     kt_check_above("size", (double)strlen(svg), 10000.0);
     kt_ran ran = kt_shell("head -c 4 t.png | od -An -c; wc -c <t.png");
     kt_check_contains("PNG", ran.out, " 211   P   N   G\n");
