@@ -4,6 +4,7 @@
 
 #include "plot.h"
 #include "run.h"
+#include "start.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -108,6 +109,10 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     code = arguments->reference != NULL
                ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
                : -1;
+    if (code < 0) {
+        const int start = kt_start_tell(&scene, model);
+        code = start == KT_EXIT_DONE ? -1 : start;
+    }
     if (code < 0)
         code = study_scene(arguments, &scene, title != NULL && *title != '\0' ? title : base, &reference);
     free(reference.states);

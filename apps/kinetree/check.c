@@ -1,8 +1,11 @@
-/* kinetree check: every fault of scene files. */
+/* kinetree check: every fault of scene files, and what is doubtful. */
 #include "arguments.h"
-#include "command.h"
+#include "start.h"
 
+#include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 static const kt_usage usage = {
     .command = "check",
@@ -13,9 +16,199 @@ static const kt_usage usage = {
     .least = 1,
     .most = -1,
     .about =
-        "Reads and compiles each scene. Prints 'FILE: ok' for each that is right, and every fault of the others on\n"
-        "standard error as FILE:LINE:COLUMN: message. Exit status 2 where any is wrong.\n",
+        "Reads and compiles each scene, closes its loops and computes its first accelerations. Prints 'FILE: ok' for\n"
+        "each that runs, and on standard error every fault as FILE:LINE:COLUMN: message, and what is doubtful as\n"
+        "FILE: warning: message. Exit status 2 where any is wrong, 3 where loops cannot be closed; 0 with warnings\n"
+        "alone.\n",
 };
+
+/* A scene in its assembled initial state. */
+typedef struct check {
+    const char *path;
+    const kt_scene *scene;
+    const kt_model *model;
+    kt_data *data;
+    double *q, *v, *a;
+    int warnings;
+} check;
+
+static void warn(check *c, const char *format, ...) KT_PRINTF(2, 3);
+
+static void warn(check *c, const char *format, ...) {
+    va_list arguments;
+    fprintf(stderr, "%s: warning: ", c->path);
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+    c->warnings++;
+}
+
+/* ---- freedoms ---------------------------------------------------------------------------------------------------- */
+
+/* Some loop moves the mechanism by itself. */
+static bool is_driven(const kt_description *d) {
+    for (int i = 0; i < d->loop_count; i++)
+        if (d->loops[i].function.type != KT_FUNCTION_NONE && d->loops[i].function.type != KT_FUNCTION_CONSTANT)
+            return true;
+    return false;
+}
+
+static void check_freedoms(check *c) {
+    const kt_freedom f = kt_model_freedom(c->model);
+    if (f.minimal > 0 || is_driven(&c->scene->description))
+        return;
+    if (f.tree == 0)
+        warn(c, "nothing can move: all joints are fixed; give a body a joint that moves");
+    else
+        warn(c,
+             "nothing can move: the joints have %d degrees of freedom, and the loops take all of them (%d independent "
+             "equations); leave a loop out, or choose types with fewer equations",
+             f.tree, f.rank);
+}
+
+/* ---- angles ------------------------------------------------------------------------------------------------------ */
+
+/* More than a turn, and in degrees no round number: probably degrees without their unit. */
+static bool is_doubtful_angle(double x) {
+    const double turn = 2.0 * 3.14159265358979323846, degrees = 1000.0 * 360.0 * (x / turn);
+    return fabs(x) > turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
+}
+
+static void check_angle(check *c, const char *what, const char *name, const char *key, double x) {
+    if (is_doubtful_angle(x))
+        warn(c, "%s '%s': %s: %.9g is in radians, %.3g turns; if degrees are meant, write '%.9g deg'", what, name, key,
+             x, x / (2.0 * 3.14159265358979323846), x);
+}
+
+static void check_joint_angles(check *c, const kt_body *body) {
+    const kt_joint *joint = &body->joint;
+    const double *x = joint->position;
+    if (joint->type == KT_JOINT_REVOLUTE || joint->type == KT_JOINT_CYLINDRICAL || joint->type == KT_JOINT_UNIVERSAL)
+        check_angle(c, "body", body->name, "joint.position", x[0]);
+    if (joint->type == KT_JOINT_UNIVERSAL)
+        check_angle(c, "body", body->name, "joint.position[1]", x[1]);
+    if (joint->type == KT_JOINT_PLANAR)
+        check_angle(c, "body", body->name, "joint.position[2]", x[2]);
+}
+
+static void check_limit_angles(check *c, const kt_effect *effect) {
+    const int body = effect->joint != NULL ? kt_body_find(c->model, effect->joint) : -1;
+    if (effect->type != KT_EFFECT_JOINT_LIMIT || body < 0 ||
+        kt_body_coordinates(c->model, body).type != KT_JOINT_REVOLUTE)
+        return;
+    check_angle(c, "joint_limit of", effect->joint, "lower", isfinite(effect->lower) ? effect->lower : 0.0);
+    check_angle(c, "joint_limit of", effect->joint, "upper", isfinite(effect->upper) ? effect->upper : 0.0);
+}
+
+static void check_angles(check *c) {
+    const kt_description *d = &c->scene->description;
+    for (int i = 0; i < d->body_count; i++)
+        check_joint_angles(c, &d->bodies[i]);
+    for (int i = 0; i < d->effect_count; i++)
+        check_limit_angles(c, &d->effects[i]);
+}
+
+/* ---- contacts ---------------------------------------------------------------------------------------------------- */
+
+static kt_vec3 end_point(const check *c, const kt_end *end) {
+    const int body = end->body != NULL ? kt_body_find(c->model, end->body) : 0;
+    const int marker = end->marker != NULL ? kt_marker_find(c->model, body, end->marker) : -1;
+    return kt_point_position(c->model, c->data, body, marker >= 0 ? kt_marker_at(c->model, body, marker) : end->at);
+}
+
+/* Out of the half-space, in the world. */
+static kt_vec3 plane_normal(const check *c, const kt_effect *effect) {
+    const kt_end *plane = &effect->between[1];
+    const int body = plane->body != NULL ? kt_body_find(c->model, plane->body) : 0;
+    kt_mat3 turn = kt_mat3_identity();
+    if (kt_rotation_evaluate(&plane->rotation, &turn, NULL) != KT_OK)
+        return kt_vec3_make(0.0, 0.0, 0.0); /* the description has been checked */
+    return kt_mat3_apply(kt_body_pose(c->model, c->data, body).rotation,
+                         kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
+}
+
+/* A contact that bears no more than twice the weight of all bodies may well be at rest so. */
+static void check_contact(check *c, const kt_effect *effect, double weight) {
+    const kt_vec3 apart = kt_vec3_sub(end_point(c, &effect->between[0]), end_point(c, &effect->between[1]));
+    const double depth = effect->radius - kt_vec3_dot(plane_normal(c, effect), apart);
+    const double force = depth > 0.0 ? effect->stiffness * pow(depth, effect->exponent) : 0.0;
+    const double energy = force * depth / (effect->exponent + 1.0);
+    if (!(force > 2.0 * weight) || depth <= 0.0)
+        return;
+    warn(c,
+         "contact '%s' of '%s' starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) "
+         "and stores %.3g J; start it %.3g m higher",
+         effect->name != NULL ? effect->name : "", effect->between[0].body != NULL ? effect->between[0].body : "world",
+         depth, force, weight, energy, depth);
+}
+
+static void check_contacts(check *c) {
+    const kt_description *d = &c->scene->description;
+    kt_vec3 center;
+    kt_error error = {0};
+    if (kt_kinematics_update(c->model, c->data, c->q, c->v, NULL, &error) != KT_OK)
+        return; /* the accelerations have been computed */
+    const double weight = kt_mass_center(c->model, c->data, &center) * kt_vec3_norm(d->gravity);
+    for (int i = 0; i < d->effect_count; i++)
+        if (d->effects[i].type == KT_EFFECT_CONTACT)
+            check_contact(c, &d->effects[i], weight);
+}
+
+/* ---- a scene ----------------------------------------------------------------------------------------------------- */
+
+/* The first accelerations; what they lack is a fault of the scene. */
+static int check_accelerations(check *c) {
+    kt_error error = {0};
+    const kt_status status = kt_acceleration_evaluate(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, c->a, &error);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
+    return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : kt_exit_code(status);
+}
+
+static int check_start(check *c) {
+    kt_error error = {0};
+    kt_model_initial(c->model, c->q, c->v);
+    const kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
+    if (status != KT_OK) {
+        fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
+        if (status == KT_ERROR_CONSTRAINT)
+            kt_start_say_open(c->scene, c->model);
+        return kt_exit_code(status);
+    }
+    const int code = check_accelerations(c);
+    if (code != KT_EXIT_DONE)
+        return code;
+    c->warnings += kt_start_say_moved(c->scene, c->model, c->q, c->v) > 0;
+    check_freedoms(c);
+    check_angles(c);
+    check_contacts(c);
+    return KT_EXIT_DONE;
+}
+
+static int check_model(const char *path, const kt_scene *scene, const kt_model *model) {
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    check c = {.path = path, .scene = scene, .model = model};
+    kt_error error = {0};
+    double *state = calloc(nq + 2 * nv + 1, sizeof *state);
+    int code = KT_EXIT_INTEGRATION;
+    if (state == NULL || kt_data_create(model, &c.data, &error) != KT_OK) {
+        kt_say("there is not enough memory to check %s", path);
+    } else {
+        c.q = state;
+        c.v = state + nq;
+        c.a = c.v + nv;
+        code = check_start(&c);
+    }
+    if (code == KT_EXIT_DONE && c.warnings > 0)
+        printf("%s: ok, %d warning%s\n", path, c.warnings, c.warnings == 1 ? "" : "s");
+    else if (code == KT_EXIT_DONE)
+        printf("%s: ok\n", path);
+    kt_data_free(c.data);
+    free(state);
+    return code;
+}
 
 int kt_command_check(int argc, char **argv) {
     int operands, code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
@@ -26,13 +219,12 @@ int kt_command_check(int argc, char **argv) {
         kt_scene scene;
         kt_model *model = NULL;
         int one = kt_load_model(argv[i], &scene, &model);
-        if (one != KT_EXIT_DONE) {
-            code = code == KT_EXIT_DONE ? one : code;
-            continue;
+        if (one == KT_EXIT_DONE) {
+            one = check_model(argv[i], &scene, model);
+            kt_model_free(model);
+            kt_scene_free(&scene);
         }
-        printf("%s: ok\n", argv[i]);
-        kt_model_free(model);
-        kt_scene_free(&scene);
+        code = code == KT_EXIT_DONE ? one : code;
     }
     return kt_finish_output(code);
 }

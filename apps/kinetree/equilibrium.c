@@ -223,6 +223,7 @@ static void rest_bodies(const kt_small_motion *motion, kt_body *bodies) {
         kt_joint *joint = &bodies[kt_body_source(motion->model, body)].joint;
         memcpy(joint->position, motion->q + at.q, (size_t)at.nq * sizeof(double));
         memset(joint->velocity, 0, sizeof joint->velocity);
+        joint->given = KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION; /* where it rests it stays */
     }
 }
 

@@ -1,8 +1,7 @@
 /* kinetree evaluate: the matrices and vectors of a scene's initial state, as JSON. */
 #include "arguments.h"
-#include "command.h"
-#include "json.h"
 #include "output.h"
+#include "start.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -133,9 +132,8 @@ static int read_accelerations(const char *list, kt_evaluation *e) {
 
 static kt_status compute(kt_evaluation *e, kt_error *error) {
     const kt_model *model = e->model;
-    kt_model_initial(model, e->q, e->v);
-    kt_status status = kt_state_assemble(model, e->data, 0.0, e->q, e->v, error);
-    if (status == KT_OK && e->mass != NULL)
+    kt_status status = KT_OK;
+    if (e->mass != NULL)
         status = kt_dynamics_mass(model, e->data, e->q, e->mass, error);
     if (status == KT_OK)
         status = kt_dynamics_inverse(model, e->data, e->q, e->v, NULL, NULL, e->bias, error);
@@ -238,7 +236,7 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     return root;
 }
 
-static int evaluate(const kt_evaluate_arguments *arguments, const kt_model *model) {
+static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
     kt_evaluation e = {0};
     kt_error error = {0};
     int code = -1;
@@ -248,6 +246,10 @@ static int evaluate(const kt_evaluate_arguments *arguments, const kt_model *mode
     }
     if (code < 0 && arguments->acceleration != NULL)
         code = read_accelerations(arguments->acceleration, &e);
+    if (code < 0) {
+        const int start = kt_start_assemble(scene, model, e.data, e.q, e.v);
+        code = start == KT_EXIT_DONE ? -1 : start;
+    }
     if (code < 0) {
         kt_status status = compute(&e, &error);
         if (status != KT_OK) {
@@ -279,7 +281,7 @@ int kt_command_evaluate(int argc, char **argv) {
     code = kt_load_model(argv[1], &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    code = evaluate(&arguments, model);
+    code = evaluate(&arguments, &scene, model);
     kt_model_free(model);
     kt_scene_free(&scene);
     return code;

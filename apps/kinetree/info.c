@@ -1,7 +1,7 @@
 /* kinetree info: what a scene consists of. */
 #include "arguments.h"
-#include "command.h"
 #include "info_plan.h"
+#include "start.h"
 #include "tree.h"
 
 #include <math.h>
@@ -107,20 +107,19 @@ static void show_effects(const kt_description *description) {
 }
 
 /* Mass and its centre in the initial state. */
-static int show_masses(const kt_model *model) {
+static int show_masses(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;
     size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     double *state = calloc(nq + nv + 1, sizeof *state);
     kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
                                      : kt_data_create(model, &data, &error);
-    if (status == KT_OK) {
-        kt_model_initial(model, state, state + nq);
-        status = kt_state_assemble(model, data, 0.0, state, state + nq, &error);
-    }
+    int code = KT_EXIT_DONE;
     if (status == KT_OK)
+        code = kt_start_assemble(scene, model, data, state, state + nq);
+    if (status == KT_OK && code == KT_EXIT_DONE)
         status = kt_kinematics_update(model, data, state, state + nq, NULL, &error);
-    if (status == KT_OK) {
+    if (status == KT_OK && code == KT_EXIT_DONE) {
         kt_vec3 center, g = kt_model_gravity(model);
         double mass = kt_mass_center(model, data, &center);
         double size = kt_vec3_norm(center);
@@ -132,12 +131,12 @@ static int show_masses(const kt_model *model) {
             printf("gravity    [%g, %g, %g] m/s^2\n", g.x, g.y, g.z);
         else
             puts("gravity    none");
-    } else {
+    } else if (status != KT_OK) {
         kt_say_error(&error);
     }
     kt_data_free(data);
     free(state);
-    return kt_exit_code(status);
+    return code != KT_EXIT_DONE ? code : kt_exit_code(status);
 }
 
 static void show_run(const kt_run *run, const kt_model *model) {
@@ -170,7 +169,7 @@ static int show_all(const kt_scene *scene, const kt_model *model) {
     if (scene->description.name != NULL)
         printf("%s\n\n", kt_show(scene->description.name).text);
     show_sizes(model);
-    int code = show_masses(model);
+    int code = show_masses(scene, model);
     show_run(&scene->run, model);
     putchar('\n');
     if (kt_tree_draw(model) != 0) {

@@ -1,7 +1,7 @@
 /* A scene, linearised: what modes and equilibrium share. */
 #include "linear.h"
 
-#include "command.h"
+#include "start.h"
 
 #include <float.h>
 #include <math.h>
@@ -46,9 +46,8 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path) {
         status = kt_modes_create(model, &motion->modes, &error);
     if (status == KT_OK)
         status = kt_data_create(model, &motion->data, &error);
-    kt_model_initial(model, motion->q, motion->v);
     if (status == KT_OK)
-        status = kt_state_assemble(model, motion->data, 0.0, motion->q, motion->v, &error);
+        return kt_start_assemble(&motion->scene, model, motion->data, motion->q, motion->v);
     return fail(status, &error);
 }
 

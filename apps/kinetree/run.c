@@ -260,6 +260,15 @@ static int check_columns(const kt_model *model, const kt_run *run) {
     return -1;
 }
 
+/* The simulation has been made, and stands at its start. */
+static void tell_start(kt_outcome *outcome, bool quiet) {
+    const double *q = kt_simulation_positions(outcome->simulation);
+    const double *v = kt_simulation_velocities(outcome->simulation);
+    outcome->moved = kt_start_moved(outcome->model, q, v);
+    if (!quiet)
+        (void)kt_start_say_moved(outcome->scene, outcome->model, q, v);
+}
+
 /* With the scene compiled: makes the simulation. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
                      const char *base, bool careful) {
@@ -297,9 +306,13 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
     if (code < 0) {
         kt_status status = kt_simulation_create(model, &run, &options, &outcome.simulation, &error);
+        code = status != KT_OK ? kt_exit_code(status) : -1;
         if (status != KT_OK)
             kt_say_error(&error);
-        code = status != KT_OK ? kt_exit_code(status) : -1;
+        else
+            tell_start(&outcome, arguments->quiet);
+        if (status == KT_ERROR_CONSTRAINT)
+            kt_start_say_open(scene, model);
     }
     kt_checkpoint checkpoint = {.path = NULL};
     if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
@@ -310,6 +323,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     kt_checkpoint_close(&checkpoint);
     kt_simulation_free(outcome.simulation);
     kt_warnings_free(&outcome.warnings);
+    json_decref(outcome.moved);
     free(csv_name);
     free(markers);
     return code;

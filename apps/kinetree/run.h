@@ -2,9 +2,9 @@
 #ifndef KT_COMMAND_RUN_H
 #define KT_COMMAND_RUN_H
 
-#include "command.h"
 #include "lines.h"
 #include "output.h"
+#include "start.h"
 #include "warnings.h"
 
 #include "kinetree/analysis.h"
@@ -82,6 +82,7 @@ typedef struct kt_outcome {
     bool is_blown_up;       /* which has been said */
     double advised_step;    /* s, the least that a warning has named; 0: none */
     kt_residual constraint; /* largest residuals */
+    json_t *moved;          /* by the assembly, of the values given (kt_start_moved) */
     double cpu_seconds;
     kt_warnings warnings;
 } kt_outcome;

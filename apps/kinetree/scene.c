@@ -1,5 +1,5 @@
 /* Scenes for the subcommands: read, told of, compiled. */
-#include "command.h"
+#include "start.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -121,6 +121,8 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
         tell_all(scene, &error);
     else if (status != KT_OK)
         kt_say_error(&error);
+    else
+        (void)kt_start_say_inertias(scene);
     return kt_exit_code(status);
 }
 

@@ -5,6 +5,7 @@
 #include "json.h"
 #include "output.h"
 #include "plot.h"
+#include "start.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -304,7 +305,9 @@ int kt_command_stability(int argc, char **argv) {
     if (code != KT_EXIT_DONE)
         return code;
     char *base = kt_base_name(argv[1]);
-    code = look_at(&scene, model, base != NULL ? base : "scene", &given);
+    code = kt_start_tell(&scene, model);
+    if (code == KT_EXIT_DONE)
+        code = look_at(&scene, model, base != NULL ? base : "scene", &given);
     free(base);
     kt_model_free(model);
     kt_scene_free(&scene);

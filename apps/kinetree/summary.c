@@ -80,6 +80,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "freedom",
                         json_pack("{s:i, s:i, s:i, s:i}", "tree", freedom.tree, "equations", freedom.equations, "rank",
                                   freedom.rank, "minimal", freedom.minimal));
+    json_object_set(root, "moved", outcome->moved);
+    json_object_set_new(root, "inertia_excess", kt_start_inertias(outcome->scene));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));

@@ -490,6 +490,10 @@ typedef enum kt_inertia_fault {
  * NULL) receives the principal moments in ascending order unless not finite. */
 KT_API kt_inertia_fault kt_inertia_check(kt_sym3 inertia, kt_vec3 *moments);
 
+/* By how much the largest principal moment exceeds the sum of the two others, as a fraction of that sum: 0 where
+ * kt_inertia_check finds no KT_INERTIA_TRIANGLE, infinite where that sum is not positive. */
+KT_API double kt_inertia_excess(kt_sym3 inertia);
+
 #ifdef __cplusplus
 }
 #endif

@@ -92,12 +92,22 @@ typedef enum kt_joint_type {
 /* The most coordinates that a joint has. */
 enum { KT_JOINT_NQ_MAX = 7 /* positions */, KT_JOINT_NV_MAX = 6 /* velocities */ };
 
+/* Parts of a joint's initial state, as bits. */
+enum {
+    KT_GIVEN_POSITION = 1,    /* positions but for a quaternion; of a free joint x, y, z */
+    KT_GIVEN_ORIENTATION = 2, /* the quaternion of a spherical or free joint */
+    KT_GIVEN_VELOCITY = 4,    /* velocities; of a free joint the linear one */
+    KT_GIVEN_ANGULAR = 8,     /* the angular velocity of a free joint */
+};
+
 /* How a body moves on its parent. Coordinates, in this order:
  *   revolute, screw: angle; prismatic: length; cylindrical: angle, length; universal: angle about axis, about axis2;
  *   planar: x, y, angle (x, y along the in-plane axes of kt_triad_from_axis(axis, 2), in the joint frame);
  *   spherical: quaternion; angular velocity in the body frame;
  *   free: x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular in the body frame.
- * A quaternion of four zeros stands for no rotation. */
+ * A quaternion of four zeros stands for no rotation.
+ * What is given of the initial state an assembly moves only where it cannot close the loops by moving the rest
+ * (kt_state_assemble). All that is not zero is given; `given` tells which zeros are as well. */
 typedef struct kt_joint {
     kt_joint_type type;   /* default: fixed */
     kt_vec3 axis;         /* in the joint frame; any non-zero length */
@@ -107,7 +117,12 @@ typedef struct kt_joint {
     kt_rotation rotation; /* joint frame against the parent's body frame */
     double position[7];   /* initial positions, as many as the type has */
     double velocity[6];   /* initial velocities */
+    unsigned given;       /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
 } kt_joint;
+
+/* The KT_GIVEN_ bits of all parts that are given: those that `given` names, and those that are not zero. A quaternion
+ * of four zeros never is. 0 for a fixed joint, or one of a type that does not exist. O(1). */
+KT_API unsigned kt_joint_given(const kt_joint *joint);
 
 /* A named point of a body. */
 typedef struct kt_marker {
@@ -315,18 +330,35 @@ typedef struct kt_effect {
 
 /* ---- the description --------------------------------------------------------------------------------------------- */
 
+/* Inertia checks. X(id, name in scene files) */
+#define KT_INERTIA_LIMIT_LIST(X)                                                                                       \
+    X(KT_INERTIA_STRICT, strict) /* no more than rounding */                                                           \
+    X(KT_INERTIA_WARN, warn)     /* up to KT_INERTIA_EXCESS_MAX */
+
+/* How far inertias may break the triangle inequality of principal moments. Rounded CAD data breaks it a little. */
+typedef enum kt_inertia_limit {
+#define KT_INERTIA_LIMIT_ENUM(id, name) id,
+    KT_INERTIA_LIMIT_LIST(KT_INERTIA_LIMIT_ENUM)
+#undef KT_INERTIA_LIMIT_ENUM
+        KT_INERTIA_LIMIT_COUNT /* how many */
+} kt_inertia_limit;
+
+/* The most that KT_INERTIA_WARN accepts of kt_inertia_excess. */
+#define KT_INERTIA_EXCESS_MAX 0.01
+
 /* A mechanism. All that it points to stays the caller's, and may go once the model is compiled. */
 typedef struct kt_description {
-    const char *name;         /* free text; may be NULL */
-    kt_vec3 gravity;          /* m/s^2, world frame */
-    const kt_body *bodies;    /* in any order; the world is none of them */
-    int body_count;           /* length of bodies */
-    const kt_loop *loops;     /* constraints that the tree cannot carry */
-    int loop_count;           /* length of loops */
-    const kt_effect *effects; /* what pushes, besides gravity */
-    int effect_count;         /* length of effects */
-    const char *const *hold;  /* joints whose given position and velocity the assembly keeps */
-    int hold_count;           /* length of hold */
+    const char *name;               /* free text; may be NULL */
+    kt_vec3 gravity;                /* m/s^2, world frame */
+    const kt_body *bodies;          /* in any order; the world is none of them */
+    int body_count;                 /* length of bodies */
+    const kt_loop *loops;           /* constraints that the tree cannot carry */
+    int loop_count;                 /* length of loops */
+    const kt_effect *effects;       /* what pushes, besides gravity */
+    int effect_count;               /* length of effects */
+    const char *const *hold;        /* joints whose given position and velocity the assembly keeps */
+    int hold_count;                 /* length of hold */
+    kt_inertia_limit inertia_check; /* default: strict. With warn, kt_inertia_excess tells what was let pass */
 } kt_description;
 
 /* Structs to start from: no motion (fixed joint), axes z, no mass, no shape. */

@@ -35,6 +35,17 @@ typedef struct kt_loop_rows {
 /* Of one loop. */
 KT_API kt_loop_rows kt_loop_rows_of(const kt_model *model, int loop);
 
+/* What the residual of an equation is a measure of. */
+typedef enum kt_loop_measure {
+    KT_MEASURE_LENGTH = 0, /* m */
+    KT_MEASURE_ANGLE, /* rad, to first order: 4 tan(angle / 4), of two axes that are to be normal 2 tan(angle / 2) */
+    KT_MEASURE_SUM,   /* of joint positions, rad or m */
+    KT_MEASURE_NONE,  /* none: an equation of velocities alone */
+} kt_loop_measure;
+
+/* Of one equation of a loop, 0 <= row < kt_loop_rows_of(...).count. */
+KT_API kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row);
+
 #ifdef __cplusplus
 }
 #endif

@@ -120,13 +120,40 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
                                              bool *changed, kt_error *error);
 
 /* Closes the loops of a state that may be far from closed [MSD 8.5]: positions, then velocities, move least, those of
- * held joints (the description's `hold`) not at all. q and v are untouched on failure. For set-up: it may take 400
- * steps from each of 5 starts to close the loops, and as many at each of up to 12 tries of each of at most
+ * held joints (the description's `hold`) not at all. In each group of loops those that the description does not give
+ * (kt_joint_given) move first: what is given moves only where its group cannot be closed without, and then all of the
+ * group moves, but for what is held. kt_initial_changes tells what of the initial state has moved. q and v are
+ * untouched on failure. For set-up: it may take 400 steps from each of 5 starts to close the loops, twice where some
+ * values are given and others not, and as many at each of up to 12 tries of each of at most
  * KT_ASSEMBLY_STEPS_MAX steps to the nearest state. Where these do not get there, the state is closed, but another may
  * be nearer, and kt_data_iterations says so (capped). Errors: KT_ERROR_CONSTRAINT names the loops that stay open and by
  * how much, or the equations that contradict each other. */
 KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               kt_error *error);
+
+/* The positions (nq) at which the last kt_state_assemble with these data, whose error was KT_ERROR_CONSTRAINT, gave up:
+ * where kt_loop_equations tells how far each equation is open. O(nq). */
+KT_API void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q);
+
+/* A given initial value that an assembly has moved. */
+typedef struct kt_initial_change {
+    int body;        /* whose joint it is */
+    unsigned part;   /* of its state: one of the KT_GIVEN_ bits */
+    double change;   /* of the coordinate of that part that moved most: rad, m, rad/s or m/s; of a quaternion the angle,
+                        rad */
+    double relative; /* to a radian, or the way around the longest loop; of velocities to the mechanism's fastest */
+} kt_initial_change;
+
+/* Changes that are relatively smaller are not told. */
+#define KT_INITIAL_CHANGE_LEAST 1e-6
+
+/* What of the initial state that the description gives is not so in the state q (nq), v (nv) that was assembled of
+ * kt_model_initial, by more than KT_INITIAL_CHANGE_LEAST: one entry a part of a joint, in the order of bodies,
+ * positions before velocities. Returns how many there are and fills the first `most` of them (changes may be NULL where
+ * most is 0). The positions and velocities of a simulation that has just been created are such a state. Allocates
+ * nothing. O(bodies). */
+KT_API int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes,
+                              int most);
 
 /* The equations at (t, q, v) as matrices: jacobian is equations x nv, column-major; rate = b' and drift = b'', one for
  * each equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. Errors:

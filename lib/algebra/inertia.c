@@ -75,3 +75,11 @@ kt_inertia_fault kt_inertia_check(kt_sym3 inertia, kt_vec3 *moments) {
         return KT_INERTIA_TRIANGLE;
     return KT_INERTIA_VALID;
 }
+
+double kt_inertia_excess(kt_sym3 inertia) {
+    kt_vec3 m;
+    if (kt_inertia_check(inertia, &m) != KT_INERTIA_TRIANGLE)
+        return 0.0;
+    const double others = m.x + m.y;
+    return others > 0.0 ? (m.z - others) / others : (double)INFINITY;
+}

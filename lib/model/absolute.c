@@ -305,6 +305,8 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
         w.joint = made->joint;
         status = compile(&w, options, &made->model, error);
     }
+    if (status == KT_OK) /* its bodies move alike, whatever of the joints is given */
+        memset(made->model->given, 0, made->model->n.v);
     for (size_t b = 1; b < tree->n.body && status == KT_OK; b++)
         made->model->body[made->joint[b].body].fixed = tree->body[b].fixed;
     free(memory);

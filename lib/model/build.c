@@ -127,6 +127,20 @@ static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {
     return at;
 }
 
+/* Velocity coordinates that turn a quaternion are the last three of a spherical or free joint. */
+static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
+    const kt_joint_kind *kind = kt_joint_kinds[joint->type];
+    const unsigned given = kt_joint_given(joint);
+    const bool is_free = joint->type == KT_JOINT_FREE;
+    for (int k = 0; k < kind->nv; k++) {
+        const bool turns = kind->nq > kind->nv && k >= kind->nv - 3;
+        const unsigned position = turns ? KT_GIVEN_ORIENTATION : KT_GIVEN_POSITION;
+        const unsigned velocity = turns && is_free ? KT_GIVEN_ANGULAR : KT_GIVEN_VELOCITY;
+        m->given[record->v + k] =
+            (uint8_t)((given & position ? KT_POSITION_GIVEN : 0) | (given & velocity ? KT_VELOCITY_GIVEN : 0));
+    }
+}
+
 /* Initial coordinates; a quaternion of zeros is no rotation. */
 static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
     const kt_joint_kind *kind = kt_joint_kinds[joint->type];
@@ -182,6 +196,7 @@ static kt_status keep_bodies(build *b, kt_error *error) {
             return status;
         r->joint.position = body->joint.at;
         keep_initial(m, &body->joint, r);
+        keep_given(m, &body->joint, r);
         r->name = keep_text(m, &text, body->name);
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;

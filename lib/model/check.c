@@ -198,6 +198,10 @@ static void check_scene(kt_checker *checker) {
     checker->item = KT_ITEM_SCENE;
     checker->index = 0;
     kt_checker_vector(checker, "gravity", -1, "", checker->description->gravity);
+    if ((unsigned)checker->description->inertia_check >= KT_INERTIA_LIMIT_COUNT)
+        kt_checker_fault(checker, "inertia_check", -1,
+                         "inertia_check is %d, and there is no such value; take one of kt_inertia_limit",
+                         (int)checker->description->inertia_check);
 }
 
 static void check_bodies(kt_checker *checker) {

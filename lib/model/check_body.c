@@ -83,6 +83,19 @@ static void check_mass(kt_checker *checker, double mass) {
                          KT_MASS_LEAST);
 }
 
+/* The triangle inequality is broken. */
+static void check_triangle(kt_checker *checker, kt_vec3 m, double excess) {
+    const bool little = excess <= KT_INERTIA_EXCESS_MAX;
+    if (little && checker->description->inertia_check == KT_INERTIA_WARN)
+        return;
+    kt_checker_fault(checker, "inertia", -1,
+                     "inertia has the principal moments %g, %g, %g; of no body is one larger than the two others "
+                     "together: check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com%s",
+                     m.x, m.y, m.z,
+                     little ? "; rounded data that breaks this by up to 1 % is accepted with 'inertia_check: warn'"
+                            : "");
+}
+
 static void check_inertia(kt_checker *checker, kt_sym3 inertia) {
     const double entries[6] = {inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz};
     double most = 0.0;
@@ -109,10 +122,7 @@ static void check_inertia(kt_checker *checker, kt_sym3 inertia) {
                          "(Ixx, Iyy, Izz, Ixy, Ixz, Iyz)",
                          m.x, m.y, m.z);
     else if (fault == KT_INERTIA_TRIANGLE)
-        kt_checker_fault(checker, "inertia", -1,
-                         "inertia has the principal moments %g, %g, %g; of no body is one larger than the two others "
-                         "together: check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com",
-                         m.x, m.y, m.z);
+        check_triangle(checker, m, kt_inertia_excess(inertia));
 }
 
 static void check_markers(kt_checker *checker, const kt_body *body) {

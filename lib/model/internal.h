@@ -45,6 +45,7 @@ typedef struct kt_counts {
     X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
     X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
     X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
+    X(uint8_t, given, n->v, "which of a coordinate's position (1) and velocity (2) the description gives")             \
     X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
     X(kt_bearer, bearer, n->bearer, "links whose motion effects ask for; 0: the ground")                               \
@@ -53,6 +54,8 @@ typedef struct kt_counts {
     X(double, number, n->number, "of functions of time")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
+
+enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2 }; /* in `given` */
 
 struct kt_model {
     size_t bytes;
@@ -206,6 +209,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(double, assembled_q, kt_lanes8(n->q), "a state being assembled")                                                 \
     X(double, given_q, kt_lanes8(n->q), "the position that an assembly starts from")                                   \
     X(double, near_q, kt_where(n->group, kt_lanes8(n->q)), "a position nearer to the given one")                       \
+    X(bool, fixed, kt_where(n->group, n->v), "coordinates that an assembly leaves alone for now")                      \
     X(double, assembled_v, kt_lanes8(n->v), "a state being assembled")                                                 \
     X(double, delta, kt_lanes8(n->v), "a step in positions or velocities")                                             \
     X(double, side, 3 * kt_lanes8(n->v), "accelerations at and beside a singular position")                            \

@@ -3,9 +3,13 @@
  * With d = u - u_given, min |d|^2 subject to phi(u) = 0. From far off the loops are closed first (far.c). Then the way
  * is along the manifold: d's part in it, (1 - A+ A) d, is what can still be gained, and where it vanishes d is normal
  * to the manifold. With -d for a step, A d_new = A d - phi, that part comes out as the least d_new less d. Steps are
- * scaled after Barzilai & Borwein (1988) and shortened until |d| falls; held coordinates have no column in A.
+ * scaled after Barzilai & Borwein (1988) and shortened until |d| falls; fixed coordinates have no column in A.
  *
  * Velocities are linear: A dv = b' - A v, dv least.
+ *
+ * Fixed are the held coordinates and, as long as each group closes without them, those whose value the description
+ * gives. In a group that does not close so, the given ones are released, and then all of its coordinates count alike:
+ * to move the given ones least of all would lead to the edge of what can be reached, which is a singular position.
  */
 #include "reduction/far.h"
 
@@ -15,6 +19,10 @@
 #include <string.h>
 
 enum { SHORTER_MOST = 12 };
+
+/* What rounding may leave of gaps, against their scales; a gap above it that is nearly closed (KT_CLOSED_NEAR) is that
+ * of given values with fewer digits, and closed by moving these, too, in their last digits. */
+#define ROUNDING (64.0 * KT_CLOSED)
 
 static double square(const double *x, size_t n) {
     double sum = 0.0;
@@ -36,12 +44,63 @@ static void aim_nearest(const kt_model *model, const kt_data *data, const double
     }
 }
 
+/* ---- what is fixed ----------------------------------------------------------------------------------------------- */
+
+/* Fixes what is held; in groups where other coordinates are free, also those whose value is `given` (KT_POSITION_GIVEN,
+ * KT_VELOCITY_GIVEN). Returns whether any of these are fixed. */
+static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
+    bool any = false;
+    memcpy(fixed, model->held, model->n.v * sizeof *fixed);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const int32_t *v = model->group_v + model->group[g].v;
+        bool has_given = false, has_others = false;
+        for (int i = 0; i < model->group[g].v_count; i++) {
+            has_given |= !model->held[v[i]] && (model->given[v[i]] & given);
+            has_others |= !model->held[v[i]] && !(model->given[v[i]] & given);
+        }
+        for (int i = 0; i < model->group[g].v_count && has_given && has_others; i++)
+            fixed[v[i]] |= (model->given[v[i]] & given) != 0;
+        any |= has_given && has_others;
+    }
+    return any;
+}
+
+static bool keeps_given(const kt_model *model, const bool *fixed) {
+    return memcmp(fixed, model->held, model->n.v * sizeof *fixed) != 0;
+}
+
+static void release(const kt_model *model, const kt_group *group, bool *fixed) {
+    for (int i = 0; i < group->v_count; i++)
+        fixed[model->group_v[group->v + i]] = model->held[model->group_v[group->v + i]];
+}
+
+/* Closes positions without moving given ones, and releases these in the groups that stay open, which return to where
+ * they came from. */
+static void close_around_given(const kt_model *model, kt_data *data, double t, const double *given, double *q,
+                               bool *fixed) {
+    if (!fix_given(model, KT_POSITION_GIVEN, fixed))
+        return;
+    (void)kt_close_from_far(model, data, t, fixed, true, q);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+        kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+        kt_group_look_at_positions(&w, &violation);
+        if (isfinite(violation.position) && violation.gap <= KT_CLOSED_NEAR)
+            continue;
+        kt_take_group(model, &model->group[g], given, q);
+        release(model, &model->group[g], fixed);
+    }
+}
+
+/* ---- positions --------------------------------------------------------------------------------------------------- */
+
 /* An assembly under way: from `given` to q; d = q - given. */
 typedef struct approach {
     const kt_model *model;
     kt_data *data;
     double t;
     const double *given;
+    const bool *fixed;
     double *q, *d, *way; /* way: the step that the linearisation asks for */
 } approach;
 
@@ -49,7 +108,7 @@ typedef struct approach {
 static bool look_ahead(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
-    if (!kernels->look(a->model, a->data, a->t, a->q, NULL, a->model->held, &violation) ||
+    if (!kernels->look(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
         !kernels->factor(a->model, a->data, KT_ROWS_CLOSED, false))
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
@@ -57,7 +116,7 @@ static bool look_ahead(const approach *a) {
     if (!kernels->close(a->model, a->data, KT_METRIC_IDENTITY, a->way))
         return false;
     for (size_t k = 0; k < a->model->n.v; k++)
-        a->way[k] = a->model->held[k] ? 0.0 : a->way[k] - a->d[k];
+        a->way[k] = a->fixed[k] ? 0.0 : a->way[k] - a->d[k];
     return true;
 }
 
@@ -71,8 +130,8 @@ static bool go(const approach *a, double part) {
     for (int i = 0; i < SHORTER_MOST; i++) {
         for (size_t k = 0; k < nv; k++)
             step[k] = ldexp(part, -i) * a->way[k];
-        kt_move(a->model, a->model->held, a->q, step, near);
-        if (!(kt_close_from_far(a->model, a->data, a->t, a->model->held, false, near) <= KT_CLOSED_FAR))
+        kt_move(a->model, a->fixed, a->q, step, near);
+        if (!(kt_close_from_far(a->model, a->data, a->t, a->fixed, false, near) <= KT_CLOSED_FAR))
             continue;
         kt_position_subtract(a->model, near, a->given, step);
         if (!close && !(square(step, nv) < from))
@@ -123,11 +182,22 @@ static void come_nearer(const approach *a, double *before) {
 static kt_status assemble_positions(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                     kt_error *error) {
     const size_t lanes = kt_lanes8(model->n.v);
-    const approach a = {
-        .model = model, .data = data, .t = t, .given = given, .q = q, .d = data->side, .way = data->side + lanes};
-    if (kt_close_from_far(model, data, t, model->held, true, q) <= KT_CLOSED_FAR) {
+    bool *fixed = data->fixed;
+    const approach a = {.model = model,
+                        .data = data,
+                        .t = t,
+                        .given = given,
+                        .fixed = fixed,
+                        .q = q,
+                        .d = data->side,
+                        .way = data->side + lanes};
+    close_around_given(model, data, t, given, q, fixed);
+    if (kt_close_from_far(model, data, t, fixed, true, q) <= KT_CLOSED_FAR) {
         come_nearer(&a, data->side + 2 * lanes);
-        if (kt_close_from_far(model, data, t, model->held, false, q) <= KT_CLOSED_FAR)
+        double gap = kt_close_from_far(model, data, t, fixed, false, q);
+        if (gap > ROUNDING && keeps_given(model, fixed)) /* which may have been rounded when they were written */
+            gap = kt_close_from_far(model, data, t, model->held, false, q);
+        if (gap <= KT_CLOSED_FAR)
             return KT_OK;
     }
     return kt_open_loops_error(model, data, t,
@@ -136,30 +206,85 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                                false, error);
 }
 
-static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
-                                     kt_error *error) {
+/* ---- velocities -------------------------------------------------------------------------------------------------- */
+
+/* v moves by the least step that the loops ask for, what is fixed not at all. *violation: what is left, *speed: the
+ * largest term on the way, whose rounding that may be. Returns false where a number is not finite. */
+static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
+                             const bool *fixed, kt_violation *violation, double *speed) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    kt_violation violation;
-    double given = 0.0;     /* what is left of a speed that loops forbid is rounding of it, not of itself */
+    *speed = 0.0;
     for (int i = 0;; i++) { /* once would do but for rounding */
-        if (!kernels->look(model, data, t, q, v, model->held, &violation))
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
-        given = fmax(violation.speed, given);
-        if (i == 2 || violation.slip <= KT_CLOSED * violation.speed)
-            break;
+        if (!kernels->look(model, data, t, q, v, fixed, violation))
+            return false;
+        *speed = fmax(violation->speed, *speed);
+        if (i == 2 || violation->slip <= KT_CLOSED * violation->speed)
+            return true;
         if (!kernels->factor(model, data, KT_ROWS_ALL, false) ||
             !kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
-            break;
+            return true;
         for (size_t k = 0; k < model->n.v; k++)
-            v[k] += model->held[k] ? 0.0 : data->delta[k];
+            v[k] += fixed[k] ? 0.0 : data->delta[k];
     }
-    if (violation.slip <= KT_CLOSED_FAR * given || kt_velocities_fit(model, data, v, KT_CLOSED_FAR))
+}
+
+/* Whether the velocities of a group, whose equations and `right` are those of v, fit to rounding. What rounding leaves
+ * is that of terms, or where entries of A are rounding alone, of the speeds. */
+static bool group_fits(const kt_model *model, const kt_data *data, size_t g, const double *v) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_group_look_at_velocities(model, group, &w, v, &violation);
+    double speed = violation.speed;
+    for (int i = 0; i < w.m; i++)
+        speed = fmax(speed, fabs(v[model->group_v[group->v + i]]) / model->unit[group->v + i]);
+    return violation.slip <= KT_CLOSED_NEAR * speed;
+}
+
+/* As close_around_given, of velocities. */
+static bool move_around_given(const kt_model *model, kt_data *data, double t, const double *q, double *v, bool *fixed) {
+    double *given = data->moved_v, speed;
+    kt_violation violation;
+    if (!fix_given(model, KT_VELOCITY_GIVEN, fixed))
+        return true;
+    memcpy(given, v, model->n.v * sizeof *v);
+    if (!close_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
+        !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
+        return false;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        if (group_fits(model, data, g, v))
+            continue;
+        for (int i = 0; i < group->v_count; i++)
+            v[model->group_v[group->v + i]] = given[model->group_v[group->v + i]];
+        release(model, group, fixed);
+    }
+    return true;
+}
+
+static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
+                                     kt_error *error) {
+    kt_violation violation;
+    double speed; /* what is left of a speed that loops forbid is rounding of it, not of itself */
+    bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
+                  close_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
+    if (finite && violation.slip > ROUNDING * speed && keeps_given(model, data->fixed))
+        finite = close_velocities(model, data, t, q, v, model->held, &violation, &speed);
+    if (!finite)
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
+    if (violation.slip <= KT_CLOSED_FAR * speed)
         return KT_OK;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_FAR))
+        return KT_OK; /* held against the speeds of what is fixed, too */
+    (void)kernels->look(model, data, t, q, v, data->fixed, &violation);
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "
                                "apart are",
                                true, error);
 }
+
+/* ---- the call ---------------------------------------------------------------------------------------------------- */
 
 kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
     const kt_input input = {.q = q, .v = v};
@@ -181,6 +306,10 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     memcpy(q, new_q, model->n.q * sizeof *q);
     memcpy(v, new_v, model->n.v * sizeof *v);
     return KT_OK;
+}
+
+void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q) {
+    memcpy(q, data->assembled_q, model->n.q * sizeof *q);
 }
 
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v) {

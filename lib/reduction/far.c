@@ -28,15 +28,19 @@ static int position_count(const kt_link *link) {
     return link->motion == KT_MOTION_BALL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
 }
 
+/* A free link has two parts, x, y, z and the quaternion, of which one alone may be held; others have one. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out) {
     kt_position_add(model, q, step, out);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
+        const int plain = link->motion == KT_MOTION_FREE ? 3 : 0;
         bool moves = false;
         for (int k = 0; k < kt_link_freedoms(link); k++)
             moves |= step[link->v + k] != 0.0;
-        if (!moves || (held && held[link->v]))
-            memcpy(out + link->q, q + link->q, (size_t)position_count(link) * sizeof *q);
+        if (plain && (!moves || (held && held[link->v])))
+            memcpy(out + link->q, q + link->q, (size_t)plain * sizeof *q);
+        if (!moves || (held && held[link->v + plain]))
+            memcpy(out + link->q + plain, q + link->q + plain, (size_t)(position_count(link) - plain) * sizeof *q);
     }
 }
 
@@ -96,8 +100,7 @@ static void damped_step(const kt_model *model, const kt_group *group, const kt_g
         step[model->group_v[group->v + (int32_t)i]] = shorter * w->base[i] * unit[i];
 }
 
-/* The positions of a group's links from one state into another. */
-static void take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
+void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
         memcpy(to + link->q, from + link->q, (size_t)position_count(link) * sizeof *to);
@@ -157,7 +160,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
             if (data->settled[g])
                 continue;
             if (judge(data, g, &w))
-                take_group(model, &model->group[g], data->moved_q, q);
+                kt_take_group(model, &model->group[g], data->moved_q, q);
             else
                 refill = true;
         }
@@ -175,7 +178,7 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
         const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
         if (gap_of(&w) <= KT_CLOSED_FAR)
             continue;
-        take_group(model, group, from, q);
+        kt_take_group(model, group, from, q);
         for (int32_t i = group->v; i < group->v + group->v_count; i++)
             if (!held || !held[model->group_v[i]])
                 data->delta[model->group_v[i]] =
@@ -191,10 +194,12 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     double *from = data->beside_q;
     kt_violation violation;
+    double least = (double)INFINITY;
+    int best = 0;
     memcpy(from, q, model->n.q * sizeof *q);
-    for (int start = 0; start <= STARTS; start++) { /* after the last one the first again, for its gap to be told */
+    for (int start = 0; start <= STARTS; start++) { /* after the last one the best again, for its gap to be told */
         if (start)
-            start_elsewhere(model, data, held, from, start % STARTS, q);
+            start_elsewhere(model, data, held, from, start < STARTS ? start : best, q);
         if (!begin(model, data, t, held, q))
             return (double)INFINITY;
         descend(model, data, t, held, q);
@@ -202,6 +207,10 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
             return (double)INFINITY;
         if (violation.gap <= KT_CLOSED_FAR || !stubborn)
             break;
+        if (violation.gap < 0.999 * least) {
+            least = violation.gap;
+            best = start;
+        }
     }
     return violation.gap;
 }

@@ -15,8 +15,11 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
  * finite. */
 bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu);
 
-/* out = q (+) step, but a link that does not move, because its step is zero or it is held (NULL: none are), keeps its
- * bits: the exponential map would round its quaternion anew. out may not be q. */
+/* The positions of a group's links from one state into another. */
+void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to);
+
+/* out = q (+) step, but a link that does not move, or a part of one that is held (NULL: none are), keeps its bits:
+ * the exponential map would round its quaternion anew. out may not be q. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out);
 
 /* The k-th of a fixed sequence of generic numbers in (-1, 1). */

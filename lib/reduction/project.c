@@ -172,6 +172,36 @@ static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_r
     return largest;
 }
 
+/* "0.12 m", "34 deg", "0.12 m and 34 deg": how far a loop is open, lengths and angles each by their largest. */
+typedef struct gap_text {
+    char text[64];
+} gap_text;
+
+static gap_text describe_gap(const kt_model *model, const kt_data *data, int index) {
+    const kt_loop_record *loop = &model->loop[index];
+    const kt_group *group = &model->group[loop->group];
+    const kt_group_work w = kt_group_place(model, data, (size_t)loop->group, KT_ROWS_ALL);
+    double most[KT_MEASURE_NONE + 1] = {0.0};
+    for (int r = 0; r < loop->row_count; r++) {
+        const int32_t k = model->slot[group->row + loop->row + r];
+        double *of = &most[kt_loop_measure_of(model, index, r)];
+        *of = k < 0 ? *of : fmax(*of, fabs(w.residual[k]));
+    }
+    gap_text gap = {""};
+    const double turn = most[KT_MEASURE_ANGLE], tiny = 1e-3 * most[KT_MEASURE_LENGTH] / model->length;
+    const double degrees = 180.0 / 3.14159265358979323846 * (loop->term_count ? turn : 4.0 * atan(turn / 4.0));
+    size_t used = 0;
+    if (most[KT_MEASURE_SUM] > 0.0)
+        used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g (rad or m)", most[KT_MEASURE_SUM]);
+    if (most[KT_MEASURE_LENGTH] > 1e-3 * turn * model->length)
+        used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g m", most[KT_MEASURE_LENGTH]);
+    if (turn > tiny)
+        used += (size_t)snprintf(gap.text + used, sizeof gap.text - used, "%s%.3g deg", used ? " and " : "", degrees);
+    if (used == 0) /* closed to the last bit */
+        (void)snprintf(gap.text, sizeof gap.text, "0 (m or rad)");
+    return gap;
+}
+
 /* The loop open worst among those that are open less than `below`, or as much and come later. One that is closed to the
  * last bit counts, too, so that there is always a first. */
 static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
@@ -204,7 +234,7 @@ static void share_out(const kt_model *model, const kt_data *data) {
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
                               kt_error *error) {
     enum { NAMED = 4, NAME_MOST = 40 };
-    char text[NAMED * (NAME_MOST + 40)] = "", where[KT_WHERE_SIZE];
+    char text[NAMED * (NAME_MOST + 80)] = "", where[KT_WHERE_SIZE];
     size_t used = 0;
     double relative = (double)INFINITY, most = 0.0;
     int worst = -1;
@@ -223,13 +253,16 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
             break;
         }
         most = fmax(most, relative);
-        const int length = snprintf(text + used, sizeof text - used, "%s'%.*s' by %.3g", n ? ", " : "", NAME_MOST,
-                                    model->text + model->loop[worst].name, gap);
+        int length = snprintf(text + used, sizeof text - used, "%s'%.*s' by ", n ? ", " : "", NAME_MOST,
+                              model->text + model->loop[worst].name);
+        used += length > 0 ? (size_t)length : 0;
+        length = moving ? snprintf(text + used, sizeof text - used, "%.3g", gap)
+                        : snprintf(text + used, sizeof text - used, "%s", describe_gap(model, data, worst).text);
         used += length > 0 ? (size_t)length : 0;
     }
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s (%s)%s", what, text,
-                        moving ? "m/s or rad/s" : "m or rad", others ? " and others" : "");
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s%s%s", what, text, moving ? " (m/s or rad/s)" : "",
+                        others ? " and others" : "");
 }
 
 /* ---- calls ---------------------------------------------------------------------------------------------------------

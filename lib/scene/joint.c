@@ -105,14 +105,30 @@ static bool same_rates(const kt_field *field, const void *object, const void *st
 
 static const kt_kind kind_turn = {read_turn, write_turn, same_turn}, kind_rates = {read_rates, write_rates, same_rates};
 
+/* What is given is written, zero or not. */
+static bool is_given(const kt_joint *joint, unsigned part) { return (joint->given & part) != 0; }
+
+static bool same_place(const kt_field *field, const void *object, const void *standard) {
+    return !is_given(object, KT_GIVEN_POSITION) && kt_kind_vector.same(field, object, standard);
+}
+
+static bool same_linear(const kt_field *field, const void *object, const void *standard) {
+    return !is_given(object, KT_GIVEN_VELOCITY) && kt_kind_vector.same(field, object, standard);
+}
+
+static bool same_angular(const kt_field *field, const void *object, const void *standard) {
+    return !is_given(object, KT_GIVEN_ANGULAR) && same_rates(field, object, standard);
+}
+
 /* Of a free joint: x, y, z, quaternion; linear, angular. */
+#define AT(member) .offset = offsetof(kt_joint, member)
 static const kt_field free_position_fields[] = {
-    {.key = "position", .kind = &kt_kind_vector, .offset = 0},
-    {.key = "orientation", .kind = &kind_turn, .offset = 3 * sizeof(double)},
+    {.key = "position", .kind = &kt_kind_vector, AT(position[0]), .same = same_place},
+    {.key = "orientation", .kind = &kind_turn, AT(position[3])},
 };
 static const kt_field free_velocity_fields[] = {
-    {.key = "linear", .kind = &kt_kind_vector, .offset = 0},
-    {.key = "angular", .kind = &kind_rates, .offset = 3 * sizeof(double)},
+    {.key = "linear", .kind = &kt_kind_vector, AT(velocity[0]), .same = same_linear},
+    {.key = "angular", .kind = &kind_rates, AT(velocity[3]), .same = same_angular},
 };
 static const kt_table free_position = {.where = "free.position",
                                        .fields = free_position_fields,
@@ -132,11 +148,22 @@ static bool read_coordinates(kt_reader *r, const kt_scope *scope, kt_node *node,
     return kt_read_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, quantities, out);
 }
 
+static void note_given(kt_joint *joint, const kt_node *node, const char *key, unsigned part) {
+    if (kt_node_find(node, key) != NULL)
+        joint->given |= part;
+}
+
 static bool read_position(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_joint *joint = object;
     (void)field;
-    if (joint->type == KT_JOINT_FREE)
-        return kt_table_read(r, scope, node, &free_position, joint->position);
+    if (joint->type == KT_JOINT_FREE) {
+        if (!kt_table_read(r, scope, node, &free_position, joint))
+            return false;
+        note_given(joint, node, "position", KT_GIVEN_POSITION);
+        note_given(joint, node, "orientation", KT_GIVEN_ORIENTATION);
+        return true;
+    }
+    joint->given |= joint->type == KT_JOINT_SPHERICAL ? KT_GIVEN_ORIENTATION : KT_GIVEN_POSITION;
     if (joint->type == KT_JOINT_SPHERICAL)
         return read_orientation(r, scope, node, joint->position);
     return read_coordinates(r, scope, node, units[joint->type].position, units[joint->type].count, joint->position);
@@ -145,8 +172,14 @@ static bool read_position(kt_reader *r, const kt_scope *scope, kt_node *node, co
 static bool read_velocity(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_joint *joint = object;
     (void)field;
-    if (joint->type == KT_JOINT_FREE)
-        return kt_table_read(r, scope, node, &free_velocity, joint->velocity);
+    if (joint->type == KT_JOINT_FREE) {
+        if (!kt_table_read(r, scope, node, &free_velocity, joint))
+            return false;
+        note_given(joint, node, "linear", KT_GIVEN_VELOCITY);
+        note_given(joint, node, "angular", KT_GIVEN_ANGULAR);
+        return true;
+    }
+    joint->given |= KT_GIVEN_VELOCITY;
     return read_coordinates(r, scope, node, units[joint->type].velocity, units[joint->type].count, joint->velocity);
 }
 
@@ -161,7 +194,7 @@ static void write_position(kt_emitter *e, const kt_field *field, const void *obj
     const kt_joint *joint = object, *rest = standard;
     (void)field;
     if (joint->type == KT_JOINT_FREE)
-        kt_table_write(e, &free_position, joint->position, rest->position);
+        kt_table_write(e, &free_position, joint, rest);
     else
         write_coordinates(e, joint->position, joint->type == KT_JOINT_SPHERICAL ? 4 : units[joint->type].count);
 }
@@ -170,22 +203,25 @@ static void write_velocity(kt_emitter *e, const kt_field *field, const void *obj
     const kt_joint *joint = object, *rest = standard;
     (void)field;
     if (joint->type == KT_JOINT_FREE)
-        kt_table_write(e, &free_velocity, joint->velocity, rest->velocity);
+        kt_table_write(e, &free_velocity, joint, rest);
     else
         write_coordinates(e, joint->velocity, units[joint->type].count);
 }
 
-/* All coordinates at rest are zeros, those that a type does not have too. */
+/* All coordinates at rest are zeros, those that a type does not have too. A quaternion of zeros is not given. */
 static bool same_position(const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;
-    return kt_same_bits(joint->position, rest->position, sizeof joint->position);
+    return (!is_given(joint, KT_GIVEN_POSITION) || joint->type == KT_JOINT_SPHERICAL) &&
+           kt_same_bits(joint->position, rest->position, sizeof joint->position);
 }
 
 static bool same_velocity(const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;
-    return kt_same_bits(joint->velocity, rest->velocity, sizeof joint->velocity);
+    return !is_given(joint, KT_GIVEN_VELOCITY) &&
+           (!is_given(joint, KT_GIVEN_ANGULAR) || joint->type != KT_JOINT_FREE) &&
+           kt_same_bits(joint->velocity, rest->velocity, sizeof joint->velocity);
 }
 
 static const kt_kind kind_position = {read_position, write_position, same_position};
@@ -215,7 +251,6 @@ static bool same_second_axis(const kt_field *field, const void *object, const vo
 
 static const kt_kind kind_second_axis = {read_second_axis, write_second_axis, same_second_axis};
 
-#define AT(member) .offset = offsetof(kt_joint, member)
 enum {
     HAS_AXIS = REVOLUTE | PRISMATIC | SCREW | CYLINDRICAL | PLANAR | UNIVERSAL,
     MOVES = HAS_AXIS | SPHERICAL | FREE

@@ -37,11 +37,16 @@ static void write_version(kt_emitter *e, const kt_field *field, const void *obje
 
 static const kt_kind kind_version = {.read = read_version, .write = write_version};
 
+#define LIMIT_NAME(id, name) #name,
+static const char *const limit_names[] = {KT_INERTIA_LIMIT_LIST(LIMIT_NAME)};
+static const kt_choice limits = {"inertia_check", limit_names, KT_INERTIA_LIMIT_COUNT, 0};
+
 #define AT(member) .offset = offsetof(kt_scene, member)
 static const kt_field fields[] = {
     {.key = "kinetree", .kind = &kind_version, .flags = KT_FIELD_REQUIRED},
     {.key = "name", .kind = &kt_kind_text, AT(description.name)},
     {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
+    {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
     {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},

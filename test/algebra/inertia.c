@@ -192,3 +192,10 @@ KT_TEST(inertias_of_no_body_are_told_apart_by_their_fault) {
                        KT_INERTIA_NOT_FINITE);
     kt_check_near("moments untouched", moments.x, 7.0, 0.0);
 }
+
+KT_TEST(excess_is_what_the_triangle_inequality_is_broken_by) {
+    kt_check_near("3.3 against 1 + 2", kt_inertia_excess(kt_sym3_make(1.0, 3.3, 2.0, 0.0, 0.0, 0.0)), 0.1, 1e-15);
+    kt_check_near("equality", kt_inertia_excess(kt_sym3_make(1.0, 3.0, 2.0, 0.0, 0.0, 0.0)), 0.0, 0.0);
+    kt_check_near("within rounding", kt_inertia_excess(kt_sym3_make(1.0, 3.0 + 1e-11, 2.0, 0.0, 0.0, 0.0)), 0.0, 0.0);
+    kt_check_true("one moment alone", isinf(kt_inertia_excess(kt_sym3_make(0.0, 1.0, 0.0, 0.0, 0.0, 0.0))));
+}

@@ -26,6 +26,7 @@ kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 a
     body->joint.at = at;
     body->joint.position[0] = angle;
     body->joint.velocity[0] = rate;
+    body->joint.given = KT_GIVEN_POSITION | KT_GIVEN_VELOCITY; /* zeros, too */
     body->mass = kt_vec3_norm(to);
     body->com = kt_vec3_scale(0.5, to);
     const double m = body->mass / 12.0;

@@ -72,6 +72,8 @@ static bool joint_differs(const char *where, const kt_joint *a, const kt_joint *
     BITS(at);
     BITS(position);
     BITS(velocity);
+    if (kt_joint_given(a) != kt_joint_given(b))
+        return differ("%s.given", where);
     return rotation_differs(where, &a->rotation, &b->rotation);
 }
 
@@ -167,6 +169,7 @@ static bool description_differs(const kt_description *a, const kt_description *b
     char item[40];
     TEXT(name);
     BITS(gravity);
+    VALUE(inertia_check);
     VALUE(body_count);
     VALUE(loop_count);
     VALUE(effect_count);

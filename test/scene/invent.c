@@ -110,6 +110,7 @@ static kt_joint joint(inventor *v) {
     if (chance(v))
         for (int i = 0; i < velocities[made.type]; i++)
             made.velocity[i] = any(v);
+    made.given = (unsigned)pick(v, 16);
     return made;
 }
 
@@ -429,6 +430,7 @@ void kt_invent(kt_invented *out, kt_random *random, bool everything) {
     }
     if (chance(&v))
         d->gravity = vector(&v);
+    d->inertia_check = (kt_inertia_limit)pick(&v, KT_INERTIA_LIMIT_COUNT);
     d->bodies = out->bodies;
     d->body_count = INVENT_BODIES;
     for (int i = 0; i < INVENT_BODIES; i++)

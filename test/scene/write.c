@@ -87,6 +87,44 @@ KT_TEST(layout_is_that_of_the_contract) {
     kt_scene_free(&scene);
 }
 
+/* Zeros that are given are not those that are not. */
+KT_TEST(given_zeros_are_read_and_written) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "inertia_check: warn\n\n"
+        "bodies:\n"
+        "  - name: a\n"
+        "    joint: {type: revolute, position: 0}\n"
+        "  - name: b\n"
+        "    joint: {type: cylindrical, velocity: [0, 0]}\n"
+        "  - name: c\n"
+        "    joint: {type: free, position: {position: [0, 0, 0]}, velocity: {angular: [0, 0, 0]}}\n"
+        "  - name: d\n"
+        "    joint: {type: spherical, position: [1, 0, 0, 0]}\n"
+        "  - name: e\n"
+        "    joint: {type: revolute}\n";
+    static const unsigned given[] = {KT_GIVEN_POSITION, KT_GIVEN_VELOCITY, KT_GIVEN_POSITION | KT_GIVEN_ANGULAR,
+                                     KT_GIVEN_ORIENTATION, 0};
+    kt_scene scene;
+    if (!kt_parse_right(true, text, &scene))
+        return;
+    for (int i = 0; i < 5; i++)
+        kt_check_equal_int("given", kt_joint_given(&scene.description.bodies[i].joint), given[i]);
+    kt_check_equal_int("inertias", scene.description.inertia_check, KT_INERTIA_WARN);
+    char *written = kt_write_text(true, &scene);
+    kt_scene again;
+    if (kt_parse_right(true, written, &again)) {
+        char *twice = kt_write_text(true, &again);
+        kt_check_text("written again", twice, written);
+        for (int i = 0; i < 5; i++)
+            kt_check_equal_int("given again", kt_joint_given(&again.description.bodies[i].joint), given[i]);
+        free(twice);
+        kt_scene_free(&again);
+    }
+    free(written);
+    kt_scene_free(&scene);
+}
+
 KT_TEST(empty_scene_is_one_line) {
     const kt_scene scene = kt_scene_default();
     char *written = kt_write_text(false, &scene);

@@ -11,12 +11,14 @@
 
 static const double pi = 3.141592653589793;
 
-/* Where an error's words tell how far a loop is open; NaN where they do not. */
+/* Where an error's words tell how far a loop is open, m or rad; NaN where they do not. */
 static double gap_of(const kt_error *error, const char *loop) {
     char name[32];
     snprintf(name, sizeof name, "'%s' by ", loop);
     const char *at = strstr(error->message, name);
-    return at ? strtod(at + strlen(name), NULL) : (double)NAN;
+    char *end = NULL;
+    const double gap = at ? strtod(at + strlen(name), &end) : (double)NAN;
+    return end && strncmp(end, " deg", 4) == 0 ? gap * pi / 180.0 : gap;
 }
 
 typedef struct setting {
@@ -72,7 +74,7 @@ static void check_words(const kt_error *error, double t, double ahead) {
     kt_check_text("where", error->where, where);
     kt_check_contains("message", error->message, begin);
     kt_check_contains("how to mend it", error->message,
-                      "(m or rad). Let what drives them agree and stay within reach, or end before");
+                      ". Let what drives them agree and stay within reach, or end before");
 }
 
 /* Two bars of 1 m whose ends are 1.4 m + 0.2 m/s t apart are straight at 3 s. Near there the rates grow as (3 s -

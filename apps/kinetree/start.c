@@ -1,0 +1,408 @@
+/* The initial state of a scene: what assembly moved, and why it failed.
+ *
+ * What is advised has been tried: the description is changed in that one way and assembled.
+ */
+#include "start.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    LISTED_MAX = 12,   /* lines of a list */
+    TRIED_MAX = 6,     /* joints or loops that advice is tried with */
+    FREEDOMS_MAX = 60, /* larger mechanisms are not tried: an assembly that fails takes long */
+};
+
+static const double degree = 3.14159265358979323846 / 180.0;
+
+/* ---- trials ------------------------------------------------------------------------------------------------------ */
+
+/* Whether a description, run as the scene is, can be assembled. */
+static bool closes(const kt_scene *scene, const kt_description *description) {
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    options.reduction = scene->run.reduction;
+    options.plan = scene->run.plan;
+    if (kt_model_compile(description, &options, &model, NULL) != KT_OK)
+        return false;
+    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
+    bool closed = state != NULL && kt_data_create(model, &data, NULL) == KT_OK;
+    if (closed) {
+        double *v = state + kt_model_nq(model);
+        kt_model_initial(model, state, v);
+        closed = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_OK;
+    }
+    kt_data_free(data);
+    free(state);
+    kt_model_free(model);
+    return closed;
+}
+
+/* Without joint `out` among those held (-1: all of these), and with `in` (NULL: none more). */
+static bool closes_holding(const kt_scene *scene, int out, const char *in) {
+    kt_description d = scene->description;
+    const char **hold = malloc(((size_t)d.hold_count + 1) * sizeof *hold);
+    int count = 0;
+    if (hold == NULL)
+        return false;
+    for (int i = 0; i < d.hold_count; i++)
+        if (i != out)
+            hold[count++] = d.hold[i];
+    if (in != NULL)
+        hold[count++] = in;
+    d.hold = hold;
+    d.hold_count = count;
+    const bool closed = closes(scene, &d);
+    free(hold);
+    return closed;
+}
+
+/* With another axis in one loop, or (NULL) without that loop. */
+static bool closes_with(const kt_scene *scene, int loop, const kt_vec3 *axis) {
+    kt_description d = scene->description;
+    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
+    if (loops == NULL)
+        return false;
+    memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
+    if (axis != NULL)
+        loops[loop].axis = *axis;
+    else
+        memmove(loops + loop, loops + loop + 1, (size_t)(d.loop_count - loop - 1) * sizeof *loops);
+    d.loops = loops;
+    d.loop_count -= axis == NULL;
+    const bool closed = closes(scene, &d);
+    free(loops);
+    return closed;
+}
+
+/* ---- what has moved ---------------------------------------------------------------------------------------------- */
+
+typedef struct part_name {
+    unsigned part;
+    const char *name;
+    bool of_velocity;
+    int first, count; /* of the joint's numbers; count 0: all */
+} part_name;
+
+static part_name name_part(kt_joint_type type, unsigned part) {
+    const bool is_free = type == KT_JOINT_FREE;
+    switch (part) {
+    case KT_GIVEN_POSITION:
+        return (part_name){part, "position", false, 0, is_free ? 3 : 0};
+    case KT_GIVEN_ORIENTATION:
+        return (part_name){part, "orientation", false, is_free ? 3 : 0, 4};
+    case KT_GIVEN_ANGULAR:
+        return (part_name){part, "angular velocity", true, 3, 3};
+    default:
+        return (part_name){part, is_free ? "linear velocity" : "velocity", true, 0, is_free ? 3 : 0};
+    }
+}
+
+typedef struct value_text {
+    char text[160];
+} value_text;
+
+/* "60 deg", "0.1 m", "3 rad/s", "[0, 1, 2]" */
+static value_text show_value(const kt_model *model, int body, const part_name *part, const double *x) {
+    const kt_coordinates at = kt_body_coordinates(model, body);
+    const int all = part->of_velocity ? at.nv : at.nq, count = part->count ? part->count : all;
+    const bool slides = at.type == KT_JOINT_PRISMATIC;
+    value_text value = {""};
+    x += (part->of_velocity ? at.v : at.q) + part->first;
+    if (count == 1) {
+        const bool in_degrees = !slides && !part->of_velocity;
+        snprintf(value.text, sizeof value.text, "%.6g %s%s", in_degrees ? x[0] / degree : x[0],
+                 in_degrees ? "deg"
+                 : slides   ? "m"
+                            : "rad",
+                 part->of_velocity ? "/s" : "");
+        return value;
+    }
+    size_t used = 0;
+    for (int k = 0; k < count; k++)
+        used += (size_t)snprintf(value.text + used, sizeof value.text - used, "%s%.6g", k ? ", " : "[", x[k]);
+    snprintf(value.text + used, sizeof value.text - used, "]");
+    return value;
+}
+
+/* The changes; NULL where there are none, or no memory. */
+static kt_initial_change *list_changes(const kt_model *model, const double *q, const double *v, int *count) {
+    *count = kt_initial_changes(model, q, v, NULL, 0);
+    kt_initial_change *changes = *count > 0 ? malloc((size_t)*count * sizeof *changes) : NULL;
+    *count = changes != NULL ? kt_initial_changes(model, q, v, changes, *count) : 0;
+    return changes;
+}
+
+/* The initial state as it is given: q, then v. NULL: no memory. */
+static double *given_state(const kt_model *model) {
+    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
+    if (state != NULL)
+        kt_model_initial(model, state, state + kt_model_nq(model));
+    return state;
+}
+
+/* Which of the joints that moved could be held. */
+static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
+    const char *before = "; 'initial: {hold: [JOINT]}' would keep ";
+    int last = 0, tried = 0;
+    for (int i = 0; i < count && tried < TRIED_MAX && kt_model_nv(model) <= FREEDOMS_MAX; i++) {
+        if (changes[i].body == last)
+            continue;
+        last = changes[i].body;
+        tried++;
+        if (!closes_holding(scene, -1, kt_body_name(model, last)))
+            continue;
+        fprintf(stderr, "%s%s", before, kt_body_name(model, last));
+        before = " or ";
+    }
+}
+
+int kt_start_say_moved(const kt_scene *scene, const kt_model *model, const double *q, const double *v) {
+    int count;
+    kt_initial_change *changes = list_changes(model, q, v, &count);
+    double *given = count > 0 ? given_state(model) : NULL;
+    if (given != NULL)
+        fputs("kinetree: to close the loops, assembly moved initial values that the scene gives", stderr);
+    if (given != NULL)
+        say_holdable(scene, model, changes, count);
+    if (given != NULL)
+        fputs(":\n", stderr);
+    for (int i = 0; given != NULL && i < count && i < LISTED_MAX; i++) {
+        const int body = changes[i].body;
+        const part_name part = name_part(kt_body_coordinates(model, body).type, changes[i].part);
+        const double *from = part.of_velocity ? given + kt_model_nq(model) : given, *to = part.of_velocity ? v : q;
+        fprintf(stderr, "  %s: %s from %s to %s\n", kt_body_name(model, body), part.name,
+                show_value(model, body, &part, from).text, show_value(model, body, &part, to).text);
+    }
+    if (given != NULL && count > LISTED_MAX)
+        fprintf(stderr, "  and %d more\n", count - LISTED_MAX);
+    free(given);
+    free(changes);
+    return count;
+}
+
+json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) {
+    json_t *list = json_array();
+    int count;
+    kt_initial_change *changes = list_changes(model, q, v, &count);
+    double *given = given_state(model);
+    for (int i = 0; given != NULL && i < count; i++) {
+        const kt_coordinates at = kt_body_coordinates(model, changes[i].body);
+        const part_name part = name_part(at.type, changes[i].part);
+        const int first = (part.of_velocity ? at.v : at.q) + part.first;
+        const int numbers = part.count ? part.count : part.of_velocity ? at.nv : at.nq;
+        const double *from = (part.of_velocity ? given + kt_model_nq(model) : given) + first;
+        const double *to = (part.of_velocity ? v : q) + first;
+        json_t *one = json_object();
+        json_object_set_new(one, "joint", json_string(kt_body_name(model, changes[i].body)));
+        json_object_set_new(one, "part", json_string(part.name));
+        json_object_set_new(one, "from", numbers == 1 ? kt_json_number(*from) : kt_json_numbers(from, numbers));
+        json_object_set_new(one, "to", numbers == 1 ? kt_json_number(*to) : kt_json_numbers(to, numbers));
+        json_array_append_new(list, one);
+    }
+    free(given);
+    free(changes);
+    return list;
+}
+
+/* ---- what stays open --------------------------------------------------------------------------------------------- */
+
+/* The angle that the residual of an equation stands for, degrees (loop.h). */
+static double angle_of(kt_loop_type type, double residual) {
+    if (type == KT_LOOP_MOTION)
+        return residual / degree;
+    const bool normal = type == KT_LOOP_ORTHOGONAL || type == KT_LOOP_UNIVERSAL;
+    return (normal ? 2.0 * atan(residual / 2.0) : 4.0 * atan(residual / 4.0)) / degree;
+}
+
+/* The residuals of a loop by measure, against the largest of all, equation by equation: "0.5, 0, 0 m; 90, 0 deg". */
+static void say_gaps(const kt_model *model, int loop, const double *residual, double most) {
+    static const char *const unit[] = {" m", " deg", " (rad or m)"};
+    const kt_loop_rows rows = kt_loop_rows_of(model, loop);
+    const kt_loop_type type = kt_loop_type_of(model, loop);
+    const char *before = "";
+    fprintf(stderr, "  loop '%s' (%s), equation by equation: ", kt_loop_name(model, loop), kt_loop_type_name(type));
+    for (int measure = KT_MEASURE_LENGTH; measure < KT_MEASURE_NONE; measure++) {
+        int count = 0;
+        for (int r = 0; r < rows.count; r++) {
+            if (kt_loop_measure_of(model, loop, r) != (kt_loop_measure)measure)
+                continue;
+            const double x = fabs(residual[rows.first + r]) > 1e-6 * most ? residual[rows.first + r] : 0.0;
+            fprintf(stderr, "%s%.3g", count++ ? ", " : before, measure == KT_MEASURE_ANGLE ? angle_of(type, x) : x);
+        }
+        if (count > 0) {
+            fputs(unit[measure], stderr);
+            before = "; ";
+        }
+    }
+    fputc('\n', stderr);
+}
+
+static double largest_gap(const kt_model *model, int loop, const double *residual) {
+    const kt_loop_rows rows = kt_loop_rows_of(model, loop);
+    double most = 0.0;
+    for (int r = 0; r < rows.count; r++)
+        most = fmax(most, fabs(residual[rows.first + r]));
+    return most;
+}
+
+/* Where the search for a closed state ended: its residuals, of all equations; NULL where it found one. */
+static double *open_residuals(const kt_model *model) {
+    const kt_freedom freedom = kt_model_freedom(model);
+    kt_data *data = NULL;
+    double *state = given_state(model), *residual = calloc((size_t)freedom.equations + 1, sizeof *residual);
+    bool is_open = state != NULL && residual != NULL && kt_data_create(model, &data, NULL) == KT_OK;
+    if (is_open) {
+        double *v = state + kt_model_nq(model);
+        is_open = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_ERROR_CONSTRAINT;
+        if (is_open)
+            kt_assembly_reached(model, data, state);
+        is_open =
+            is_open && kt_loop_equations(model, data, 0.0, state, NULL, NULL, residual, NULL, NULL, NULL) == KT_OK;
+    }
+    kt_data_free(data);
+    free(state);
+    if (is_open)
+        return residual;
+    free(residual);
+    return NULL;
+}
+
+static int advise_on_hold(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int found = 0;
+    for (int i = 0; i < d->hold_count && i < TRIED_MAX; i++)
+        if (closes_holding(scene, i, NULL)) {
+            fprintf(stderr, "  they close where '%s' is not in 'initial: hold'\n", d->hold[i]);
+            found++;
+        }
+    return found;
+}
+
+static bool has_axis(kt_loop_type type) {
+    return type != KT_LOOP_SPHERICAL && type != KT_LOOP_DISTANCE && type != KT_LOOP_PARALLEL && type != KT_LOOP_WELD &&
+           type != KT_LOOP_COUPLING && type != KT_LOOP_MOTION && type != KT_LOOP_ROLLING;
+}
+
+static int advise_on_axis(const kt_scene *scene, int loop) {
+    static const struct {
+        const char *name;
+        kt_vec3 axis;
+    } axes[] = {{"x", {1.0, 0.0, 0.0}}, {"y", {0.0, 1.0, 0.0}}, {"z", {0.0, 0.0, 1.0}}};
+    const kt_loop *given = &scene->description.loops[loop];
+    int found = 0;
+    for (int k = 0; k < 3 && has_axis(given->type); k++) {
+        const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(given->axis), axes[k].axis);
+        if (kt_vec3_norm(across) > 1e-6 && closes_with(scene, loop, &axes[k].axis)) {
+            fprintf(stderr, "  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
+            found++;
+        }
+    }
+    return found;
+}
+
+static void advise(const kt_scene *scene, const int *open, int count) {
+    const kt_description *d = &scene->description;
+    int found = advise_on_hold(scene);
+    for (int i = 0; i < count; i++)
+        found += advise_on_axis(scene, open[i]);
+    for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
+        if (closes_with(scene, open[i], NULL)) {
+            fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
+            found++;
+        }
+    if (found == 0)
+        fputs("  no axis of x, y, z in one of these loops, and no joint freed from 'hold', closes them: see whether "
+              "lengths and places are right\n",
+              stderr);
+}
+
+void kt_start_say_open(const kt_scene *scene, const kt_model *model) {
+    double *residual = open_residuals(model);
+    int open[TRIED_MAX], count = 0;
+    double most = 0.0;
+    for (int i = 0; residual != NULL && i < kt_loop_count(model); i++)
+        most = fmax(most, largest_gap(model, i, residual));
+    for (int i = 0, said = 0; residual != NULL && i < kt_loop_count(model) && said < LISTED_MAX; i++) {
+        if (!(largest_gap(model, i, residual) > 1e-3 * most))
+            continue;
+        say_gaps(model, i, residual, most);
+        said++;
+        if (count < TRIED_MAX)
+            open[count++] = i;
+    }
+    if (residual != NULL && kt_model_nv(model) <= FREEDOMS_MAX)
+        advise(scene, open, count);
+    free(residual);
+}
+
+/* ---- both -------------------------------------------------------------------------------------------------------- */
+
+int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v) {
+    kt_error error = {0};
+    kt_model_initial(model, q, v);
+    const kt_status status = kt_state_assemble(model, data, 0.0, q, v, &error);
+    if (status == KT_OK) {
+        (void)kt_start_say_moved(scene, model, q, v);
+        return KT_EXIT_DONE;
+    }
+    kt_say_error(&error);
+    if (status == KT_ERROR_CONSTRAINT)
+        kt_start_say_open(scene, model);
+    return kt_exit_code(status);
+}
+
+int kt_start_tell(const kt_scene *scene, const kt_model *model) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    double *state = given_state(model);
+    const kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
+                                           : kt_data_create(model, &data, &error);
+    int code = kt_exit_code(status);
+    if (status == KT_OK)
+        code = kt_start_assemble(scene, model, data, state, state + kt_model_nq(model));
+    else
+        kt_say_error(&error);
+    kt_data_free(data);
+    free(state);
+    return code;
+}
+
+/* ---- inertias ---------------------------------------------------------------------------------------------------- */
+
+static double excess_of(const kt_body *body) {
+    kt_vec3 com;
+    kt_sym3 inertia;
+    return kt_body_inertia(body, &com, &inertia, NULL) == KT_OK ? kt_inertia_excess(inertia) : 0.0;
+}
+
+int kt_start_say_inertias(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int count = 0, worst = -1;
+    double most = 0.0;
+    for (int i = 0; i < d->body_count; i++) {
+        const double excess = excess_of(&d->bodies[i]);
+        count += excess > 0.0;
+        worst = excess > most ? i : worst;
+        most = fmax(most, excess);
+    }
+    if (count > 0)
+        kt_say("inertia_check: warn accepts %d inertia%s that no body has: of '%s' the largest principal moment "
+               "exceeds the sum of the others by %.2g %%; give inertias with more digits",
+               count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most);
+    return count;
+}
+
+json_t *kt_start_inertias(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    json_t *object = json_object();
+    for (int i = 0; i < d->body_count; i++) {
+        const double excess = excess_of(&d->bodies[i]);
+        if (excess > 0.0)
+            json_object_set_new(object, d->bodies[i].name, json_real(excess));
+    }
+    return object;
+}

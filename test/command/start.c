@@ -1,0 +1,160 @@
+/* What the command says of the state that a scene starts from: values that assembly moved, loops that stay open, and
+ * what `check` finds doubtful. */
+#include "shell.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+typedef struct four_bar {
+    const char *gravity, *axis, *crank, *coupler, *rocker, *at, *mass, *more;
+} four_bar;
+
+static const four_bar usual = {.gravity = "[0, -9.81, 0]",
+                               .axis = "z",
+                               .crank = ", position: 60 deg, velocity: 3",
+                               .coupler = "",
+                               .rocker = "",
+                               .at = "2.5",
+                               .mass = "mass: 1",
+                               .more = ""};
+
+/* README's, with a free choice of what is given. */
+static void write_four_bar(const four_bar *f) {
+    char text[2048];
+    snprintf(text, sizeof text,
+             "kinetree: 1\ngravity: %s\nbodies:\n"
+             "  - {name: crank, joint: {type: revolute, axis: %s%s}, %s, shape: {type: rod, to: [1, 0, 0]}}\n"
+             "  - {name: coupler, parent: crank, joint: {type: revolute, axis: %s, at: [1, 0, 0]%s}, %s,\n"
+             "     shape: {type: rod, to: [2, 0, 0]}, markers: {tip: [2, 0, 0]}}\n"
+             "  - {name: rocker, joint: {type: revolute, axis: %s, at: [%s, 0, 0]%s}, %s,\n"
+             "     shape: {type: rod, to: [1.5, 0, 0]}, markers: {tip: [1.5, 0, 0]}}\n"
+             "loops: [{name: close, type: revolute, between: [coupler.tip, rocker.tip]}]\n"
+             "%ssimulate: {duration: 0.01}\n",
+             f->gravity, f->axis, f->crank, f->mass, f->axis, f->coupler, f->mass, f->axis, f->at, f->rocker, f->mass,
+             f->more);
+    kt_write_file("f.yaml", text);
+}
+
+KT_TEST(given_values_that_can_stay_do) {
+    write_four_bar(&usual);
+    kt_ran ran = kt_shell("$K run f.yaml --out - --summary f.json");
+    kt_check_near("crank", kt_csv_number(ran.out, 1, kt_csv_column(ran.out, "position.crank")), pi / 3.0, 4.5e-16);
+    kt_check_near("its rate", kt_csv_number(ran.out, 1, kt_csv_column(ran.out, "velocity.crank")), 3.0, 0.0);
+    kt_check_true("nothing to tell", strstr(ran.err, "assembly") == NULL);
+    json_t *root = kt_json(kt_read_file("f.json"));
+    kt_check_equal_int("moved", (long long)json_array_size(kt_json_find(root, "moved")), 0);
+    json_decref(root);
+}
+
+KT_TEST(moved_values_are_told_with_what_hold_would_keep) {
+    four_bar f = usual;
+    f.coupler = ", position: -50 deg";
+    f.rocker = ", position: 80 deg";
+    write_four_bar(&f);
+    kt_ran ran = kt_shell("$K run f.yaml --out - --summary f.json");
+    const double crank = kt_csv_number(ran.out, 1, kt_csv_column(ran.out, "position.crank"));
+    char line[80];
+    snprintf(line, sizeof line, "  crank: position from 60 deg to %.6g deg\n", crank * 180.0 / pi);
+    kt_check_contains("what", ran.err, line);
+    kt_check_contains("how to keep it", ran.err, "'initial: {hold: [JOINT]}' would keep crank");
+    json_t *root = kt_json(kt_read_file("f.json"));
+    kt_check_text("joint", json_string_value(kt_json_find(root, "moved[0].joint")), "crank");
+    kt_check_text("part", json_string_value(kt_json_find(root, "moved[0].part")), "position");
+    kt_check_near("from", kt_json_at(root, "moved[0].from"), pi / 3.0, 4.5e-16);
+    kt_check_near("to", kt_json_at(root, "moved[0].to"), crank, 0.0);
+    json_decref(root);
+    static const char *const others[] = {"check f.yaml",
+                                         "info f.yaml",
+                                         "evaluate f.yaml",
+                                         "modes f.yaml",
+                                         "equilibrium f.yaml",
+                                         "stability f.yaml",
+                                         "accuracy f.yaml --duration 0.01 --budget 0.1"};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        ran = kt_shell("$K %s", others[i]);
+        kt_check_contains(others[i], ran.err, line);
+    }
+    ran = kt_shell("$K run f.yaml --quiet --out /dev/null");
+    kt_check_text("--quiet", ran.err, "");
+}
+
+KT_TEST(open_loops_are_told_equation_by_equation) {
+    four_bar f = usual;
+    f.at = "5.5"; /* 1 m out of reach, by 4.5 m of bars */
+    f.crank = "";
+    write_four_bar(&f);
+    kt_expect(3, "loop 'close' (revolute), equation by equation: 1, 0, 0 m; 0, 0 deg", "$K check f.yaml");
+    kt_expect(3, "see whether lengths and places are right", "$K run f.yaml");
+    f = usual;
+    f.axis = "y";
+    f.gravity = "[0, 0, -9.81]";
+    write_four_bar(&f);
+    kt_expect(3, "they close with 'axis: y' in loop 'close'", "$K run f.yaml");
+    f = usual;
+    f.rocker = ", position: 10 deg";
+    f.more = "initial: {hold: [crank, rocker]}\n";
+    write_four_bar(&f);
+    kt_expect(3, "they close where 'rocker' is not in 'initial: hold'", "$K info f.yaml");
+}
+
+KT_TEST(loops_without_mass_are_a_fault) {
+    four_bar f = usual;
+    f.mass = "mass: 0";
+    write_four_bar(&f);
+    kt_expect(2, "the mechanism has no inertia along one of the freedoms", "$K check f.yaml");
+}
+
+/* A ball 0.1 m deep stores 1e6 * 0.1^2.5 / 2.5 J, which throws 1 kg 129 m high; one at rest on its contact is right. */
+KT_TEST(check_warns_and_ends_well) {
+    static const char ball[] = "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                               "  - {name: ball, joint: {type: prismatic, position: %s}, mass: 1}\n"
+                               "effects: [{name: floor, type: contact, point: ball, radius: 0.5, plane: world,\n"
+                               "  stiffness: 1e6}]\n";
+    char text[400];
+    snprintf(text, sizeof text, ball, "0.4");
+    kt_write_file("b.yaml", text);
+    kt_expect(
+        0,
+        "b.yaml: warning: contact 'floor' of 'ball' starts 0.1 m inside its plane, where it pushes with 3.16e+04 N "
+        "(all bodies weigh 9.81 N) and stores 1.26e+03 J; start it 0.1 m higher",
+        "$K check b.yaml");
+    snprintf(text, sizeof text, ball, "0.4995418"); /* (9.81 / 1e6)^(2/3) deep */
+    kt_write_file("b.yaml", text);
+    kt_expect(0, NULL, "$K check b.yaml");
+
+    kt_write_file("a.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, position: 120}, mass: 1,\n"
+                            "  inertia: [1, 1, 1]}]\n");
+    kt_expect(0,
+              "a.yaml: warning: body 'a': joint.position: 120 is in radians, 19.1 turns; if degrees are meant, write "
+              "'120 deg'",
+              "$K check a.yaml");
+    kt_check_text("ok", kt_shell("$K check a.yaml").out, "a.yaml: ok, 1 warning\n");
+    kt_write_file("a.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, position: 720.5 deg}, mass: 1,\n"
+                            "  inertia: [1, 1, 1]}]\n");
+    kt_expect(0, NULL, "$K check a.yaml");
+
+    four_bar f = usual;
+    f.more = "initial: {hold: [crank]}\n";
+    write_four_bar(&f);
+    kt_expect(0, NULL, "$K check f.yaml");
+    kt_write_file("z.yaml", "kinetree: 1\nbodies:\n"
+                            "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                            "loops: [{name: stop, type: weld, between: [a, world]}]\n");
+    kt_expect(0, "z.yaml: warning: nothing can move: the joints have 1 degrees of freedom", "$K check z.yaml");
+}
+
+KT_TEST(accepted_inertias_are_told) {
+    kt_write_file("i.yaml", "kinetree: 1\ninertia_check: warn\nbodies:\n"
+                            "  - {name: cad, joint: {type: revolute}, mass: 1, inertia: [1, 2, 3.015]}\n"
+                            "simulate: {duration: 0.01}\n");
+    kt_ran ran = kt_shell("$K run i.yaml --out /dev/null --summary -");
+    kt_check_contains("words", ran.err,
+                      "inertia_check: warn accepts 1 inertia that no body has: of 'cad' the largest principal moment "
+                      "exceeds the sum of the others by 0.5 %; give inertias with more digits");
+    json_t *root = kt_json(ran.out);
+    kt_check_near("summary", kt_json_at(root, "inertia_excess.cad"), 0.005, 1e-14);
+    json_decref(root);
+}
