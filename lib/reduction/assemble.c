@@ -169,13 +169,11 @@ static void come_nearer(const approach *a, double *before) {
             part = 0.2 / most;
         if (!(most > 1e-11))
             return;
-        if (i == KT_ASSEMBLY_STEPS_MAX) { /* closed, but another state may be nearer */
+        if (i == KT_ASSEMBLY_STEPS_MAX || !go(a, part)) { /* closed, but another state may be nearer */
             taken->capped++;
             return;
         }
         taken->assembly = i + 1 > taken->assembly ? i + 1 : taken->assembly;
-        if (!go(a, part))
-            return;
     }
 }
 
