@@ -34,7 +34,7 @@ static void describe(int n, kt_body *bodies, char (*names)[NAME_SIZE]) {
     }
 }
 
-static kt_status compile(int n, kt_level level, kt_chain *chain, kt_error *error) {
+static kt_status compile(int n, kt_isa level, kt_chain *chain, kt_error *error) {
     kt_body *bodies = calloc((size_t)n, sizeof *bodies);
     char(*names)[NAME_SIZE] = calloc((size_t)n, sizeof *names);
     kt_status status = KT_ERROR_MEMORY;
@@ -59,7 +59,7 @@ static kt_status compile(int n, kt_level level, kt_chain *chain, kt_error *error
     return status;
 }
 
-kt_status kt_chain_make(int n, kt_level level, bool with_mass, kt_chain *chain, kt_error *error) {
+kt_status kt_chain_make(int n, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error) {
     *chain = (kt_chain){.n = n};
     kt_status status = compile(n, level, chain, error);
     double **const arrays[] = {&chain->q, &chain->v, &chain->tau, &chain->a, &chain->torque};

@@ -29,7 +29,7 @@ typedef struct kt_chain {
 } kt_chain;
 
 /* Allocates all of it; with_mass: the mass matrix too. On failure *chain is empty and *error says why. */
-KT_CHECKED kt_status kt_chain_make(int n, kt_level level, bool with_mass, kt_chain *chain, kt_error *error);
+KT_CHECKED kt_status kt_chain_make(int n, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error);
 void kt_chain_free(kt_chain *chain);
 
 /* Allocates what derivatives take. */

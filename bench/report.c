@@ -13,17 +13,15 @@
 /* ---- the command line -------------------------------------------------------------------------------------------- */
 
 static const char *const level_names[] = {
-    [KT_LEVEL_AUTO] = "auto", [KT_LEVEL_BASE] = "base", [KT_LEVEL_V3] = "v3", [KT_LEVEL_V4] = "v4"};
+    [KT_ISA_AUTO] = "auto", [KT_ISA_BASE] = "base", [KT_ISA_V3] = "v3", [KT_ISA_V4] = "v4"};
 enum { LEVEL_COUNT = sizeof level_names / sizeof *level_names };
 
-const char *kt_bench_level_name(kt_level level) {
-    return (unsigned)level < LEVEL_COUNT ? level_names[level] : "unknown";
-}
+const char *kt_bench_isa_name(kt_isa level) { return (unsigned)level < LEVEL_COUNT ? level_names[level] : "unknown"; }
 
-static bool read_level(const char *text, kt_level *level) {
+static bool read_level(const char *text, kt_isa *level) {
     for (int i = 0; i < LEVEL_COUNT; i++)
         if (strcmp(text, level_names[i]) == 0) {
-            *level = (kt_level)i;
+            *level = (kt_isa)i;
             return true;
         }
     return false;
@@ -128,7 +126,7 @@ const char *kt_bench_processor(void) {
     return *name ? name : "unknown processor";
 }
 
-void kt_bench_heading(const char *title, kt_level level, const char *csv) {
+void kt_bench_heading(const char *title, kt_isa level, const char *csv) {
     printf("%s\n"
            "library    kinetree %s\n"
            "compiler   %s\n"
@@ -136,7 +134,7 @@ void kt_bench_heading(const char *title, kt_level level, const char *csv) {
            "kernels    %s (built: %s)\n"
            "processor  %s\n"
            "figures    %s\n\n",
-           title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_level_name(level), KT_BENCH_LEVELS,
+           title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_isa_name(level), KT_BENCH_ISAS,
            kt_bench_processor(), csv ? csv : "in this table only (--csv FILE)");
 }
 
@@ -191,8 +189,8 @@ void kt_csv_number(kt_csv *csv, double value) {
         (void)fprintf(csv->file, "%.9g", value);
 }
 
-void kt_csv_origin(kt_csv *csv, kt_level level) {
-    kt_csv_text(csv, kt_bench_level_name(level));
+void kt_csv_origin(kt_csv *csv, kt_isa level) {
+    kt_csv_text(csv, kt_bench_isa_name(level));
     kt_csv_text(csv, kt_bench_processor());
     kt_csv_text(csv, KT_BENCH_COMPILER);
 }

@@ -29,7 +29,7 @@ kt_status kt_stepper_make(kt_chain *chain, kt_stepper *stepper, kt_error *error)
         memcpy(stepper->start, chain->q, n * sizeof *stepper->start);
         memcpy(stepper->start + n, chain->v, n * sizeof *stepper->start);
         status =
-            kt_integrator_place(stepper->memory, stepper->size, method, 2 * n, &options, &stepper->integrator, error);
+            kt_integrator_init(stepper->memory, stepper->size, method, 2 * n, &options, &stepper->integrator, error);
     } else {
         (void)kt_error_set(error, status, "", "no memory to integrate a chain of %d links", chain->n);
     }

@@ -206,7 +206,7 @@ int main(int argc, char **argv) {
     if (status == KT_OK)
         status = describe(0.2, 0.05, &loaded, &error);
     if (status == KT_OK)
-        status = kt_data_place(known, memory, sizeof memory, &c.data, &error);
+        status = kt_data_init(known, memory, sizeof memory, &c.data, &error);
     if (status == KT_OK) {
         c.model = known;
         c.shank = kt_body_find(known, "shank");
@@ -220,8 +220,8 @@ int main(int argc, char **argv) {
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
         status = kt_error_set(&error, KT_ERROR_FILE, argv[2], "cannot be written");
     if (status == KT_OK) {
-        const kt_freedom freedom = kt_model_freedom(known);
-        printf("%d joints, %d freedoms; the controller works in %zu bytes\n", freedom.tree, freedom.minimal,
+        const kt_mobility dof = kt_model_mobility(known);
+        printf("%d joints, %d freedoms; the controller works in %zu bytes\n", dof.tree, dof.minimal,
                kt_data_size(known));
         printf("model known: foot within %.3f mm of its path, torques up to %.1f N m\n", 1e3 * exact.error,
                exact.torque);

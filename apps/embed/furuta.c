@@ -91,7 +91,7 @@ static kt_status find_design(controller *c, kt_error *error) {
     kt_linearization *linearization = NULL;
     double mass[4];
     kt_status status =
-        kt_linearization_place(model, &options, design_memory, sizeof design_memory, &linearization, error);
+        kt_linearization_init(model, &options, design_memory, sizeof design_memory, &linearization, error);
     if (status == KT_OK)
         status = kt_linearization_evaluate(linearization, 0.0, upright, rest, NULL, error);
     if (status == KT_OK)
@@ -225,9 +225,9 @@ int main(int argc, char **argv) {
     kt_status status = describe(&model, &error);
     c.model = model;
     if (status == KT_OK)
-        status = kt_data_place(model, data_memory, sizeof data_memory, &c.data, &error);
+        status = kt_data_init(model, data_memory, sizeof data_memory, &c.data, &error);
     if (status == KT_OK)
-        status = kt_simulation_place(model, &fixed, &options, plant_memory, sizeof plant_memory, &plant, &error);
+        status = kt_simulation_init(model, &fixed, &options, plant_memory, sizeof plant_memory, &plant, &error);
     if (status == KT_OK)
         status = find_design(&c, &error);
     for (long k = 0; status == KT_OK && (double)k * sample < duration; k++)

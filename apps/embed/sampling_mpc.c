@@ -188,9 +188,9 @@ int main(int argc, char **argv) {
         fprintf(csv, "time,position.cart,position.pole,velocity.cart,velocity.pole,torque.cart\n");
     kt_status status = describe(&model, &error);
     if (status == KT_OK)
-        status = kt_simulation_place(model, &fine, NULL, plant_memory, sizeof plant_memory, &plant, &error);
+        status = kt_simulation_init(model, &fine, NULL, plant_memory, sizeof plant_memory, &plant, &error);
     if (status == KT_OK)
-        status = kt_simulation_place(model, &coarse, NULL, planner_memory, sizeof planner_memory, &c.planner, &error);
+        status = kt_simulation_init(model, &coarse, NULL, planner_memory, sizeof planner_memory, &c.planner, &error);
     if (status == KT_OK && kt_simulation_state_size(c.planner) > sizeof saved)
         status = kt_error_set(&error, KT_ERROR_MEMORY, "saved", "needs %zu bytes", kt_simulation_state_size(c.planner));
     if (status == KT_OK)

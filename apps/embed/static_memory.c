@@ -142,7 +142,7 @@ static int demonstrate(FILE *csv) {
     plan.step = 1e-3;
     plan.duration = 1e-3 * STEPS;
     const size_t size = kt_simulation_size(model, &plan, NULL);
-    if (kt_simulation_place(model, &plan, NULL, take(size), size, &simulation, &error) != KT_OK)
+    if (kt_simulation_init(model, &plan, NULL, take(size), size, &simulation, &error) != KT_OK)
         return tell(&error);
     const size_t state_size = kt_simulation_state_size(simulation);
     void *checkpoint = take(state_size);

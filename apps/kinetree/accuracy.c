@@ -73,11 +73,11 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
     kt_accuracy_options options = choose_options(arguments, reference, &progress);
-    kt_variant variants[KT_COMPARED_SETS];
+    kt_variant variants[KT_COMPARED_FORMULATIONS];
     if (arguments->compare_sets) {
-        kt_compared_sets(&scene->run, variants);
+        kt_compared_formulations(&scene->run, variants);
         options.variants = variants;
-        options.variant_count = KT_COMPARED_SETS;
+        options.variant_count = KT_COMPARED_FORMULATIONS;
     }
     kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
     kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);

@@ -10,7 +10,7 @@ enum {
     KT_ACCURACY_GOALS_MAX = 6,
     KT_ACCURACY_SETTINGS_MAX = 40,
     KT_ACCURACY_METHODS_MAX = 64,
-    KT_COMPARED_SETS = 7,
+    KT_COMPARED_FORMULATIONS = 7,
 };
 
 /* ---- the command line -------------------------------------------------------------------------------------------- */
@@ -42,8 +42,8 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
 
 /* ---- other coordinate sets --------------------------------------------------------------------------------------- */
 
-/* What --compare-sets runs: KT_COMPARED_SETS variants, and the methods where none are given; returns their number. */
-void kt_compared_sets(const kt_run *run, kt_variant *variants);
+/* What --compare-sets runs: KT_COMPARED_FORMULATIONS variants, and the methods where none are given; returns their number. */
+void kt_compared_formulations(const kt_run *run, kt_variant *variants);
 int kt_compared_methods(const kt_method **methods);
 
 /* ---- what came out ----------------------------------------------------------------------------------------------- */

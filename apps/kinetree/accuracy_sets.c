@@ -12,20 +12,20 @@
 static const struct {
     const char *label;
     bool unprojected, absolute, has_set;
-    kt_set_type set;
+    kt_constraint_formulation_type set;
     double gain;
-} kinds[KT_COMPARED_SETS] = {
-    {"minimal", false, false, false, KT_SET_GAUSS, 0.0},
-    {"unprojected", true, false, false, KT_SET_GAUSS, 0.0},
-    {"absolute", false, true, false, KT_SET_GAUSS, 0.0},
-    {"Baumgarte", false, false, true, KT_SET_BAUMGARTE, 1.0},
-    {"stiff Baumgarte", false, false, true, KT_SET_BAUMGARTE, 4.0},
-    {"augmented", false, false, true, KT_SET_AUGMENTED, 1.0},
-    {"projection", false, false, true, KT_SET_PROJECTION, 0.0},
+} kinds[KT_COMPARED_FORMULATIONS] = {
+    {"minimal", false, false, false, KT_CONSTRAINT_FORMULATION_GAUSS, 0.0},
+    {"unprojected", true, false, false, KT_CONSTRAINT_FORMULATION_GAUSS, 0.0},
+    {"absolute", false, true, false, KT_CONSTRAINT_FORMULATION_GAUSS, 0.0},
+    {"Baumgarte", false, false, true, KT_CONSTRAINT_FORMULATION_BAUMGARTE, 1.0},
+    {"stiff Baumgarte", false, false, true, KT_CONSTRAINT_FORMULATION_BAUMGARTE, 4.0},
+    {"augmented", false, false, true, KT_CONSTRAINT_FORMULATION_AUGMENTED, 1.0},
+    {"projection", false, false, true, KT_CONSTRAINT_FORMULATION_PROJECTION, 0.0},
 };
 
-void kt_compared_sets(const kt_run *run, kt_variant *variants) {
-    for (int i = 0; i < KT_COMPARED_SETS; i++) {
+void kt_compared_formulations(const kt_run *run, kt_variant *variants) {
+    for (int i = 0; i < KT_COMPARED_FORMULATIONS; i++) {
         variants[i] = kt_variant_default(run);
         variants[i].label = kinds[i].label;
         variants[i].model.formulation = kinds[i].absolute ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
@@ -127,12 +127,12 @@ static void tell_wrong(const kt_findings *findings, const kt_accuracy_point *bas
 
 static int print_method(const kt_findings *findings, const kt_accuracy_curve *curve, const kt_accuracy_point *chosen) {
     const kt_accuracy_results *results = findings->results;
-    kt_accuracy_point points[KT_COMPARED_SETS];
+    kt_accuracy_point points[KT_COMPARED_FORMULATIONS];
     char setting[64], text[256];
     kt_findings_setting(curve, chosen, setting, sizeof setting);
     printf("\n%s, %s\n  %-15s %9s  %9s  %9s  %9s  %8s\n", curve->method->name, setting, "", "error", "loops open",
            "rates off", "energy, J", "evals/s");
-    for (int i = 0; i < KT_COMPARED_SETS; i++) {
+    for (int i = 0; i < KT_COMPARED_FORMULATIONS; i++) {
         kt_error error = {0};
         const kt_status status = kt_accuracy_measure(findings->study, &results->variants[i], curve->method,
                                                      curve->adaptive, chosen->setting, &points[i], &error);
@@ -142,7 +142,7 @@ static int print_method(const kt_findings *findings, const kt_accuracy_curve *cu
         }
         print_row(kinds[i].label, &points[i], results->duration);
     }
-    for (int i = 1; i < KT_COMPARED_SETS; i++) {
+    for (int i = 1; i < KT_COMPARED_FORMULATIONS; i++) {
         tell_wrong(findings, &points[0], &points[i], text, sizeof text);
         printf("  %s gets wrong: %s\n", kinds[i].label, text);
     }

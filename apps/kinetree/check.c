@@ -55,7 +55,7 @@ static bool is_driven(const kt_description *d) {
 }
 
 static void check_freedoms(check *c) {
-    const kt_freedom f = kt_model_freedom(c->model);
+    const kt_mobility f = kt_model_mobility(c->model);
     if (f.minimal > 0 || is_driven(&c->scene->description))
         return;
     if (f.tree == 0)

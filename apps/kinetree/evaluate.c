@@ -61,7 +61,7 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
     e->model = model;
     e->nq = kt_model_nq(model);
     e->nv = kt_model_nv(model);
-    e->rows = kt_model_freedom(model).equations;
+    e->rows = kt_model_mobility(model).equations;
     size_t nq = (size_t)e->nq, nv = (size_t)e->nv, rows = (size_t)e->rows;
     e->q = make(nq);
     e->v = make(nv);
@@ -183,7 +183,7 @@ static json_t *list_rows(const double *columns, int rows, int count) {
 static json_t *describe_constraint(const kt_evaluation *e) {
     json_t *constraint = json_object();
     json_object_set_new(constraint, "equations", json_integer(e->rows));
-    json_object_set_new(constraint, "rank", json_integer(kt_model_freedom(e->model).rank));
+    json_object_set_new(constraint, "rank", json_integer(kt_model_mobility(e->model).rank));
     json_object_set_new(constraint, "position", kt_json_number(e->violation.position));
     json_object_set_new(constraint, "velocity", kt_json_number(e->violation.velocity));
     json_object_set_new(constraint, "jacobian", list_rows(e->jacobian, e->rows, e->nv));

@@ -36,11 +36,11 @@ static const kt_usage usage = {
 
 static const char *plural(int count) { return count == 1 ? "" : "s"; }
 
-static const char *name_level(kt_level level) {
+static const char *name_level(kt_isa level) {
     switch (level) {
-    case KT_LEVEL_V3:
+    case KT_ISA_V3:
         return "x86-64-v3 (AVX2)";
-    case KT_LEVEL_V4:
+    case KT_ISA_V4:
         return "x86-64-v4 (AVX-512)";
     default:
         return "baseline";
@@ -51,16 +51,16 @@ static const char *name_level(kt_level level) {
 static double tidy(double x, double scale) { return fabs(x) < 1e-12 * scale ? 0.0 : x; }
 
 static void show_sizes(const kt_model *model) {
-    kt_freedom freedom = kt_model_freedom(model);
+    kt_mobility dof = kt_model_mobility(model);
     int nq = kt_model_nq(model), nv = kt_model_nv(model);
     printf("bodies     %d\n", kt_model_body_count(model) - 1);
-    printf("freedoms   %d", freedom.minimal);
-    if (freedom.equations > 0)
-        printf(": %d of the tree, less %d by loops (%d equations)", freedom.tree, freedom.rank, freedom.equations);
+    printf("freedoms   %d", dof.minimal);
+    if (dof.equations > 0)
+        printf(": %d of the tree, less %d by loops (%d equations)", dof.tree, dof.rank, dof.equations);
     if (nq != nv)
         printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural(nq - nv));
     printf("\nplan       %s, %s kernels; --plan lists its steps\n", kt_model_plan(model),
-           name_level(kt_model_level(model)));
+           name_level(kt_model_isa(model)));
 }
 
 enum { LISTED_MAX = 20 };

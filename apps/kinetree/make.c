@@ -77,7 +77,7 @@ static double draw(uint64_t *state, double low, double high) {
 
 typedef struct kt_maker {
     kt_kind kind;
-    kt_make_arguments wish; /* with the kind's own values put in */
+    kt_make_arguments settings; /* with the kind's own values put in */
     uint64_t random;
     kt_body *bodies;
     double *lengths;
@@ -112,7 +112,7 @@ static void turn_by(kt_joint *joint, double angle) {
 }
 
 static void set_axis(kt_maker *maker, kt_joint *joint, long i) {
-    if (maker->wish.axes == 1)
+    if (maker->settings.axes == 1)
         joint->axis = kt_vec3_make(i % 3 == 0 ? 1.0 : 0.0, i % 3 == 1 ? 1.0 : 0.0, i % 3 == 2 ? 1.0 : 0.0);
     if (joint->type == KT_JOINT_SCREW)
         joint->pitch = 0.1;
@@ -129,24 +129,24 @@ static void make_random(kt_maker *maker, kt_body *body, double *length) {
 }
 
 /* Whether a joint can turn a body about its own length, for which it then needs an inertia. */
-static bool needs_girth(const kt_make_arguments *wish) {
-    kt_joint_type type = wish->joint == JOINT_COUNT ? KT_JOINT_SPHERICAL : joints[wish->joint];
-    return wish->axes == 1 || type == KT_JOINT_SPHERICAL || type == KT_JOINT_UNIVERSAL;
+static bool needs_girth(const kt_make_arguments *settings) {
+    kt_joint_type type = settings->joint == JOINT_COUNT ? KT_JOINT_SPHERICAL : joints[settings->joint];
+    return settings->axes == 1 || type == KT_JOINT_SPHERICAL || type == KT_JOINT_UNIVERSAL;
 }
 
 /* Whether a point mass follows every freedom of the joints. */
-static bool allows_points(const kt_make_arguments *wish) {
-    return !needs_girth(wish) && joints[wish->joint] != KT_JOINT_PLANAR;
+static bool allows_points(const kt_make_arguments *settings) {
+    return !needs_girth(settings) && joints[settings->joint] != KT_JOINT_PLANAR;
 }
 
 static void set_shape(const kt_maker *maker, kt_body *body, double length) {
     kt_vec3 end = end_of(maker->kind, length);
-    body->shape.type = maker->wish.shape == 0 ? KT_SHAPE_ROD : KT_SHAPE_POINT;
+    body->shape.type = maker->settings.shape == 0 ? KT_SHAPE_ROD : KT_SHAPE_POINT;
     if (body->shape.type == KT_SHAPE_ROD)
         body->shape.to = end;
     else
         body->shape.at = end;
-    if (needs_girth(&maker->wish))
+    if (needs_girth(&maker->settings))
         body->shape.radius = 0.05 * length;
     body->com_of_shape = true;
     body->inertia_of_shape = true;
@@ -158,24 +158,24 @@ static void make_link(kt_maker *maker, long i, long parent) {
     kt_body *body = &maker->bodies[i];
     char *name = maker->names + (size_t)i * NAME_SIZE;
     double *length = &maker->lengths[i];
-    int joint = maker->wish.joint;
+    int joint = maker->settings.joint;
     *body = kt_body_default();
     snprintf(name, NAME_SIZE, "link%ld", i + 1);
     body->name = name;
-    body->mass = maker->wish.mass;
-    *length = maker->wish.length;
+    body->mass = maker->settings.mass;
+    *length = maker->settings.length;
     body->joint.type = joints[joint == JOINT_COUNT ? (int)(i % JOINT_COUNT) : joint];
     set_axis(maker, &body->joint, i);
     if (i == 0)
-        turn_by(&body->joint, maker->wish.angle);
-    if (maker->wish.seed >= 0)
+        turn_by(&body->joint, maker->settings.angle);
+    if (maker->settings.seed >= 0)
         make_random(maker, body, length);
     set_shape(maker, body, *length);
     if (parent < 0)
         return;
     body->parent = maker->bodies[parent].name;
     body->joint.at = end_of(maker->kind, maker->lengths[parent]);
-    long brothers = maker->wish.branching, place = (i - 1) % brothers;
+    long brothers = maker->settings.branching, place = (i - 1) % brothers;
     if (maker->kind == KT_KIND_TREE && brothers > 1)
         body->joint.rotation = kt_rotation_rpy(0.0, 0.0, 0.5 * pi * ((double)place / (double)(brothers - 1) - 0.5));
 }
@@ -185,9 +185,9 @@ static void make_link(kt_maker *maker, long i, long parent) {
 static int write_scene(kt_maker *maker, const char *title) {
     kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
     kt_error error = {0};
-    long count = maker->wish.links;
+    long count = maker->settings.links;
     for (long i = 0; i < count; i++)
-        make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->wish.branching) : i - 1);
+        make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->settings.branching) : i - 1);
     maker->tip = (kt_marker){"tip", end_of(maker->kind, maker->lengths[count - 1])};
     maker->bodies[count - 1].markers = &maker->tip;
     maker->bodies[count - 1].marker_count = 1;
@@ -210,7 +210,7 @@ static int say_wrong(const char *what) {
 /* Returns -1 to go on. */
 static int complete(kt_maker *maker, const char *kind) {
     static const char *const kinds[] = {"chain", "pendulum", "tree"};
-    kt_make_arguments *wish = &maker->wish;
+    kt_make_arguments *settings = &maker->settings;
     kt_nearest nearest = kt_nearest_make(kind, NULL);
     int found = -1;
     for (int i = 0; i < 3; i++) {
@@ -223,43 +223,43 @@ static int complete(kt_maker *maker, const char *kind) {
     }
     maker->kind = (kt_kind)found;
     bool is_pendulum = maker->kind == KT_KIND_PENDULUM;
-    wish->links = wish->links >= 0 ? wish->links : is_pendulum ? 1 : 10;
-    if (wish->shape == 1 && !allows_points(wish))
+    settings->links = settings->links >= 0 ? settings->links : is_pendulum ? 1 : 10;
+    if (settings->shape == 1 && !allows_points(settings))
         return say_wrong(
             "these joints would turn point masses on the spot: take --joint revolute and --axes z, or rods");
-    wish->shape = wish->shape >= 0 ? wish->shape : is_pendulum && allows_points(wish) ? 1 : 0;
-    wish->angle = !isnan(wish->angle) ? wish->angle : is_pendulum ? 0.5 * pi : 0.0;
-    if (wish->branching >= 0 && maker->kind != KT_KIND_TREE)
+    settings->shape = settings->shape >= 0 ? settings->shape : is_pendulum && allows_points(settings) ? 1 : 0;
+    settings->angle = !isnan(settings->angle) ? settings->angle : is_pendulum ? 0.5 * pi : 0.0;
+    if (settings->branching >= 0 && maker->kind != KT_KIND_TREE)
         return say_wrong("--branching is for a tree");
-    wish->branching = wish->branching >= 0 ? wish->branching : 2;
-    if (wish->links < 1 || wish->links > 100000000)
+    settings->branching = settings->branching >= 0 ? settings->branching : 2;
+    if (settings->links < 1 || settings->links > 100000000)
         return say_wrong("--links takes a number from 1 to 100000000");
-    if (wish->branching < 1)
+    if (settings->branching < 1)
         return say_wrong("--branching takes a number above zero");
-    maker->random = (uint64_t)wish->seed;
+    maker->random = (uint64_t)settings->seed;
     return -1;
 }
 
 int kt_command_make(int argc, char **argv) {
     kt_maker maker = {
-        .wish = {
+        .settings = {
             .links = -1, .branching = -1, .seed = -1, .mass = 1.0, .length = 1.0, .angle = (double)NAN, .shape = -1}};
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &maker.wish, &operands);
+    int code = kt_arguments_read(&usage, argc, argv, &maker.settings, &operands);
     if (code < 0)
         code = complete(&maker, argv[1]);
     if (code >= 0)
         return code;
     char title[64];
-    size_t count = (size_t)maker.wish.links;
-    snprintf(title, sizeof title, "%s of %ld link%s", argv[1], maker.wish.links, count == 1 ? "" : "s");
+    size_t count = (size_t)maker.settings.links;
+    snprintf(title, sizeof title, "%s of %ld link%s", argv[1], maker.settings.links, count == 1 ? "" : "s");
     maker.bodies = malloc(count * sizeof *maker.bodies);
     maker.lengths = malloc(count * sizeof *maker.lengths);
     maker.names = malloc(count * NAME_SIZE);
     if (maker.bodies != NULL && maker.lengths != NULL && maker.names != NULL) {
         code = write_scene(&maker, title);
     } else {
-        kt_say("there is not enough memory for %ld links", maker.wish.links);
+        kt_say("there is not enough memory for %ld links", maker.settings.links);
         code = KT_EXIT_INTEGRATION;
     }
     free(maker.bodies);

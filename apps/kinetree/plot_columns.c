@@ -77,7 +77,7 @@ static int kind_of(const char *name) {
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-typedef struct kt_chart {
+typedef struct kt_independent_coordinates {
     const kt_plot_arguments *arguments;
     const kt_table *table;
     const double *x;
@@ -88,10 +88,10 @@ typedef struct kt_chart {
     int count[KINDS], left_out[KINDS];
     kt_plot_panel panels[KINDS];
     int panel_count;
-} kt_chart;
+} kt_independent_coordinates;
 
 /* On a logarithmic axis signs are lost, and zero has no place. */
-static const double *take_magnitudes(kt_chart *chart, const double *y) {
+static const double *take_magnitudes(kt_independent_coordinates *chart, const double *y) {
     double *to = chart->magnitudes + chart->magnitude_count;
     for (size_t i = 0; i < chart->table->rows; i++)
         to[i] = y[i] != 0.0 ? fabs(y[i]) : (double)NAN;
@@ -99,7 +99,9 @@ static const double *take_magnitudes(kt_chart *chart, const double *y) {
     return to;
 }
 
-static bool is_log(const kt_chart *chart, int kind) { return chart->arguments->log || kinds[kind].is_log; }
+static bool is_log(const kt_independent_coordinates *chart, int kind) {
+    return chart->arguments->log || kinds[kind].is_log;
+}
 
 static bool is_rising(const double *x, size_t count) {
     for (size_t i = 1; i < count; i++)
@@ -108,7 +110,7 @@ static bool is_rising(const double *x, size_t count) {
     return true;
 }
 
-static void add_column(kt_chart *chart, int column) {
+static void add_column(kt_independent_coordinates *chart, int column) {
     const char *name = chart->table->names[column];
     const double *y = chart->table->cells + (size_t)column * chart->table->rows;
     const int kind = kind_of(name);
@@ -125,7 +127,7 @@ static void add_column(kt_chart *chart, int column) {
                          .is_dense = is_rising(chart->x, chart->table->rows)};
 }
 
-static void add_panels(kt_chart *chart) {
+static void add_panels(kt_independent_coordinates *chart) {
     for (int kind = 0; kind < KINDS; kind++)
         if (chart->count[kind] > 0)
             chart->panels[chart->panel_count++] = (kt_plot_panel){.title = kinds[kind].title,
@@ -145,7 +147,7 @@ static int say_no_column(const kt_table *table, const char *option, const char *
     return KT_EXIT_USAGE;
 }
 
-static int add_listed(kt_chart *chart, const char *list) {
+static int add_listed(kt_independent_coordinates *chart, const char *list) {
     char *text = strdup(list), *rest = text;
     int code = -1;
     for (char *word = kt_next_word(&rest); word != NULL && code < 0; word = kt_next_word(&rest)) {
@@ -163,7 +165,7 @@ static int add_listed(kt_chart *chart, const char *list) {
     return code;
 }
 
-static void add_default(kt_chart *chart) {
+static void add_default(kt_independent_coordinates *chart) {
     bool has_kinds = false;
     for (int i = 0; i < chart->table->columns; i++)
         has_kinds = has_kinds || kinds[kind_of(chart->table->names[i])].is_default;
@@ -175,7 +177,7 @@ static void add_default(kt_chart *chart) {
 }
 
 /* The phase plane of a joint, and then its title. */
-static int add_phase(kt_chart *chart, const char *joint, char *title, size_t size) {
+static int add_phase(kt_independent_coordinates *chart, const char *joint, char *title, size_t size) {
     char position[256], velocity[256];
     snprintf(position, sizeof position, "position.%s", joint);
     snprintf(velocity, sizeof velocity, "velocity.%s", joint);
@@ -195,7 +197,7 @@ static int add_phase(kt_chart *chart, const char *joint, char *title, size_t siz
 }
 
 static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
-    kt_chart *chart = calloc(1, sizeof *chart);
+    kt_independent_coordinates *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
     char title[300], subtitle[96];
     int code = -1;

@@ -9,11 +9,11 @@ static const char *plural(long long count) { return count == 1 ? "" : "s"; }
 /* "3 bodies, 1 loop, 1 freedom" */
 static void say_size(const kt_outcome *outcome) {
     int bodies = kt_model_body_count(outcome->model) - 1, loops = kt_loop_count(outcome->model);
-    kt_freedom freedom = kt_model_freedom(outcome->model);
+    kt_mobility dof = kt_model_mobility(outcome->model);
     fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
     if (loops > 0)
         fprintf(stderr, ", %d loop%s", loops, plural(loops));
-    fprintf(stderr, ", %d freedom%s", freedom.minimal, plural(freedom.minimal));
+    fprintf(stderr, ", %d freedom%s", dof.minimal, plural(dof.minimal));
 }
 
 static void say_method(const kt_run *run) {

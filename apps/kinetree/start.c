@@ -251,9 +251,9 @@ static double largest_gap(const kt_model *model, int loop, const double *residua
 
 /* Where the search for a closed state ended: its residuals, of all equations; NULL where it found one. */
 static double *open_residuals(const kt_model *model) {
-    const kt_freedom freedom = kt_model_freedom(model);
+    const kt_mobility dof = kt_model_mobility(model);
     kt_data *data = NULL;
-    double *state = given_state(model), *residual = calloc((size_t)freedom.equations + 1, sizeof *residual);
+    double *state = given_state(model), *residual = calloc((size_t)dof.equations + 1, sizeof *residual);
     bool is_open = state != NULL && residual != NULL && kt_data_create(model, &data, NULL) == KT_OK;
     if (is_open) {
         double *v = state + kt_model_nq(model);

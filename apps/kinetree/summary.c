@@ -69,7 +69,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     const kt_model *model = outcome->model;
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
-    kt_freedom freedom = kt_model_freedom(model);
+    kt_mobility dof = kt_model_mobility(model);
     /* Where the run failed there may be no acceleration; the rest is there all the same. */
     bool has_acceleration = kt_simulation_acceleration(outcome->simulation, a, error) == KT_OK;
     if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
@@ -78,8 +78,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "scene", kt_json_text(outcome->name));
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
     json_object_set_new(root, "freedom",
-                        json_pack("{s:i, s:i, s:i, s:i}", "tree", freedom.tree, "equations", freedom.equations, "rank",
-                                  freedom.rank, "minimal", freedom.minimal));
+                        json_pack("{s:i, s:i, s:i, s:i}", "tree", dof.tree, "equations", dof.equations, "rank",
+                                  dof.rank, "minimal", dof.minimal));
     json_object_set(root, "moved", outcome->moved);
     json_object_set_new(root, "inertia_excess", kt_start_inertias(outcome->scene));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));

@@ -236,7 +236,7 @@ static double try_methods(const problem *p, const kt_scene *scene, const kt_mode
         kt_csv_number(csv, (double)a.counts.evaluations);
         kt_csv_number(csv, error);
         kt_csv_times(csv, &times);
-        kt_csv_origin(csv, kt_model_level(model));
+        kt_csv_origin(csv, kt_model_isa(model));
         kt_csv_line(csv);
     }
     return best;
@@ -250,10 +250,10 @@ static int measure(const problem *p, const kt_bench_options *options, kt_csv *cs
     table known = {0};
     double best = -1.0;
     (void)snprintf(path, sizeof path, KT_SCENES "/%s.yaml", p->scene);
-    kt_model_options wish = kt_model_options_default();
-    wish.level = options->level;
+    kt_model_options settings = kt_model_options_default();
+    settings.level = options->level;
     if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK ||
-        kt_model_compile(&scene.description, &wish, &model, &error) != KT_OK)
+        kt_model_compile(&scene.description, &settings, &model, &error) != KT_OK)
         (void)kt_bench_tell(&error);
     else if (open_table(p->table, &known))
         best = try_methods(p, &scene, model, &known, options, csv);

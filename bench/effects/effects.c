@@ -79,7 +79,7 @@ typedef struct subject {
     kt_error error; /* the first failure */
 } subject;
 
-static kt_status make(subject *s, int type, int count, kt_level level, kt_error *error) {
+static kt_status make(subject *s, int type, int count, kt_isa level, kt_error *error) {
     kt_description d;
     kt_model_options options = kt_model_options_default();
     kt_effect *effects = calloc((size_t)count + 1, sizeof *effects);
@@ -142,7 +142,7 @@ static double count_instructions(int type, int count) {
 static int run_once(int type, int count) {
     static subject s;
     kt_error error = {0};
-    if (type < 0 || type >= TYPES || make(&s, type, count, KT_LEVEL_BASE, &error) != KT_OK)
+    if (type < 0 || type >= TYPES || make(&s, type, count, KT_ISA_BASE, &error) != KT_OK)
         return KT_BENCH_FAILED;
     evaluate(&s, 1);
     drop(&s);
@@ -230,7 +230,7 @@ static void print_line(const line *l) {
     (void)fflush(stdout);
 }
 
-static void write_line(kt_csv *csv, const line *l, int max, kt_level level) {
+static void write_line(kt_csv *csv, const line *l, int max, kt_isa level) {
     for (int i = 0; i < TASKS; i++) {
         kt_csv_text(csv, l->name);
         kt_csv_number(csv, i == 0 ? 0 : i == 1 ? 1 : 1 + max);

@@ -25,7 +25,7 @@ static const char *const call_names[CALL_COUNT] = {"ABA", "MuJoCo forward", "RNE
 
 typedef struct line {
     int n;
-    kt_level level;
+    kt_isa level;
     kt_bench_times times[CALL_COUNT];
     kt_bench_ratio forward, inverse;
     double a, tau, back; /* differences, see above */
@@ -81,7 +81,7 @@ static kt_status measure(int n, const kt_bench_options *options, line *out, kt_e
                                                  [FORWARD_PEER] = {kt_mujoco_forward, &twin},
                                                  [INVERSE] = {kt_chain_inverse, &chain},
                                                  [INVERSE_PEER] = {kt_mujoco_inverse, &twin}};
-        *out = (line){.n = n, .level = kt_model_level(chain.model)};
+        *out = (line){.n = n, .level = kt_model_isa(chain.model)};
         status = compare(&chain, &twin, out, error);
         if (status == KT_OK) {
             kt_bench_measure(tasks, CALL_COUNT, options->seconds, out->times);
@@ -101,7 +101,7 @@ static bool is_trusted(const line *l) {
 
 /* ---- the table --------------------------------------------------------------------------------------------------- */
 
-static void print_heading(kt_level level, const char *csv) {
+static void print_heading(kt_isa level, const char *csv) {
     char title[80];
     (void)snprintf(title, sizeof title, "Kinetree and MuJoCo %s on chains of n links", kt_mujoco_version());
     kt_bench_heading(title, level, csv);

@@ -19,7 +19,7 @@ static bool read_count(const char *text, long least, long *count) {
     return true;
 }
 
-int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish) {
+int kt_realtime_read(int argc, char **argv, kt_realtime_options *settings) {
     enum { STEPS = 1, PACED, SENSORS, MARKDOWN, CSV, HELP };
     static const struct option known[] = {{"steps", required_argument, NULL, STEPS},
                                           {"paced", required_argument, NULL, PACED},
@@ -31,15 +31,15 @@ int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish) {
     for (int found; (found = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         bool good = true;
         if (found == STEPS) {
-            good = read_count(optarg, 2, &wish->steps);
+            good = read_count(optarg, 2, &settings->steps);
         } else if (found == PACED) {
-            good = read_count(optarg, 0, &wish->paced) && wish->paced != 1;
+            good = read_count(optarg, 0, &settings->paced) && settings->paced != 1;
         } else if (found == SENSORS) {
-            wish->sensors = true;
+            settings->sensors = true;
         } else if (found == MARKDOWN) {
-            wish->markdown = true;
+            settings->markdown = true;
         } else if (found == CSV) {
-            wish->csv = optarg;
+            settings->csv = optarg;
         } else if (found == HELP) {
             printf("Times of single steps (rk4, 1 ms), free running and paced at 1 kHz\nUsage: %s [OPTION...]\n\n"
                    "  --steps N     free running, 2 or more (%ld)\n"
@@ -49,7 +49,7 @@ int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish) {
                    "  --csv FILE    writes the figures there\n"
                    "  --help        this text\n\n"
                    "Exit status: 0 measured, 2 nothing to trust was measured.\n",
-                   argv[0], wish->steps, wish->paced);
+                   argv[0], settings->steps, settings->paced);
             return KT_BENCH_DONE;
         } else {
             return KT_BENCH_FAILED; /* getopt has told */

@@ -13,6 +13,6 @@ typedef struct kt_realtime_options {
 
 /* Reads the command line over the values that are in *wish. Returns -1 to go on, or the exit status (--help, or a
  * mistake, which has been told). */
-int kt_realtime_read(int argc, char **argv, kt_realtime_options *wish);
+int kt_realtime_read(int argc, char **argv, kt_realtime_options *settings);
 
 #endif

@@ -225,17 +225,17 @@ static void clear(plant *p) {
 }
 
 /* All memory is taken, and touched, here. */
-static kt_status prepare(plant *p, const struct scene *which, const kt_realtime_options *wish, bool is_paced,
+static kt_status prepare(plant *p, const struct scene *which, const kt_realtime_options *settings, bool is_paced,
                          kt_error *error) {
-    const long steps = is_paced ? wish->paced : wish->steps;
+    const long steps = is_paced ? settings->paced : settings->steps;
     kt_simulation_options options = kt_simulation_options_default();
     kt_run fixed = kt_run_default();
     fixed.integrator = "rk4";
     fixed.step = step;
-    if (wish->sensors)
+    if (settings->sensors)
         fixed.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
-    options.kinematics = wish->sensors;
-    *p = (plant){.steps = steps, .is_paced = is_paced, .has_sensors = wish->sensors};
+    options.kinematics = settings->sensors;
+    *p = (plant){.steps = steps, .is_paced = is_paced, .has_sensors = settings->sensors};
     kt_status status = make_model(which, &p->model, error);
     if (status != KT_OK)
         return status;
@@ -257,7 +257,7 @@ static kt_status prepare(plant *p, const struct scene *which, const kt_realtime_
         return kt_error_set(error, KT_ERROR_MEMORY, which->name, "no memory for %ld steps", steps);
     memset(p->stack, 0, STACK);
     memset(p->seconds, 0xFF, (size_t)steps * sizeof(double)); /* NaN: not measured */
-    status = kt_simulation_place(p->model, &fixed, &options, p->memory, p->size, &p->simulation, error);
+    status = kt_simulation_init(p->model, &fixed, &options, p->memory, p->size, &p->simulation, error);
     if (status != KT_OK)
         return status;
     memcpy(p->q0, kt_simulation_positions(p->simulation), nq * sizeof(double)); /* with its loops closed */
@@ -297,7 +297,7 @@ static bool tell(plant *p, const struct scene *which, bool markdown, kt_csv *csv
     double *rest = p->seconds + 1;
     qsort(rest, (size_t)count, sizeof *rest, compare);
     const double median = quantile(rest, count, 0.5), high = quantile(rest, count, 0.999), most = rest[count - 1];
-    const int bodies = kt_model_body_count(p->model) - 1, freedoms = kt_model_freedom(p->model).minimal;
+    const int bodies = kt_model_body_count(p->model) - 1, dofs = kt_model_mobility(p->model).minimal;
     const char *mode = p->is_paced ? "paced" : "free";
     const kt_simulation_counts counts = kt_simulation_counts_get(p->simulation);
     const bool is_trusted = p->status == KT_OK && p->furthest < furthest && counts.steps == (uint64_t)p->steps &&
@@ -305,16 +305,16 @@ static bool tell(plant *p, const struct scene *which, bool markdown, kt_csv *csv
     const char *doubt = is_trusted ? "" : "  NOT TRUSTED";
     if (markdown)
         printf("| %s%s | %d | %d | %s | %ld | %.2f | %.2f | %.2f | %ld | %ld | %ld | %zu |\n", which->name, doubt,
-               bodies, freedoms, mode, p->steps, 1e6 * median, 1e6 * high, 1e6 * most, p->late, p->allocations,
-               p->faults, p->depth);
+               bodies, dofs, mode, p->steps, 1e6 * median, 1e6 * high, 1e6 * most, p->late, p->allocations, p->faults,
+               p->depth);
     else
-        printf("%-18s%7d%5d  %-6s%9ld |%8.2f%8.2f%9.2f%6ld |%6ld%7ld%8zu%8zu%9zu%s\n", which->name, bodies, freedoms,
-               mode, p->steps, 1e6 * median, 1e6 * high, 1e6 * most, p->late, p->allocations, p->faults, p->depth,
+        printf("%-18s%7d%5d  %-6s%9ld |%8.2f%8.2f%9.2f%6ld |%6ld%7ld%8zu%8zu%9zu%s\n", which->name, bodies, dofs, mode,
+               p->steps, 1e6 * median, 1e6 * high, 1e6 * most, p->late, p->allocations, p->faults, p->depth,
                kt_model_size(p->model), p->size, doubt);
     (void)fflush(stdout);
     kt_csv_text(csv, which->name);
     kt_csv_number(csv, bodies);
-    kt_csv_number(csv, freedoms);
+    kt_csv_number(csv, dofs);
     kt_csv_number(csv, kt_loop_count(p->model));
     kt_csv_text(csv, mode);
     const double numbers[] = {(double)p->has_sensors,
@@ -332,29 +332,29 @@ static bool tell(plant *p, const struct scene *which, bool markdown, kt_csv *csv
                               p->furthest};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         kt_csv_number(csv, numbers[i]);
-    kt_csv_origin(csv, kt_model_level(p->model));
+    kt_csv_origin(csv, kt_model_isa(p->model));
     kt_csv_line(csv);
     return is_trusted;
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
-static int run(const kt_realtime_options *wish, kt_csv *csv) {
+static int run(const kt_realtime_options *settings, kt_csv *csv) {
     kt_error error;
     bool trusted = true;
     for (int mode = 0; mode < 2; mode++)
         for (int i = 0; i < SCENES; i++) {
             plant p;
-            if ((mode == 0 ? wish->steps : wish->paced) == 0)
+            if ((mode == 0 ? settings->steps : settings->paced) == 0)
                 continue;
-            const kt_status status = prepare(&p, &scenes[i], wish, mode == 1, &error);
+            const kt_status status = prepare(&p, &scenes[i], settings, mode == 1, &error);
             if (status != KT_OK || !run_thread(&p)) {
                 clear(&p);
                 return status != KT_OK ? kt_bench_tell(&error) : KT_BENCH_FAILED;
             }
             if (mode == 0 && i == 0)
-                print_head(wish->markdown);
-            trusted &= tell(&p, &scenes[i], wish->markdown, csv);
+                print_head(settings->markdown);
+            trusted &= tell(&p, &scenes[i], settings->markdown, csv);
             if (p.status != KT_OK)
                 (void)kt_bench_tell(&p.error);
             clear(&p);
@@ -363,21 +363,21 @@ static int run(const kt_realtime_options *wish, kt_csv *csv) {
 }
 
 int main(int argc, char **argv) {
-    kt_realtime_options wish = {.steps = 1000000, .paced = 10000};
-    const int status = kt_realtime_read(argc, argv, &wish);
+    kt_realtime_options settings = {.steps = 1000000, .paced = 10000};
+    const int status = kt_realtime_read(argc, argv, &settings);
     kt_csv csv;
     if (status >= 0)
         return status;
-    if (!kt_csv_open(&csv, wish.csv, columns))
+    if (!kt_csv_open(&csv, settings.csv, columns))
         return KT_BENCH_FAILED;
     const bool is_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-    if (!wish.markdown) {
-        kt_bench_heading("Times of single steps, us: rk4, 1 ms, torques set before each", KT_LEVEL_AUTO, wish.csv);
+    if (!settings.markdown) {
+        kt_bench_heading("Times of single steps, us: rk4, 1 ms, torques set before each", KT_ISA_AUTO, settings.csv);
         printf(
             "Allocations, page faults and stack (bytes below the loop) are those after the first step; memory is %s;\n"
             "late: steps that ended after the next was due. Sensors are %s.\n\n",
-            is_locked ? "locked" : "not locked (not allowed)", wish.sensors ? "read in each step" : "not read");
+            is_locked ? "locked" : "not locked (not allowed)", settings.sensors ? "read in each step" : "not read");
     }
-    const int result = run(&wish, &csv);
+    const int result = run(&settings, &csv);
     return kt_csv_close(&csv) ? result : KT_BENCH_FAILED;
 }

@@ -25,7 +25,7 @@ static const char *const way_name[WAYS] = {"no loops", "tree", "absolute"};
 
 typedef struct line {
     int loops;
-    kt_level level;
+    kt_isa level;
     bool measured[WAYS];
     kt_bench_times times[WAYS];
     double set_up[WAYS], error[WAYS];
@@ -70,7 +70,7 @@ static kt_status time_all(kt_bars bars[WAYS], int ways, double seconds, line *ou
         kt_bars_accelerate(&bars[k], 2);
         out->allocations += kt_interpose_stop();
     }
-    out->level = kt_model_level(bars[CLOSED].stepped);
+    out->level = kt_model_isa(bars[CLOSED].stepped);
     kt_bench_measure(tasks, ways, seconds, out->times);
     for (int k = 0; k < ways; k++)
         if (bars[k].error.code != KT_OK) {
@@ -87,10 +87,10 @@ static kt_status measure(kt_bars_shape shape, int loops, const kt_bench_options 
     int made = 0;
     *out = (line){.loops = loops};
     while (made < ways && status == KT_OK) {
-        kt_model_options wish = kt_model_options_default();
-        wish.level = options->level;
-        wish.formulation = made == ABSOLUTE ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
-        status = kt_bars_make(shape, loops, made == TREE, &wish, &bars[made], error);
+        kt_model_options settings = kt_model_options_default();
+        settings.level = options->level;
+        settings.formulation = made == ABSOLUTE ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
+        status = kt_bars_make(shape, loops, made == TREE, &settings, &bars[made], error);
         made += status == KT_OK;
     }
     if (status == KT_OK)

@@ -36,7 +36,7 @@ static long count_allocations(const kt_bench_task *tasks, int count) {
 
 static void describe(const kt_chain *chain, kt_scaling_line *line) {
     line->n = chain->n;
-    line->level = kt_model_level(chain->model);
+    line->level = kt_model_isa(chain->model);
     line->set_up = chain->set_up;
     line->model = kt_model_size(chain->model);
     line->data = kt_data_size(chain->model);
@@ -127,10 +127,10 @@ kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_l
 /* ---- instruction sets -------------------------------------------------------------------------------------------- */
 
 /* One chain for each level that this processor and this build have. */
-static kt_status make_chains(int n, kt_chain chains[KT_SCALING_LEVELS], int *count, kt_error *error) {
-    static const kt_level levels[KT_SCALING_LEVELS] = {KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_V4};
+static kt_status make_chains(int n, kt_chain chains[KT_SCALING_ISAS], int *count, kt_error *error) {
+    static const kt_isa levels[KT_SCALING_ISAS] = {KT_ISA_BASE, KT_ISA_V3, KT_ISA_V4};
     *count = 0;
-    for (int i = 0; i < KT_SCALING_LEVELS; i++) {
+    for (int i = 0; i < KT_SCALING_ISAS; i++) {
         const kt_status status = kt_chain_make(n, levels[i], false, &chains[*count], error);
         if (status == KT_OK)
             ++*count;
@@ -141,7 +141,7 @@ static kt_status make_chains(int n, kt_chain chains[KT_SCALING_LEVELS], int *cou
 }
 
 static kt_status time_chains(kt_chain *chains, int count, double seconds, kt_scaling_line *lines, kt_error *error) {
-    enum { MOST = 2 * KT_SCALING_LEVELS };
+    enum { MOST = 2 * KT_SCALING_ISAS };
     kt_bench_task tasks[MOST];
     kt_bench_times *times = malloc(MOST * sizeof *times);
     if (!times)
@@ -165,9 +165,9 @@ static kt_status time_chains(kt_chain *chains, int count, double seconds, kt_sca
     return status;
 }
 
-kt_status kt_scaling_compare_levels(int n, const kt_bench_options *options, kt_scaling_line lines[KT_SCALING_LEVELS],
-                                    int *count, kt_error *error) {
-    kt_chain chains[KT_SCALING_LEVELS];
+kt_status kt_scaling_compare_isas(int n, const kt_bench_options *options, kt_scaling_line lines[KT_SCALING_ISAS],
+                                  int *count, kt_error *error) {
+    kt_chain chains[KT_SCALING_ISAS];
     kt_status status = make_chains(n, chains, count, error);
     if (status == KT_OK)
         status = time_chains(chains, *count, options->seconds, lines, error);

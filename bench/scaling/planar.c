@@ -45,7 +45,7 @@ static double difference(const kt_bars *a, const kt_bars *b) {
     return most / size;
 }
 
-static kt_status make_all(const struct subject *s, kt_level level, kt_bars bars[WAYS], int *made, kt_error *error) {
+static kt_status make_all(const struct subject *s, kt_isa level, kt_bars bars[WAYS], int *made, kt_error *error) {
     kt_status status = KT_OK;
     for (*made = 0; *made < (s->closed ? WAYS : PLANAR_OPEN) && status == KT_OK;) {
         kt_model_options options = kt_model_options_default();
@@ -58,7 +58,7 @@ static kt_status make_all(const struct subject *s, kt_level level, kt_bars bars[
 }
 
 static int report(const struct subject *s, const kt_bench_times *times, int ways, long allocations, double apart,
-                  kt_level level, kt_csv *csv) {
+                  kt_isa level, kt_csv *csv) {
     const kt_bench_ratio ratio = kt_bench_compare(&times[PLANAR], &times[SPATIAL]);
     const bool trusted = allocations == 0 && apart <= difference_most,
                fits = !(s->most > 0.0) || ratio.median <= s->most;
@@ -102,7 +102,7 @@ static int measure(const struct subject *s, const kt_bench_options *options, kt_
         const long allocations = kt_interpose_stop();
         kt_bench_measure(tasks, made, options->seconds, times);
         result = report(s, times, made, allocations, difference(&bars[PLANAR], &bars[SPATIAL]),
-                        kt_model_level(bars[PLANAR].model), csv);
+                        kt_model_isa(bars[PLANAR].model), csv);
     } else {
         (void)kt_bench_tell(&error);
     }

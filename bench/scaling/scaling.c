@@ -126,16 +126,16 @@ static int chain_lengths(int max, int *lengths) {
 static int run_levels(const int *lengths, int count, const kt_bench_options *options, kt_csv *csv) {
     printf("\nInstruction sets in turns, ns a body:\n\n");
     for (int i = 0; i < count; i++) {
-        kt_scaling_line lines[KT_SCALING_LEVELS];
+        kt_scaling_line lines[KT_SCALING_ISAS];
         int levels = 0;
         kt_error error;
-        if (kt_scaling_compare_levels(lengths[i], options, lines, &levels, &error) != KT_OK)
+        if (kt_scaling_compare_isas(lengths[i], options, lines, &levels, &error) != KT_OK)
             return kt_bench_tell(&error);
         printf("%7d", lengths[i]);
         for (int call = 0; call < KT_SCALING_RK4; call++) {
             printf(" | %s", kt_scaling_call[call]);
             for (int k = 0; k < levels; k++)
-                printf("  %s %6.1f", kt_bench_level_name(lines[k].level), 1e9 * lines[k].times[call].low / lengths[i]);
+                printf("  %s %6.1f", kt_bench_isa_name(lines[k].level), 1e9 * lines[k].times[call].low / lengths[i]);
         }
         printf("\n");
         (void)fflush(stdout);

@@ -12,7 +12,7 @@ enum { KT_SCALING_MASS_MAX = 2000 }; /* longest chain whose mass matrix is fille
 
 typedef struct kt_scaling_line {
     int n;
-    kt_level level;
+    kt_isa level;
     bool measured[KT_SCALING_CALLS];
     kt_bench_times times[KT_SCALING_CALLS];
     double set_up;                  /* s: description, model, data */
@@ -25,10 +25,10 @@ typedef struct kt_scaling_line {
 KT_CHECKED kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
 
 /* Fills one line for each instruction-set level that there is, RNEA and ABA only, timed in turns; *count of them, at
- * most KT_SCALING_LEVELS. */
-enum { KT_SCALING_LEVELS = 3 };
-KT_CHECKED kt_status kt_scaling_compare_levels(int n, const kt_bench_options *options,
-                                               kt_scaling_line lines[KT_SCALING_LEVELS], int *count, kt_error *error);
+ * most KT_SCALING_ISAS. */
+enum { KT_SCALING_ISAS = 3 };
+KT_CHECKED kt_status kt_scaling_compare_isas(int n, const kt_bench_options *options,
+                                             kt_scaling_line lines[KT_SCALING_ISAS], int *count, kt_error *error);
 
 /* Fills a line with ABA and its derivatives, da/dq and da/dv together, timed in turns. */
 KT_CHECKED kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);

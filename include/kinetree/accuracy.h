@@ -43,8 +43,8 @@ typedef struct kt_variant {
     kt_simulation_options simulation; /* method, max_steps and record are set by the study */
     bool records;                     /* the timed runs hand over the scene's records; else none */
     bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
-    kt_set_type set;                  /* which one */
-    double gain;                      /* of the set: its gains, in parts of those by default; 0: 1 */
+    kt_constraint_formulation_type set; /* which one */
+    double gain;                        /* of the set: its gains, in parts of those by default; 0: 1 */
 } kt_variant;
 
 /* The scene's own way: what `run` asks for. */
@@ -100,7 +100,7 @@ typedef struct kt_accuracy_error {
 typedef struct kt_accuracy_point {
     double setting;              /* step, s, or tolerance (relative = absolute) */
     kt_status status;            /* of the run; where it is not KT_OK, what follows is of the part before */
-    kt_status verdict;           /* kt_set_verdict after it, where there is a set */
+    kt_status verdict;           /* kt_constraint_formulation_verdict after it, where there is a set */
     bool usable;                 /* it came to the end, with an error below a tenth of the motion's amplitude */
     bool believed;               /* the error is above the reference's uncertainty; else all that is known is that */
     bool cheapest, fewest;       /* on the Pareto front of error and time, of error and evaluations */

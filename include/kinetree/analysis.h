@@ -91,9 +91,9 @@ KT_API size_t kt_linearization_size(const kt_model *model, const kt_linearizatio
 
 /* Lays a linearisation out in the caller's memory (KT_ALIGNMENT). The model must outlive it. Errors: KT_ERROR_ARGUMENT
  * (an index that is none), KT_ERROR_MEMORY. */
-KT_API KT_CHECKED kt_status kt_linearization_place(const kt_model *model, const kt_linearization_options *options,
-                                                   void *memory, size_t size, kt_linearization **linearization,
-                                                   kt_error *error);
+KT_API KT_CHECKED kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options,
+                                                  void *memory, size_t size, kt_linearization **linearization,
+                                                  kt_error *error);
 
 /* The same in memory of its own, released with kt_linearization_free. */
 KT_API KT_CHECKED kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
@@ -173,8 +173,8 @@ typedef struct kt_modes kt_modes;
 
 /* Bytes for the modes of any state of a model; placing and releasing as above. */
 KT_API size_t kt_modes_size(const kt_model *model);
-KT_API KT_CHECKED kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes,
-                                           kt_error *error);
+KT_API KT_CHECKED kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes,
+                                          kt_error *error);
 KT_API KT_CHECKED kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error);
 /* Releases what _create made; does nothing with what was placed, nor with NULL. */
 KT_API void kt_modes_free(kt_modes *modes);
@@ -218,8 +218,8 @@ typedef struct kt_spectrum_mode {
 
 /* Bytes for the modes at `samples` >= 1 states; placing and releasing as above. */
 KT_API size_t kt_spectrum_size(const kt_model *model, int samples);
-KT_API KT_CHECKED kt_status kt_spectrum_place(const kt_model *model, int samples, void *memory, size_t size,
-                                              kt_spectrum **spectrum, kt_error *error);
+KT_API KT_CHECKED kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, size_t size,
+                                             kt_spectrum **spectrum, kt_error *error);
 KT_API KT_CHECKED kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum,
                                                kt_error *error);
 /* Releases what _create made; does nothing with what was placed, nor with NULL. */
@@ -368,26 +368,26 @@ KT_API bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch);
  *               simulation calls velocities is w
  *
  * X(id, name) */
-#define KT_SET_LIST(X)                                                                                                 \
-    X(KT_SET_GAUSS, gauss)           /* accelerations alone; loops drift open */                                       \
-    X(KT_SET_BAUMGARTE, baumgarte)   /* Baumgarte's stabilisation */                                                   \
-    X(KT_SET_AUGMENTED, augmented)   /* the augmented Lagrangian */                                                    \
-    X(KT_SET_PROJECTION, projection) /* force projection */
+#define KT_CONSTRAINT_FORMULATION_LIST(X)                                                                              \
+    X(KT_CONSTRAINT_FORMULATION_GAUSS, gauss)           /* accelerations alone; loops drift open */                    \
+    X(KT_CONSTRAINT_FORMULATION_BAUMGARTE, baumgarte)   /* Baumgarte's stabilisation */                                \
+    X(KT_CONSTRAINT_FORMULATION_AUGMENTED, augmented)   /* the augmented Lagrangian */                                 \
+    X(KT_CONSTRAINT_FORMULATION_PROJECTION, projection) /* force projection */
 
-/* The ways to keep loops closed, by name; their equations stand at KT_SET_LIST. */
-typedef enum kt_set_type {
-#define KT_SET_ENUM(id, name) id,
-    KT_SET_LIST(KT_SET_ENUM)
-#undef KT_SET_ENUM
-        KT_SET_TYPE_COUNT /* how many */
-} kt_set_type;
+/* The ways to keep loops closed, by name; their equations stand at KT_CONSTRAINT_FORMULATION_LIST. */
+typedef enum kt_constraint_formulation_type {
+#define KT_CONSTRAINT_FORMULATION_ENUM(id, name) id,
+    KT_CONSTRAINT_FORMULATION_LIST(KT_CONSTRAINT_FORMULATION_ENUM)
+#undef KT_CONSTRAINT_FORMULATION_ENUM
+        KT_CONSTRAINT_FORMULATION_COUNT /* how many */
+} kt_constraint_formulation_type;
 
 /* "gauss"; NULL for a value that is none. */
-KT_API const char *kt_set_type_name(kt_set_type type);
+KT_API const char *kt_constraint_formulation_name(kt_constraint_formulation_type type);
 
 /* What a set is to do. */
-typedef struct kt_set_options {
-    kt_set_type type; /* which one */
+typedef struct kt_constraint_formulation_options {
+    kt_constraint_formulation_type type; /* which one */
 
     /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0, rolling and its like
      * psi' + 2 alpha psi = 0. These are eigenvalues of the equations that an explicit method must be stable for: with
@@ -403,25 +403,26 @@ typedef struct kt_set_options {
                          where it no longer gets less */
 
     /* Directions of the equations that are smaller than this fraction of the largest count as dependent, and so do
-     * those beyond the rank that the loops have at generic positions (kt_model_freedom), unless `uncapped`: then
+     * those beyond the rank that the loops have at generic positions (kt_model_mobility), unless `uncapped`: then
      * whatever looks independent is trusted, as textbooks have it. Not read by the augmented set, which decides no
      * rank. */
     double rank_tolerance;
     bool uncapped;
-} kt_set_options;
+} kt_constraint_formulation_options;
 
 /* For steps of this length (adaptive: the longest that is expected), s, > 0: alpha = beta = 0.1 / step, penalty 1e4, 12
  * iterations, tolerances 1e-11 and 1e-12. On the bundled linkages, alpha = 1 / step made rk4's errors 3 to 100 times
  * larger (the stabilising forces disturb the motion) and dopri5's evaluations 5 to 17 times as many; alpha = 0.1 /
  * step, growing as steps shrink, costs rk4 one or two of its orders (h^3.2 on Andrews' mechanism, h^2.0 on Bricard's,
  * where gains that stay keep h^4.0), but lets it pass the N-four-bar, which the gains that stay do not. */
-KT_API kt_set_options kt_set_options_default(kt_set_type type, double step);
+KT_API kt_constraint_formulation_options kt_constraint_formulation_options_default(kt_constraint_formulation_type type,
+                                                                                   double step);
 
 /* A set at work: its matrices, and what it has met. */
-typedef struct kt_set kt_set;
+typedef struct kt_constraint_formulation kt_constraint_formulation;
 
 /* Bytes that a set takes. */
-KT_API size_t kt_set_size(const kt_model *model);
+KT_API size_t kt_constraint_formulation_size(const kt_model *model);
 
 /* Lays a set out in the caller's memory (KT_ALIGNMENT). The model must outlive it; for simulations in the absolute
  * formulation it is kt_model_absolute of theirs. A set is scratch and belongs to one thread at a time. data are scratch
@@ -429,27 +430,31 @@ KT_API size_t kt_set_size(const kt_model *model);
  * Errors: KT_ERROR_ARGUMENT (an option), KT_ERROR_MEMORY, KT_ERROR_CONSTRAINT (the initial state cannot be assembled),
  * KT_ERROR_SINGULAR where a tree coordinate has no inertia: reduction asks for inertia only along what loops leave
  * free, these sets along every coordinate. */
-KT_API KT_CHECKED kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_options *options,
-                                         void *memory, size_t size, kt_set **set, kt_error *error);
-/* The same in memory of its own, released with kt_set_free. */
-KT_API KT_CHECKED kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt_set **set,
-                                          kt_error *error);
+KT_API KT_CHECKED kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
+                                                           const kt_constraint_formulation_options *options,
+                                                           void *memory, size_t size, kt_constraint_formulation **set,
+                                                           kt_error *error);
+/* The same in memory of its own, released with kt_constraint_formulation_free. */
+KT_API KT_CHECKED kt_status kt_constraint_formulation_create(const kt_model *model,
+                                                             const kt_constraint_formulation_options *options,
+                                                             kt_constraint_formulation **set, kt_error *error);
 /* Releases what _create made; does nothing with what was placed, nor with NULL. */
-KT_API void kt_set_free(kt_set *set);
+KT_API void kt_constraint_formulation_free(kt_constraint_formulation *set);
 
 /* Accelerations a (nv) as kt_acceleration_evaluate has them, by this set; rate (nv; may be NULL) is the velocity that
  * positions follow: v but for force projection. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(nv^3 + nv^2
  * equations). */
-KT_API KT_CHECKED kt_status kt_set_evaluate(kt_set *set, kt_data *data, double t, const double *q, const double *v,
-                                            const double *tau, const kt_wrench *external, double *rate, double *a,
-                                            kt_error *error);
+KT_API KT_CHECKED kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *set, kt_data *data, double t,
+                                                               const double *q, const double *v, const double *tau,
+                                                               const kt_wrench *external, double *rate, double *a,
+                                                               kt_error *error);
 
 /* Makes simulations with these options use the set, which must outlive them: one simulation at a time. */
-KT_API void kt_set_use(kt_set *set, kt_simulation_options *options);
+KT_API void kt_constraint_formulation_use(kt_constraint_formulation *set, kt_simulation_options *options);
 
 /* What a set has met since it was placed or reset. */
-typedef struct kt_set_findings {
-    uint64_t evaluations;     /* of kt_set_evaluate */
+typedef struct kt_constraint_formulation_statistics {
+    uint64_t evaluations;     /* of kt_constraint_formulation_evaluate */
     double least, least_time; /* the last independent direction of the equations, smallest against largest seen; when.
                                  1 for the augmented set, which does not know */
     uint64_t dropped;         /* evaluations where the rank fell below that of generic positions */
@@ -457,17 +462,18 @@ typedef struct kt_set_findings {
     double open, open_time;   /* the largest |phi|, m or rad; when */
     int iterations;           /* augmented: the most */
     double residual;          /* augmented: the largest |A a - c| left, against its terms */
-} kt_set_findings;
+} kt_constraint_formulation_statistics;
 
 /* What it has met so far. */
-KT_API kt_set_findings kt_set_findings_get(const kt_set *set);
+KT_API kt_constraint_formulation_statistics
+kt_constraint_formulation_statistics_get(const kt_constraint_formulation *set);
 /* Forgets it. */
-KT_API void kt_set_reset(kt_set *set);
+KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *set);
 
 /* Whether what the set has met lets its results be believed: KT_OK, or KT_ERROR_CONSTRAINT (loops came apart, redundant
  * equations were trusted) or KT_ERROR_SINGULAR (a singular position was passed, which this set has no means to cross),
  * in words. */
-KT_API KT_CHECKED kt_status kt_set_verdict(const kt_set *set, kt_error *error);
+KT_API KT_CHECKED kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *set, kt_error *error);
 
 #ifdef __cplusplus
 }

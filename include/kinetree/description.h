@@ -266,9 +266,10 @@ typedef struct kt_effect_balance kt_effect_balance;
 /* What a caller's own effect does: a wrench at each of its ends (moment about the end's point, world axes), or the
  * force of a scalar joint with position q and velocity v. Outputs come as zeros; balance may be NULL. effect.h has the
  * structs, an example, and what the returned number means. */
-typedef int kt_effect_push(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
-                           kt_effect_balance *balance);
-typedef int kt_effect_drive(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
+typedef int kt_effect_wrench_callback(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
+                                      kt_effect_balance *balance);
+typedef int kt_effect_joint_force_callback(void *user, double t, double q, double v, double *force,
+                                           kt_effect_balance *balance);
 
 /* Whose axes the components of a force or torque are along. */
 typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
@@ -322,10 +323,10 @@ typedef struct kt_effect {
     double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
     double friction;       /* contact: coefficient; default 0 */
     double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
-    kt_effect_push *push;  /* custom: at `end_count` ends, */
-    int end_count;         /* custom: 1 or 2; */
-    kt_effect_drive *drive; /* custom: or in `joint` */
-    void *user;             /* custom: handed to the callback; must outlive the model */
+    kt_effect_wrench_callback *push;       /* custom: at `end_count` ends, */
+    int end_count;                         /* custom: 1 or 2; */
+    kt_effect_joint_force_callback *drive; /* custom: or in `joint` */
+    void *user;                            /* custom: handed to the callback; must outlive the model */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

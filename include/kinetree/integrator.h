@@ -10,7 +10,7 @@
  *     const size_t size = kt_integrator_size(method, n);
  *     void *memory = malloc(size);
  *     kt_integrator *integrator = NULL;
- *     status = kt_integrator_place(memory, size, method, n, &options, &integrator, &error);
+ *     status = kt_integrator_init(memory, size, method, n, &options, &integrator, &error);
  *     if (status == KT_OK)
  *         status = kt_integrator_start(integrator, 0.0, y, &callbacks, &error);
  *     while (status == KT_OK && kt_integrator_time(integrator) < 10.0)
@@ -59,7 +59,7 @@ enum {
  * f(t1, y1) (which is the last stage itself where fsal is set), and dense_stages further stages, in this order.
  *
  * A caller's own table: clear the struct, fill in what it has (arrays stay the caller's and must outlive the
- * integrator), and hand it to kt_integrator_place, which calls kt_method_check and refuses a table whose order
+ * integrator), and hand it to kt_integrator_init, which calls kt_method_check and refuses a table whose order
  * conditions fail. */
 typedef struct kt_method {
     const char *name;   /* as in scene files: "rk4" */
@@ -255,9 +255,9 @@ KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
  *
  * Errors: KT_ERROR_ARGUMENT (options, n, the method, adaptive without an estimate), KT_ERROR_MEMORY (size too small).
  */
-KT_CHECKED KT_API kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method, size_t n,
-                                                const kt_integrator_options *options, kt_integrator **integrator,
-                                                kt_error *error);
+KT_CHECKED KT_API kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
+                                               const kt_integrator_options *options, kt_integrator **integrator,
+                                               kt_error *error);
 
 /* Starts at time t from y (n values, copied), forgets all that was before, zeroes the counts. The callbacks are
  * copied. Calls none.
@@ -313,7 +313,7 @@ KT_CHECKED KT_API kt_status kt_integrator_interpolate(kt_integrator *integrator,
  * evaluated here, and the next step need not: no evaluation is made twice, and no bit of any later step changes.
  *
  * Errors: KT_ERROR_ARGUMENT (not started), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; the integrator is then as before. */
-KT_CHECKED KT_API kt_status kt_integrator_slope(kt_integrator *integrator, const double **slope, kt_error *error);
+KT_CHECKED KT_API kt_status kt_integrator_derivative(kt_integrator *integrator, const double **slope, kt_error *error);
 
 /* In turn: the current time; the current state (n values, valid until the next call that takes a non-const integrator);
  * the time where the last step began (the current time before any); n; the method. O(1). */

@@ -28,12 +28,12 @@ typedef struct kt_model kt_model;
 typedef struct kt_data kt_data;
 
 /* Instruction sets that the recursions are built for. The same numbers come out of each, to the last bit. */
-typedef enum kt_level {
-    KT_LEVEL_AUTO = 0, /* the best that the processor has */
-    KT_LEVEL_BASE,     /* what every processor of its kind has */
-    KT_LEVEL_V3,       /* x86-64-v3, AVX2; not on other processors */
-    KT_LEVEL_V4,       /* x86-64-v4, AVX-512 */
-} kt_level;
+typedef enum kt_isa {
+    KT_ISA_AUTO = 0, /* the best that the processor has */
+    KT_ISA_BASE,     /* what every processor of its kind has */
+    KT_ISA_V3,       /* x86-64-v3, AVX2; not on other processors */
+    KT_ISA_V4,       /* x86-64-v4, AVX-512 */
+} kt_isa;
 
 /* How the equations of loops are solved for the freedoms that are left. */
 typedef enum kt_reduction {
@@ -75,7 +75,7 @@ typedef enum kt_plan {
 
 /* How a description is compiled. */
 typedef struct kt_model_options {
-    kt_level level;             /* another than auto pins it, which changes no bit of what comes out */
+    kt_isa level;               /* another than auto pins it, which changes no bit of what comes out */
     kt_reduction reduction;     /* of loops */
     kt_metric metric;           /* of the way back to closed loops */
     kt_formulation formulation; /* absolute: the model can be simulated in this formulation too */
@@ -161,7 +161,7 @@ KT_API int kt_marker_find(const kt_model *model, int body, const char *name);
 KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
 
 /* The instruction set that the recursions use. */
-KT_API kt_level kt_model_level(const kt_model *model);
+KT_API kt_isa kt_model_isa(const kt_model *model);
 
 /* What the recursions sweep: "planar" or "spatial" trees, or "mixed": some of each. */
 KT_API const char *kt_model_plan(const kt_model *model);
@@ -192,8 +192,8 @@ KT_API size_t kt_data_size(const kt_model *model);
 /* Lays the data out in the caller's memory, which must stay there while the data are used. Refuses memory that is too
  * small or misaligned with KT_ERROR_MEMORY. The data are scratch: what a call leaves there is read only by the calls
  * whose docstrings say so. */
-KT_API KT_CHECKED kt_status kt_data_place(const kt_model *model, void *memory, size_t size, kt_data **data,
-                                          kt_error *error);
+KT_API KT_CHECKED kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data,
+                                         kt_error *error);
 
 /* The same in memory of its own, released with kt_data_free. */
 KT_API KT_CHECKED kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error);

@@ -20,15 +20,15 @@ extern "C" {
 #endif
 
 /* Freedoms of a model. */
-typedef struct kt_freedom {
+typedef struct kt_mobility {
     int tree;      /* of the tree: nv */
     int equations; /* of all loops */
     int rank;      /* independent ones among them, at generic positions */
     int minimal;   /* what is left: tree - rank */
-} kt_freedom;
+} kt_mobility;
 
 /* Freedoms of a model, found when it was compiled. O(1). */
-KT_API kt_freedom kt_model_freedom(const kt_model *model);
+KT_API kt_mobility kt_model_mobility(const kt_model *model);
 
 /* A group of loops that share moving links; each is reduced by itself. */
 typedef struct kt_loop_group {
@@ -189,7 +189,7 @@ KT_API KT_CHECKED kt_status kt_multiplier_evaluate(const kt_model *model, kt_dat
 
 /* A basis N of the velocities that the loops leave free at (t, q), A N = 0: nv x columns, column-major, with columns =
  * nv
- * - rank at this position: kt_freedom.minimal, and more at a singular one. basis has room for nv x nv. Coordinates in
+ * - rank at this position: kt_mobility.minimal, and more at a singular one. basis has room for nv x nv. Coordinates in
  * no loop are columns of their own, the last ones; those of a group are orthonormal (`qr`, `svd`), or unit vectors in
  * the independent coordinates (`partition`). Errors: KT_ERROR_NOT_FINITE. O(nv^2) + O(coordinates^3) of each group. */
 KT_API KT_CHECKED kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q,

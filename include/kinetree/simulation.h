@@ -14,7 +14,7 @@
  *         status = kt_simulation_run(simulation, print_record, stdout, &error);
  *     kt_simulation_free(simulation);
  *
- * In control code: kt_simulation_place in memory of one's own, then, with no allocation from there on,
+ * In control code: kt_simulation_init in memory of one's own, then, with no allocation from there on,
  * kt_simulation_set_torque, kt_simulation_advance and kt_simulation_sense in turn.
  *
  * A simulation belongs to one thread at a time; any number of them may share a model.
@@ -202,9 +202,9 @@ KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const
  * torques, records, reactions. Angles count whole turns, if no joint turns by half a turn more or less in a step than
  * its rates at both ends say. Only energies and constraint residuals are those of the free bodies, where joints are
  * loops too. */
-KT_API KT_CHECKED kt_status kt_simulation_place(const kt_model *model, const kt_run *run,
-                                                const kt_simulation_options *options, void *memory, size_t size,
-                                                kt_simulation **simulation, kt_error *error);
+KT_API KT_CHECKED kt_status kt_simulation_init(const kt_model *model, const kt_run *run,
+                                               const kt_simulation_options *options, void *memory, size_t size,
+                                               kt_simulation **simulation, kt_error *error);
 
 /* The same in memory of its own, released with kt_simulation_free. */
 KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt_run *run,

@@ -99,7 +99,7 @@ KT_INLINE void kt_v4_multiply(const kt_v4 a[3], const kt_v4 b[3], kt_v4 out[3]) 
 }
 
 /* out = R J R', J symmetric */
-KT_INLINE void kt_v4_turn(const kt_v4 r[3], const kt_v4 j[3], kt_v4 out[3]) {
+KT_INLINE void kt_v4_rotate_inertia(const kt_v4 r[3], const kt_v4 j[3], kt_v4 out[3]) {
     kt_v4 w[3];
     kt_v4_multiply(r, j, w);
     for (int k = 0; k < 3; k++)

@@ -200,9 +200,11 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
 
 /* The options of a coordinate set for this setting; an adaptive method's steps are taken for twice as long as those of
  * the reference. */
-static kt_set_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive, double setting) {
+static kt_constraint_formulation_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive,
+                                                    double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
-    kt_set_options options = kt_set_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+    kt_constraint_formulation_options options =
+        kt_constraint_formulation_options_default(variant->set, adaptive ? 2.0 * mean : setting);
     if (variant->gain > 0.0) {
         options.alpha *= variant->gain;
         options.beta *= variant->gain;
@@ -215,26 +217,26 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_va
     const kt_run run = kt_accuracy_run(study, variant, method, adaptive, setting);
     kt_simulation_options options = variant->simulation;
     kt_status status = KT_OK;
-    kt_set *set = NULL;
+    kt_constraint_formulation *set = NULL;
     *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
     options.method = method;
     options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
     if (variant->has_set) {
-        const kt_set_options wish = choose_set(study, variant, adaptive, setting);
+        const kt_constraint_formulation_options settings = choose_set(study, variant, adaptive, setting);
         const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
-        status = kt_set_create(absolute ? kt_model_absolute(model) : model, &wish, &set, error);
+        status = kt_constraint_formulation_create(absolute ? kt_model_absolute(model) : model, &settings, &set, error);
         if (status == KT_ERROR_SINGULAR) { /* the set cannot do this scene */
             point->status = point->verdict = status;
             judge(study, point);
             return KT_OK;
         }
         if (status == KT_OK)
-            kt_set_use(set, &options);
+            kt_constraint_formulation_use(set, &options);
     }
     if (status == KT_OK)
         status = try_with(study, model, variant, &run, &options, point, error);
     if (status == KT_OK && set != NULL)
-        point->verdict = kt_set_verdict(set, NULL);
-    kt_set_free(set);
+        point->verdict = kt_constraint_formulation_verdict(set, NULL);
+    kt_constraint_formulation_free(set);
     return status;
 }

@@ -42,7 +42,7 @@ typedef struct search {
     kt_linearization *l;
     kt_system_arrays *out;
     bool nearest;
-    int freedoms;
+    int dofs;
     double reach;    /* limit of a step */
     double rounding; /* of forces times units, J */
 } search;
@@ -58,7 +58,7 @@ static double dot(const double *a, const double *b, size_t n) {
 
 /* E' f */
 static void reduce_force(const search *s, const double *f, double *force) {
-    for (int j = 0; j < s->freedoms; j++)
+    for (int j = 0; j < s->dofs; j++)
         force[j] = dot(s->l->free_velocity + (size_t)j * s->l->size.v, f, s->l->size.v);
 }
 
@@ -75,7 +75,7 @@ static kt_status force_at(const search *s, const double *q, const double *a, dou
 static kt_status fill_inertia(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
-    for (size_t j = 0; j < (size_t)s->freedoms; j++) {
+    for (size_t j = 0; j < (size_t)s->dofs; j++) {
         const double *e = l->free_velocity + j * nv;
         memcpy(l->ahead, e, nv * sizeof *e);
         const kt_status status = kt_probe_force(l, l->q0, l->ahead, error);
@@ -104,7 +104,7 @@ static kt_status fill_force(const search *s, kt_error *error) {
 /* H at q0; numbers below their estimated error are zero. */
 static kt_status fill_stiffness(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
-    const size_t nv = l->size.v, n = (size_t)s->freedoms;
+    const size_t nv = l->size.v, n = (size_t)s->dofs;
     for (size_t j = 0; j < n; j++) {
         const kt_status status = kt_linearization_differentiate(l, l->free_velocity + j * nv, NULL, 1.0, 0, error);
         if (status != KT_OK)
@@ -119,7 +119,7 @@ static kt_status fill_stiffness(const search *s, kt_error *error) {
 
 /* The stiffest freedom for its mass: a bound for eigenvalues of D^-1 H but for a small factor. */
 static double stiffest(const search *s) {
-    const size_t n = (size_t)s->freedoms;
+    const size_t n = (size_t)s->dofs;
     double most = 0.0;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
@@ -129,7 +129,7 @@ static double stiffest(const search *s) {
 
 /* factor <- H + mu D, or its symmetric part */
 static void add_up(const search *s, double mu, bool symmetric) {
-    const size_t n = (size_t)s->freedoms;
+    const size_t n = (size_t)s->dofs;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++) {
             const double h = s->l->stiffness[j * n + i];
@@ -144,9 +144,9 @@ static void expect_rounding(search *s) {
     double most = 0.0;
     for (size_t i = 0; i < l->size.v; i++)
         most = fmax(most, l->floor[2 * l->size.v + i] * l->unit[i]);
-    for (size_t j = 0; j < (size_t)s->freedoms; j++) {
+    for (size_t j = 0; j < (size_t)s->dofs; j++) {
         const double unit = l->unit[s->out->velocity_coordinate[j]];
-        most = fmax(most, fabs(l->stiffness[j * (size_t)s->freedoms + j]) * unit * unit);
+        most = fmax(most, fabs(l->stiffness[j * (size_t)s->dofs + j]) * unit * unit);
     }
     s->rounding = ROUNDING * most;
 }
@@ -155,7 +155,7 @@ static void expect_rounding(search *s) {
  * are left. */
 static bool clear_rounding(const search *s) {
     bool any = false;
-    for (int j = 0; j < s->freedoms; j++) {
+    for (int j = 0; j < s->dofs; j++) {
         const bool zero = fabs(s->l->force[j]) * s->l->unit[s->out->velocity_coordinate[j]] <= s->rounding;
         s->l->force[j] = zero ? 0.0 : s->l->force[j];
         any |= !zero;
@@ -169,13 +169,13 @@ static bool solve(const search *s, double stiff) {
     double mu = NEUTRAL * (stiff > 0.0 ? stiff : 1.0);
     for (int i = 0; i < 60 && !s->nearest; i++) {
         add_up(s, mu, true);
-        if (kt_lapack_potrf(s->freedoms, l->factor) == 0)
+        if (kt_lapack_potrf(s->dofs, l->factor) == 0)
             break;
         mu = fmax(2.0 * mu, 1e-3 * stiff);
     }
     add_up(s, mu, false);
-    memcpy(l->step, l->force, (size_t)s->freedoms * sizeof *l->step);
-    return kt_lapack_gesv(s->freedoms, l->factor, l->pivot, l->step) == 0;
+    memcpy(l->step, l->force, (size_t)s->dofs * sizeof *l->step);
+    return kt_lapack_gesv(s->dofs, l->factor, l->pivot, l->step) == 0;
 }
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
@@ -200,14 +200,14 @@ static double spread(const search *s) {
     const size_t nv = l->size.v;
     double part = 1.0;
     memset(l->way, 0, nv * sizeof *l->way);
-    for (size_t j = 0; j < (size_t)s->freedoms; j++)
+    for (size_t j = 0; j < (size_t)s->dofs; j++)
         for (size_t i = 0; i < nv; i++)
             l->way[i] += l->free_velocity[j * nv + i] * l->step[j];
     const double length = size_of(l, l->way);
     for (size_t k = 1; k < l->model->n.link; k++) {
         const kt_link *link = &l->model->link[k];
-        for (int i = 0; i < kt_link_freedoms(link); i++) {
-            const bool slides = link->motion == KT_MOTION_SLIDE || (link->motion == KT_MOTION_FREE && i < 3);
+        for (int i = 0; i < kt_link_dofs(link); i++) {
+            const bool slides = link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && i < 3);
             const double most = slides ? s->reach * l->unit[link->v + i] : fmin(s->reach, TURN_MOST);
             part = fmin(part, most / fmax(fabs(l->way[link->v + i]), most));
         }
@@ -238,7 +238,7 @@ static bool is_better(const search *s, double length) {
         return sum_of_squares(l, l->tried_a) < sum_of_squares(l, l->a0);
     if (force_at(s, l->tried_q, l->tried_a, l->ahead, l->behind, NULL) != KT_OK)
         return false;
-    const double work = dot(l->force, l->step, (size_t)s->freedoms) + dot(l->behind, l->step, (size_t)s->freedoms);
+    const double work = dot(l->force, l->step, (size_t)s->dofs) + dot(l->behind, l->step, (size_t)s->dofs);
     return work > 0.0;
 }
 
@@ -287,7 +287,7 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
 
 /* Whether the k-th freedom of a link is a length. */
 static bool is_length(const kt_link *link, int k) {
-    return link->motion == KT_MOTION_SLIDE || (link->motion == KT_MOTION_FREE && k < 3);
+    return link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && k < 3);
 }
 
 /* The joint whose acceleration is largest against its unit; that acceleration, and what it is in. */
@@ -298,7 +298,7 @@ static const char *joint_of(const kt_linearization *l, const double *x, double *
     *unit = "rad/s^2";
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
-        for (int k = 0; k < kt_link_freedoms(link); k++)
+        for (int k = 0; k < kt_link_dofs(link); k++)
             if (fabs(x[link->v + k]) / l->unit[link->v + k] >= most) {
                 most = fabs(x[link->v + k]) / l->unit[link->v + k];
                 *acceleration = fabs(x[link->v + k]);
@@ -332,8 +332,8 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         found->acceleration = size_of(l, l->a0);
         if (found->acceleration == 0.0)
             return KT_OK;
-        kt_status status = kt_chart_choose(l, s->out, &system, error);
-        s->freedoms = system.velocities;
+        kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
+        s->dofs = system.velocities;
         kt_probe_floor(l);
         if (status == KT_OK)
             status = fill_inertia(s, error);
@@ -363,8 +363,8 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
 
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
                               const double *tau, kt_equilibrium *found, kt_error *error) {
-    const kt_equilibrium_options wish = options ? *options : kt_equilibrium_options_default();
-    search s = {.l = l, .out = &l->arrays[l->next], .nearest = wish.nearest, .reach = REACH};
+    const kt_equilibrium_options settings = options ? *options : kt_equilibrium_options_default();
+    search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest, .reach = REACH};
     kt_linear_system system = {0};
     kt_equilibrium result = {0};
     kt_status status = kt_lapack_open(error);
@@ -376,7 +376,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
     l->by_force = true;
     if (status == KT_OK)
-        status = run(&s, wish.most > 0 ? wish.most : STEPS_MOST, &result, error);
+        status = run(&s, settings.most > 0 ? settings.most : STEPS_MOST, &result, error);
     l->by_force = false;
     if (status != KT_OK)
         return status;

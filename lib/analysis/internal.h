@@ -90,11 +90,12 @@ struct kt_linearization {
 /* ---- chart.c ----------------------------------------------------------------------------------------------------- */
 
 /* A large change of each coordinate: a radian, or a length of the mechanism. */
-void kt_chart_units(const kt_model *model, double *unit);
+void kt_independent_coordinates_units(const kt_model *model, double *unit);
 
 /* The independent coordinates at (t, q0, v0) into `out`, and bases of what the equations leave free. Fills the counts
  * of *system and near_singular. KT_ERROR_SINGULAR where equations depend on each other for an instant. */
-kt_status kt_chart_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system, kt_error *error);
+kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system,
+                                            kt_error *error);
 
 /* ---- probe.c ----------------------------------------------------------------------------------------------------- */
 

@@ -108,7 +108,7 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
 static void carry_along(const kt_linearization *l, const double *dq, double *x) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
-        if (link->motion < KT_MOTION_BALL)
+        if (link->motion < KT_MOTION_SPHERICAL)
             continue;
         const int first = link->v + (link->motion == KT_MOTION_FREE ? 3 : 0);
         const double *w = l->v0 + first, *d = dq + first;
@@ -272,7 +272,7 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     kt_linear_system system = {0};
     kt_status status = kt_linearization_begin(l, t, q, v, tau, &system, error);
     if (status == KT_OK)
-        status = kt_chart_choose(l, &l->arrays[l->next], &system, error);
+        status = kt_independent_coordinates_choose(l, &l->arrays[l->next], &system, error);
     if (status != KT_OK)
         return status;
     kt_probe_floor(l);

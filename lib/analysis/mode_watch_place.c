@@ -34,8 +34,8 @@ kt_status kt_mode_watch_place(const kt_model *model, void *memory, size_t size, 
     w->nq = (size_t)kt_model_nq(model);
     w->nv = (size_t)kt_model_nv(model);
     w->scale = 1.0;
-    kt_chart_units(model, w->unit);
-    const kt_status status = kt_data_place(model, w->data_memory, kt_data_size(model), &w->data, error);
+    kt_independent_coordinates_units(model, w->unit);
+    const kt_status status = kt_data_init(model, w->data_memory, kt_data_size(model), &w->data, error);
     if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         *watch = w;
     return status;

@@ -24,7 +24,7 @@ static size_t slot_count(size_t count) {
 
 size_t kt_names_size(size_t count) { return slot_count(count) * sizeof(kt_name_slot); }
 
-void kt_names_place(kt_names *names, size_t count, void *memory) {
+void kt_names_init(kt_names *names, size_t count, void *memory) {
     size_t slots = slot_count(count);
     names->slots = memory;
     names->mask = slots - 1;

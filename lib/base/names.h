@@ -29,7 +29,7 @@ typedef struct kt_names {
 size_t kt_names_size(size_t count);
 
 /* An empty table for up to `count` names in kt_names_size(count) bytes of memory, aligned as a pointer is. O(count). */
-void kt_names_place(kt_names *names, size_t count, void *memory);
+void kt_names_init(kt_names *names, size_t count, void *memory);
 
 /* Adds a name with an index >= 0 and returns -1. Where the scope has the name already nothing changes, and its index is
  * returned. O(1) on average. */

@@ -63,7 +63,7 @@ KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
     const kt_v4 none = kt_v4_splat(0.0);
     const kt_v4 h = kt_v4_apply(m->axes, link->moment);
-    kt_v4_turn(m->axes, link->inertia, out->j);
+    kt_v4_rotate_inertia(m->axes, link->inertia, out->j);
     out->h[0] = (kt_v4){0.0, h[2], -h[1], 0.0}; /* [h] */
     out->h[1] = (kt_v4){-h[2], 0.0, h[0], 0.0};
     out->h[2] = (kt_v4){h[1], -h[0], 0.0, 0.0};
@@ -104,13 +104,13 @@ KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
 }
 
 /* One freedom: takes it out of x, and keeps the joint's response, shifted to the parent's origin. */
-KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
-                              kt_response *response) {
+KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
+                                           kt_response *response) {
     const kt_v4 s = m->axis, cn = m->alpha, cf = m->linear;
     const kt_v4 sx = kt_v4_splat(s[0]), sy = kt_v4_splat(s[1]), sz = kt_v4_splat(s[2]);
     kt_v4 un, uf;
     double inertia, bias, size;
-    if (link->motion == KT_MOTION_TURN) {
+    if (link->motion == KT_MOTION_REVOLUTE) {
         un = x->j[0] * sx + x->j[1] * sy + x->j[2] * sz;
         uf = x->g[0] * sx + x->g[1] * sy + x->g[2] * sz;
         inertia = kt_v4_dot(s, un);
@@ -122,7 +122,7 @@ KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, doub
         inertia = kt_v4_dot(s, uf);
         bias = kt_v4_dot(s, x->force);
         size = kt_v4_dot(s * s, kt_diagonal3(x->m));
-        if (link->motion == KT_MOTION_HELIX) {
+        if (link->motion == KT_MOTION_SCREW) {
             const kt_v4 p = kt_v4_splat(link->pitch);
             un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
             uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
@@ -157,8 +157,8 @@ KT_INLINE bool kt_absorb_axis(const kt_link *link, const kt_link_motion *m, doub
  * inverse: that of a needle, which has next to no inertia about its own axis, is huge, and so would be its rounding; Y
  * and D are right to rounding of J all the same. Keeps l, 1 / D in `kept->j`, H in `kept->h`, tau - n_b in
  * `kept->moment`. */
-KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, const double *tau, kt_articulated *x,
-                              kt_articulated *kept) {
+KT_INLINE bool kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m, const double *tau,
+                                                kt_articulated *x, kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
     kt_v4 l, e;
     if (!kt_factor3(x->j, kt_diagonal3(x->j) + kt_v4_splat(link->size), &l, &e))
@@ -183,8 +183,8 @@ KT_INLINE bool kt_absorb_ball(const kt_link *link, const kt_link_motion *m, cons
 
 /* All six. Leaves the acceleration itself in `kept`: alpha in moment, a in force. By blocks, the mass first:
  *   a = M^-1 (f - G alpha),  (J - H M^-1 G) alpha = n - H M^-1 f. */
-KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
-                              const double *tau, kt_articulated *x, kt_articulated *kept) {
+KT_INLINE bool kt_articulated_project_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                                           const double *tau, kt_articulated *x, kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_v4 base[3], mass[3], k[3], about[3], inverse[3];
     kt_rest_axes(link, parent->axes, base);
@@ -208,21 +208,22 @@ KT_INLINE bool kt_absorb_free(const kt_link *link, const kt_link_motion *parent,
     return true;
 }
 
-KT_INLINE bool kt_joint_absorb(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
+KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                      kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
-    if (link->motion == KT_MOTION_BALL)
-        return kt_absorb_ball(link, m, tau, x, &data->articulated[i]);
+    if (link->motion == KT_MOTION_SPHERICAL)
+        return kt_articulated_project_spherical(link, m, tau, x, &data->articulated[i]);
     if (link->motion == KT_MOTION_FREE)
-        return kt_absorb_free(link, &data->motion[link->parent], m, tau, x, &data->articulated[i]);
-    return kt_absorb_axis(link, m, tau[link->v], x, &data->response[i]);
+        return kt_articulated_project_free(link, &data->motion[link->parent], m, tau, x, &data->articulated[i]);
+    return kt_articulated_project_axis(link, m, tau[link->v], x, &data->response[i]);
 }
 
 /* Joint accelerations of a ball or free link from the link's and the parent's; c has been added to alpha and linear. */
 KT_INLINE void kt_joint_relative(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                  const kt_articulated *kept, double *a) {
     kt_v4 alpha = kept->moment, linear = m->linear;
-    if (link->motion == KT_MOTION_BALL) {
+    if (link->motion == KT_MOTION_SPHERICAL) {
         alpha = kt_solve3(kept->j[0], kept->j[1], kept->moment - kt_v4_apply(kept->h, m->linear));
     } else {
         kt_v4 base[3];
@@ -245,7 +246,7 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
     kt_link_motion *m = &data->motion[i];
     m->alpha += parent->alpha;
     m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
-    if (link->motion >= KT_MOTION_BALL) {
+    if (link->motion >= KT_MOTION_SPHERICAL) {
         kt_joint_relative(link, parent, m, &data->articulated[i], a + link->v);
         return;
     }
@@ -253,10 +254,10 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
     const double x = response->base - kt_v4_dot2(response->angular, parent->alpha, response->linear, parent->linear);
     a[link->v] = x;
     const kt_v4 along = kt_v4_splat(x) * m->axis;
-    if (link->motion != KT_MOTION_SLIDE)
+    if (link->motion != KT_MOTION_PRISMATIC)
         m->alpha += along;
-    if (link->motion != KT_MOTION_TURN)
-        m->linear += link->motion == KT_MOTION_HELIX ? kt_v4_splat(link->pitch) * along : along;
+    if (link->motion != KT_MOTION_REVOLUTE)
+        m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(link->pitch) * along : along;
 }
 
 #endif

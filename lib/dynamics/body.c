@@ -93,13 +93,13 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
         kt_v4_from_mat3(m->axes, axes);
         double *column = jacobian + 6 * (size_t)link->v;
         switch ((kt_motion)link->motion) {
-        case KT_MOTION_TURN:
+        case KT_MOTION_REVOLUTE:
             write_column(column, axes[link->axis], none, arm);
             break;
-        case KT_MOTION_SLIDE:
+        case KT_MOTION_PRISMATIC:
             write_column(column, none, axes[link->axis], arm);
             break;
-        case KT_MOTION_HELIX:
+        case KT_MOTION_SCREW:
             write_column(column, axes[link->axis], kt_v4_splat(link->pitch) * axes[link->axis], arm);
             break;
         case KT_MOTION_FREE: {
@@ -109,7 +109,7 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
             for (int k = 0; k < 3; k++, column += 6)
                 write_column(column, none, base[k], arm);
         } /* fall through */
-        case KT_MOTION_BALL:
+        case KT_MOTION_SPHERICAL:
             for (int k = 0; k < 3; k++, column += 6)
                 write_column(column, axes[k], none, arm);
             break;

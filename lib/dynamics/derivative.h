@@ -37,7 +37,7 @@
 #define KT_DYNAMICS_DERIVATIVE_H
 
 #include "base/arena.h"
-#include "dynamics/freedom.h"
+#include "dynamics/dof.h"
 #include "dynamics/kernel.h"
 
 /* Freedoms in the order of the links, side by side. */
@@ -52,19 +52,19 @@ typedef struct kt_node {
 } kt_node;
 
 /* What a freedom asks of motions dA, psi', s: for inverse dynamics U = I S, S'2B, S'X; for forward dynamics times d. */
-typedef struct kt_freedom_row {
+typedef struct kt_dof_row {
     double s[6], u[6], b[3], x[3], d;
     int32_t node, v;
-} kt_freedom_row;
+} kt_dof_row;
 
 /* Freedoms as columns: about the tree's origin. */
-typedef struct kt_freedom_batch {
+typedef struct kt_dof_batch {
     int64_t node[KT_LANES];
     kt_v8 s[6];            /* S */
     kt_v8 psi[3];          /* psi', angular */
     kt_v8 rate[6], phi[6]; /* psi'', phi */
     kt_v8 pushed[2][6];    /* f_k for q, v */
-} kt_freedom_batch;
+} kt_dof_batch;
 
 typedef struct kt_derivative_link {
     int32_t last;                  /* its last node */
@@ -85,9 +85,9 @@ static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 
 /* Every array: type, name, count. A free link is two nodes. Results: batch by batch, a row's lanes side by side. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
     X(kt_node, node, n->link + n->v / 6)                                                                               \
-    X(kt_freedom_motion, motion, n->v)                                                                                 \
-    X(kt_freedom_row, row, n->v)                                                                                       \
-    X(kt_freedom_batch, batch, kt_batches(n))                                                                          \
+    X(kt_dof_motion, motion, n->v)                                                                                     \
+    X(kt_dof_row, row, n->v)                                                                                           \
+    X(kt_dof_batch, batch, kt_batches(n))                                                                              \
     X(kt_derivative_link, link, n->link)                                                                               \
     X(kt_derivative_state, state, n->link + n->v / 6)                                                                  \
     X(double, a, n->v)                                                                                                 \

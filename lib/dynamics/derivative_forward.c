@@ -120,14 +120,14 @@ static inline void clear_rows(const place *p, kind is, size_t from, size_t to) {
 /* ---- towards the root -------------------------------------------------------------------------------------------- */
 
 /* y = -d S . f, f += U y */
-KT_INLINE void give_way(const kt_freedom_row *row, strip *f, double *y) {
+KT_INLINE void give_way(const kt_dof_row *row, strip *f, double *y) {
     const strip force = dot6(row->s, f), out = splat(-row->d) * force;
     memcpy(y, &out, sizeof out);
     subtract6(row->u, force, f);
 }
 
 /* The force of one that is applied at freedom f. */
-KT_INLINE void apply_unit(const place *p, size_t f, const kt_freedom_row *row, strip *x, double *y) {
+KT_INLINE void apply_unit(const place *p, size_t f, const kt_dof_row *row, strip *x, double *y) {
     const size_t lane = f - p->batch * KT_LANES - p->lane;
     if (lane >= WIDTH)
         return;
@@ -141,7 +141,7 @@ KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
     const kt_node *node = &w->node[n];
     for (int32_t k = node->count - 1; k >= 0; k--) {
         const size_t f = (size_t)node->first + (size_t)k;
-        const kt_freedom_row *row = &w->row[f];
+        const kt_dof_row *row = &w->row[f];
         if (is.q)
             give_way(row, x->q, result(p, w->dq, f));
         if (is.v)
@@ -240,7 +240,7 @@ static inline void empty(const place *p) {
 }
 
 /* Returns the root of the strip's first column. */
-KT_INLINE size_t way_back(const place *p, kind is) {
+KT_INLINE size_t backward_pass(const place *p, kind is) {
     kt_derivative_work *w = p->w;
     flow x;
     clear(is, &x);
@@ -270,7 +270,7 @@ KT_INLINE size_t way_back(const place *p, kind is) {
 /* ---- from the root ----------------------------------------------------------------------------------------------- */
 
 /* a = y - d U . A - b . psi - x . s, A += S a; `after`: there is no y. */
-KT_INLINE void respond(const kt_freedom_row *row, bool after, strip *x, const strip *psi, const strip *s, double *to,
+KT_INLINE void respond(const kt_dof_row *row, bool after, strip *x, const strip *psi, const strip *s, double *to,
                        strip *excess) {
     strip a = splat(0.0) - dot6(row->u, x); /* no -0 where there is nothing, at any width */
     if (!after)
@@ -293,7 +293,7 @@ KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, 
     else if ((size_t)node->parent != n - 1)
         take(is, &w->state[node->parent], x);
     if (!before && !after && !is.unit) {
-        const kt_freedom_batch *b = &w->batch[p->batch];
+        const kt_dof_batch *b = &w->batch[p->batch];
         const bits mine = lanes_of(p, n);
         if (is.q) {
             enter6(p, mine, x->q, b->rate);
@@ -306,7 +306,7 @@ KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, 
     }
     for (int32_t k = 0; k < node->count; k++) {
         const size_t f = (size_t)node->first + (size_t)k;
-        const kt_freedom_row *row = &w->row[f];
+        const kt_dof_row *row = &w->row[f];
         if (is.q)
             respond(row, after, x->q, before ? NULL : x->psi, before || !is.loaded ? NULL : x->s, result(p, w->dq, f),
                     excess);
@@ -319,7 +319,7 @@ KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, 
         leave(is, x, &w->state[n]);
 }
 
-KT_INLINE size_t way_out(const place *p, kind is, size_t root, strip *excess) {
+KT_INLINE size_t forward_pass(const place *p, kind is, size_t root, strip *excess) {
     const kt_derivative_work *w = p->w;
     flow x;
     size_t n = root;
@@ -345,7 +345,7 @@ KT_INLINE bool sweep(const kt_model *model, kind is, kt_derivative_work *w) {
                          .lane = first % KT_LANES,
                          .low = (size_t)w->row[first].node,
                          .high = (size_t)w->row[last - 1].node};
-        const size_t root = way_back(&p, is), end = way_out(&p, is, root, &excess);
+        const size_t root = backward_pass(&p, is), end = forward_pass(&p, is, root, &excess);
         clear_rows(&p, is, 0, (size_t)w->node[root].first);
         clear_rows(&p, is, end < w->nodes ? (size_t)w->node[end].first : nv, nv);
     }

@@ -15,9 +15,9 @@ KT_INLINE double dot3(const double *x, const kt_v8 *y, size_t lane) {
 
 /* Row i, column k; and the other way round, where k is not in the same node. */
 static inline void set_pair(size_t nv, size_t i, size_t k, bool same, kt_derivative_work *w) {
-    const kt_freedom_row *row = &w->row[i], *other = &w->row[k];
+    const kt_dof_row *row = &w->row[i], *other = &w->row[k];
     const size_t bi = i / KT_LANES, li = i % KT_LANES, bk = k / KT_LANES, lk = k % KT_LANES;
-    const kt_freedom_batch *c = &w->batch[bk], *own = &w->batch[bi];
+    const kt_dof_batch *c = &w->batch[bk], *own = &w->batch[bi];
     w->dq[bk * nv + i][lk] = dot6(row->u, c->rate, lk) + dot3(row->b, c->psi, lk) + dot3(row->x, c->s, lk);
     w->dv[bk * nv + i][lk] = dot6(row->u, c->phi, lk) + dot3(row->b, c->s, lk);
     if (same)

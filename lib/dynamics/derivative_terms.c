@@ -1,7 +1,7 @@
 /* The terms of the derivatives, freedom by freedom (derivative.h): out from the ground, and back. */
 #include "dynamics/articulated.h"
 #include "dynamics/derivative.h"
-#include "dynamics/freedom.h"
+#include "dynamics/dof.h"
 
 /* ---- out: nodes, and how their freedoms move --------------------------------------------------------------------- */
 
@@ -19,12 +19,12 @@ static inline kt_node *new_node(kt_derivative_work *w, int32_t link, int32_t par
 static inline void move_freedoms(const kt_model *model, const kt_data *data, size_t i, const double *v, const double *a,
                                  kt_carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
     const kt_link *link = &model->link[i];
-    kt_freedoms_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[*first]);
+    kt_dof_motions_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[*first]);
     if (link->motion == KT_MOTION_FREE) { /* slides, and turns */
         new_node(w, (int32_t)i, parent, first, 3);
         parent = (int32_t)w->nodes - 1;
     }
-    new_node(w, (int32_t)i, parent, first, link->motion >= KT_MOTION_BALL ? 3 : 1);
+    new_node(w, (int32_t)i, parent, first, link->motion >= KT_MOTION_SPHERICAL ? 3 : 1);
 }
 
 /* Inertia, F, 2B of the link alone. */
@@ -57,8 +57,8 @@ static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 lin
     }
 }
 
-static inline void way_out(const kt_model *model, const kt_data *data, const double *v, const double *a, kt_v4 gravity,
-                           kt_derivative_work *w) {
+static inline void forward_pass(const kt_model *model, const kt_data *data, const double *v, const double *a,
+                                kt_v4 gravity, kt_derivative_work *w) {
     const kt_v4 none = kt_v4_splat(0.0);
     int32_t first = 0;
     w->nodes = 1;
@@ -132,7 +132,7 @@ KT_INLINE void store_lane6(kt_v8 *to, size_t lane, kt_v4 a, kt_v4 b) {
 }
 
 /* One freedom's row; with `absorb` it gives way. */
-static inline void set_row(const kt_freedom_motion *m, bool absorb, kt_derivative_link *x, kt_freedom_row *row) {
+static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_link *x, kt_dof_row *row) {
     kt_articulated *r = &x->inertia;
     const kt_v4 s = m->s[0], l = m->s[1];
     const kt_v4 un = kt_v4_apply(r->j, s) + kt_v4_apply(r->h, l), uf = kt_v4_apply(r->g, s) + kt_v4_apply(r->m, l);
@@ -161,8 +161,8 @@ static inline void set_row(const kt_freedom_motion *m, bool absorb, kt_derivativ
     memcpy(row->x, e, sizeof e);
 }
 
-static inline void set_column(const kt_freedom_motion *m, const kt_derivative_link *x, kt_v4 moment, kt_v4 force,
-                              kt_freedom_batch *to, size_t lane) {
+static inline void set_column(const kt_dof_motion *m, const kt_derivative_link *x, kt_v4 moment, kt_v4 force,
+                              kt_dof_batch *to, size_t lane) {
     const kt_articulated *r = &x->inertia;
     const kt_v4 p = x->place, s = m->s[0], l = m->s[1];
     const kt_v4 qn = kt_v4_apply(r->j, m->rate[0]) + kt_v4_apply(r->h, m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]) +
@@ -193,14 +193,14 @@ static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, kt_derivat
     }
 }
 
-static inline void way_back(const kt_model *model, const kt_data *data, bool absorb, kt_derivative_work *w) {
+static inline void backward_pass(const kt_model *model, const kt_data *data, bool absorb, kt_derivative_work *w) {
     for (size_t n = w->nodes - 1; n > 0; n--) {
         const kt_node *node = &w->node[n];
         const kt_link *link = &model->link[node->link];
         kt_derivative_link *x = &w->link[node->link];
         const bool above = node->parent && w->node[node->parent].link == node->link; /* a free link's turns */
         for (int32_t k = node->count - 1; k >= 0; k--) {
-            kt_freedom_row *row = &w->row[node->first + k];
+            kt_dof_row *row = &w->row[node->first + k];
             set_row(&w->motion[node->first + k], absorb, x, row);
             row->node = (int32_t)n;
             row->v = link->v + k + (above ? 3 : 0);
@@ -219,8 +219,8 @@ void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const 
                                     const kt_wrench *external, kt_motion_kept kept, bool absorb,
                                     kt_derivative_work *w) {
     const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity;
-    way_out(model, data, v, a, gravity, w);
+    forward_pass(model, data, v, a, gravity, w);
     if (external)
         load(model, data, external, w);
-    way_back(model, data, absorb, w);
+    backward_pass(model, data, absorb, w);
 }

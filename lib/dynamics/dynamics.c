@@ -7,29 +7,29 @@
 #include <string.h>
 
 static const kt_kernels *kernels_of(const kt_model *model) {
-#ifdef KT_LEVELS
-    if (model->level == KT_LEVEL_V4)
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
         return &kt_kernels_v4[model->sweep];
-    if (model->level == KT_LEVEL_V3)
+    if (model->level == KT_ISA_V3)
         return &kt_kernels_v3[model->sweep];
 #endif
     return &kt_kernels_baseline[model->sweep];
 }
 
-kt_level kt_level_resolve(kt_level asked) {
-    kt_level best = KT_LEVEL_BASE;
+kt_isa kt_isa_resolve(kt_isa asked) {
+    kt_isa best = KT_ISA_BASE;
     /* GCOVR_EXCL_BR_START: what a processor lacks no input takes away */
-#ifdef KT_LEVELS
+#ifdef KT_ISAS
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
-        best = KT_LEVEL_V3;
-    if (best == KT_LEVEL_V3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+        best = KT_ISA_V3;
+    if (best == KT_ISA_V3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
         __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd"))
-        best = KT_LEVEL_V4;
+        best = KT_ISA_V4;
 #endif
     /* GCOVR_EXCL_BR_STOP */
-    if (asked == KT_LEVEL_AUTO)
+    if (asked == KT_ISA_AUTO)
         return best;
-    return asked <= best ? asked : KT_LEVEL_AUTO;
+    return asked <= best ? asked : KT_ISA_AUTO;
 }
 
 static const char *body_of_velocity(const kt_model *model, size_t v) {
@@ -174,6 +174,6 @@ void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const
     take_links(model, data, links);
 }
 
-void kt_bearers_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    kernels_of(model)->bearers(model, data, q, v);
+void kt_force_frames_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    kernels_of(model)->force_links(model, data, q, v);
 }

@@ -16,7 +16,7 @@
 
 #include <string.h>
 
-static inline size_t way_back(const kt_model *model, kt_data *data, const double *tau) {
+static inline size_t backward_pass(const kt_model *model, kt_data *data, const double *tau) {
     kt_articulated x, carried;
     memset(&carried, 0, sizeof carried);
     for (size_t i = model->n.spatial - 1; i > 0; i--) {
@@ -26,7 +26,7 @@ static inline size_t way_back(const kt_model *model, kt_data *data, const double
             kt_articulated_add(&x, &carried);
         if (link->branches)
             kt_articulated_add(&x, &data->articulated[i]);
-        if (!kt_joint_absorb(model, data, i, tau, &x))
+        if (!kt_articulated_project(model, data, i, tau, &x))
             return i;
         if (link->parent == 0)
             continue;
@@ -56,7 +56,7 @@ size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double 
     }
     if (external)
         kt_external_subtract(model, motion, external);
-    const size_t failed = way_back(model, data, tau);
+    const size_t failed = backward_pass(model, data, tau);
     for (size_t i = 1; i < model->n.spatial && !failed; i++)
         kt_link_respond(model, data, i, a);
     return failed;

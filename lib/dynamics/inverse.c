@@ -11,7 +11,7 @@
 /* J u = R (Jb (R' u)) for two vectors would cost more than turning J once. */
 KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
     kt_v4 j[3];
-    kt_v4_turn(m->axes, link->inertia, j);
+    kt_v4_rotate_inertia(m->axes, link->inertia, j);
     const kt_v4 h = kt_v4_apply(m->axes, link->moment);
     m->moment = kt_v4_apply(j, m->alpha) + kt_v4_cross(m->omega, kt_v4_apply(j, m->omega)) + kt_v4_cross(h, m->linear);
     m->force = kt_v4_splat(link->mass) * m->linear + kt_v4_cross(m->alpha, h) +
@@ -22,16 +22,16 @@ KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
 KT_INLINE void project(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m, double *tau) {
     const int k = link->v;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         tau[k] = kt_v4_dot(m->axis, m->moment);
         break;
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         tau[k] = kt_v4_dot(m->axis, m->force);
         break;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         tau[k] = kt_v4_dot(m->axis, m->moment + kt_v4_splat(link->pitch) * m->force);
         break;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         for (int i = 0; i < 3; i++)
             tau[k + i] = kt_v4_dot(m->axes[i], m->moment);
         break;

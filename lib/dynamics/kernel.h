@@ -1,4 +1,4 @@
-/* The recursions' inner loops, compiled once for each instruction-set level (KT_LEVEL names it).
+/* The recursions' inner loops, compiled once for each instruction-set level (KT_ISA names it).
  *
  * A kernel checks nothing about its arguments: every pointer is there, and outputs are scratch of the data. Those that
  * can fail return the link at which they did, or 0.
@@ -6,7 +6,7 @@
 #ifndef KT_DYNAMICS_KERNEL_H
 #define KT_DYNAMICS_KERNEL_H
 
-#include "base/level.h"
+#include "base/isa.h"
 #include "model/internal.h"
 
 typedef struct kt_kernels {
@@ -26,7 +26,7 @@ typedef struct kt_kernels {
     /* The same where data hold the poses of q already, from whatever recursion or projection at q; with equal bits. */
     size_t (*follow)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
     /* Motion of the links that effects ask for. */
-    void (*bearers)(const kt_model *model, kt_data *data, const double *q, const double *v);
+    void (*force_links)(const kt_model *model, kt_data *data, const double *q, const double *v);
 } kt_kernels;
 
 /* The kernels of a level: one table each for spatial, planar and mixed models (kt_sweep). Below them what they are made
@@ -41,7 +41,7 @@ typedef struct kt_kernels {
     size_t kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                     \
     size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);         \
     size_t kt_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);             \
-    void kt_bearers_##level(const kt_model *, kt_data *, const double *, const double *);                              \
+    void kt_force_links_##level(const kt_model *, kt_data *, const double *, const double *);                          \
     size_t kt_planar_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
                                      const kt_wrench *, double *);                                                     \
     void kt_planar_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,        \
@@ -98,7 +98,7 @@ const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, c
                                          const kt_wrench *external);
 
 /* Motion of the links that effects ask for, into data->bearer. */
-void kt_bearers_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
+void kt_force_frames_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
 
 KT_KERNELS_DECLARE(baseline)
 KT_KERNELS_DECLARE(v3)

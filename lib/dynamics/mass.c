@@ -11,26 +11,26 @@
 
 #include <string.h>
 
-enum { FREEDOM_MAX = 6 };
+enum { DOF_MAX = 6 };
 
 /* The unit accelerations of a link's freedoms; returns their number. */
 KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
-                       kt_v4 angular[FREEDOM_MAX], kt_v4 linear[FREEDOM_MAX]) {
+                       kt_v4 angular[DOF_MAX], kt_v4 linear[DOF_MAX]) {
     const kt_v4 none = kt_v4_splat(0.0);
-    for (int k = 0; k < FREEDOM_MAX; k++)
+    for (int k = 0; k < DOF_MAX; k++)
         angular[k] = linear[k] = none;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         angular[0] = m->axis;
         return 1;
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         linear[0] = m->axis;
         return 1;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         angular[0] = m->axis;
         linear[0] = kt_v4_splat(link->pitch) * m->axis;
         return 1;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         for (int k = 0; k < 3; k++)
             angular[k] = m->axes[k];
         return 3;
@@ -71,20 +71,20 @@ static inline void columns(const kt_model *model, const kt_data *data, size_t i,
     const kt_link_motion *motion = data->motion;
     const kt_link *link = &model->link[i];
     const kt_articulated *c = &data->articulated[i];
-    kt_v4 angular[FREEDOM_MAX], linear[FREEDOM_MAX], moment[FREEDOM_MAX], force[FREEDOM_MAX];
-    const int freedoms = subspace(link, &motion[link->parent], &motion[i], angular, linear);
-    for (int k = 0; k < freedoms; k++) {
+    kt_v4 angular[DOF_MAX], linear[DOF_MAX], moment[DOF_MAX], force[DOF_MAX];
+    const int dofs = subspace(link, &motion[link->parent], &motion[i], angular, linear);
+    for (int k = 0; k < dofs; k++) {
         moment[k] = kt_v4_apply(c->j, angular[k]) + kt_v4_cross(c->moment, linear[k]);
         force[k] = kt_v4_splat(c->force[0]) * linear[k] + kt_v4_cross(angular[k], c->moment);
-        for (int l = k; l < freedoms; l++) /* lower triangle: row l, column k */
+        for (int l = k; l < dofs; l++) /* lower triangle: row l, column k */
             mass[(size_t)(link->v + k) * nv + (size_t)(link->v + l)] =
                 along(angular[l], linear[l], moment[k], force[k]);
     }
     for (size_t j = i; link->parent != 0; j = (size_t)link->parent, link = &model->link[j]) {
         const kt_link *up = &model->link[link->parent];
-        kt_v4 up_angular[FREEDOM_MAX], up_linear[FREEDOM_MAX];
+        kt_v4 up_angular[DOF_MAX], up_linear[DOF_MAX];
         const int rows = subspace(up, &motion[up->parent], &motion[link->parent], up_angular, up_linear);
-        for (int k = 0; k < freedoms; k++) {
+        for (int k = 0; k < dofs; k++) {
             moment[k] += kt_v4_cross(motion[j].offset, force[k]);
             for (int l = 0; l < rows; l++) /* row of the descendant, column of the ancestor */
                 mass[(size_t)(up->v + l) * nv + (size_t)(model->link[i].v + k)] =
@@ -104,7 +104,7 @@ static inline size_t compose(const kt_model *model, kt_data *data, const double 
         const kt_link *link = &model->link[i];
         kt_link_motion *m = &motion[i];
         kt_link_pose(link, &motion[link->parent], q, data->cosine, data->sine, m);
-        kt_v4_turn(m->axes, link->inertia, composite[i].j);
+        kt_v4_rotate_inertia(m->axes, link->inertia, composite[i].j);
         composite[i].moment = kt_v4_apply(m->axes, link->moment);
         composite[i].force = (kt_v4){link->mass, 0.0, 0.0, 0.0};
     }

@@ -11,7 +11,7 @@
 /* The link's own inertia and bias wrench; that of external forces is in m. */
 KT_INLINE void kt_planar_rigid(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_inertia *out) {
     double h[2];
-    kt_planar_turn(m, link->moment, h);
+    kt_planar_rotate(m, link->moment, h);
     const double ww = m->omega * m->omega;
     *out = (kt_planar_inertia){.j = link->inertia,
                                .h = {-h[1], h[0]},
@@ -44,8 +44,8 @@ KT_INLINE void kt_planar_shift(kt_planar_inertia *x, const double r[2]) {
 }
 
 /* Takes a turn out of x, and keeps its response, for which tau counts about n. */
-KT_INLINE bool kt_absorb_turn(const kt_planar_link *link, const kt_planar_motion *m, double tau, kt_planar_inertia *x,
-                              kt_planar_response *response) {
+KT_INLINE bool kt_planar_project_revolute(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                          kt_planar_inertia *x, kt_planar_response *response) {
     if (!(x->j > KT_NO_INERTIA * (x->j + link->size)))
         return false;
     const double d = 1.0 / x->j, hx = x->h[0] * d, hy = x->h[1] * d; /* h / J */
@@ -66,8 +66,8 @@ KT_INLINE bool kt_absorb_turn(const kt_planar_link *link, const kt_planar_motion
 }
 
 /* Takes a slide out of x, and keeps its response. */
-KT_INLINE bool kt_absorb_slide(const kt_planar_link *link, const kt_planar_motion *m, double tau, kt_planar_inertia *x,
-                               kt_planar_response *response) {
+KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                           kt_planar_inertia *x, kt_planar_response *response) {
     double u[2];
     kt_planar_along(link, m, u);
     const double fx = x->xx * u[0] + x->xy * u[1], fy = x->xy * u[0] + x->yy * u[1]; /* M u */
@@ -101,7 +101,7 @@ KT_INLINE void kt_planar_respond_after(const kt_planar_link *link, const kt_plan
     const kt_v2 p = kt_v2_across(kt_v2_load(m->offset));
     const double x = (response->base - response->angular * *alpha) - kt_v2_dot(kt_v2_load(response->linear), *linear);
     *linear = kt_v2_load(m->linear) + (*linear + kt_v2_splat(*alpha) * p);
-    if (link->motion == KT_MOTION_TURN) {
+    if (link->motion == KT_MOTION_REVOLUTE) {
         *alpha += x;
         a[link->v] = link->sign * x;
     } else {
@@ -135,7 +135,7 @@ KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motio
         const double flat[2] = {arm[0], arm[1]};
         const double fx = kt_vec3_dot(basis->x, external[b].force), fy = kt_vec3_dot(basis->y, external[b].force);
         double r[2];
-        kt_planar_turn(m, flat, r);
+        kt_planar_rotate(m, flat, r);
         m->moment -= kt_vec3_dot(basis->z, external[b].moment) + (r[0] * fy - r[1] * fx);
         m->force[0] -= fx;
         m->force[1] -= fy;

@@ -70,13 +70,13 @@ KT_INLINE bool pass_turn(const kt_planar_link *link, const kt_planar_motion *m, 
 static __attribute__((noinline)) carried pass_slide(const kt_planar_link *link, const kt_planar_motion *m, double tau,
                                                     carried x, kt_planar_response *response, bool *done) {
     kt_planar_inertia whole = unload(&x);
-    *done = kt_absorb_slide(link, m, tau, &whole, response);
+    *done = kt_planar_project_prismatic(link, m, tau, &whole, response);
     kt_planar_shift(&whole, m->offset);
     return load(&whole);
 }
 
-static inline void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
-                           const double *v) {
+static inline void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
+                                const double *v) {
     const double *cosine = data->planar_cosine, *sine = data->planar_sine;
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
@@ -124,7 +124,7 @@ KT_INLINE void add_others(const kt_planar_inertia *others, carried *x) {
 }
 
 /* Returns the place of a link without inertia along its freedom, or 0. */
-static inline size_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *tau) {
+static inline size_t backward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *tau) {
     const kt_planar_link *first = &model->planar[plane->first], *link = &model->planar[plane->last] - 1;
     const kt_planar_motion *m = &data->planar[plane->last] - 1;
     kt_planar_response *response = &data->planar_response[plane->last] - 1;
@@ -135,7 +135,7 @@ static inline size_t way_back(const kt_model *model, kt_data *data, const kt_pla
         gather(link, m, &x);
         if (link->branches)
             add_others(&inertia[link - model->planar], &x);
-        if (link->motion == KT_MOTION_TURN)
+        if (link->motion == KT_MOTION_REVOLUTE)
             done = pass_turn(link, m, link->sign * tau[link->v], &x, response);
         else
             x = pass_slide(link, m, tau[link->v], x, response, &done);
@@ -149,7 +149,7 @@ static inline size_t way_back(const kt_model *model, kt_data *data, const kt_pla
     return 0;
 }
 
-static inline void way_out_again(const kt_model *model, kt_data *data, const kt_plane *plane, double *a) {
+static inline void forward_pass_again(const kt_model *model, kt_data *data, const kt_plane *plane, double *a) {
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     const kt_planar_response *response = &data->planar_response[plane->first];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
@@ -169,14 +169,14 @@ size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const 
                                     const double *tau, const kt_wrench *external, double *a) {
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
-        way_out(model, data, &model->plane[p], q, v);
+        forward_pass(model, data, &model->plane[p], q, v);
     if (external)
         kt_planar_external(model, data->planar, external);
     for (size_t p = 0; p < model->n.plane; p++) {
-        const size_t failed = way_back(model, data, &model->plane[p], tau);
+        const size_t failed = backward_pass(model, data, &model->plane[p], tau);
         if (failed)
             return model->n.spatial + failed - 1;
-        way_out_again(model, data, &model->plane[p], a);
+        forward_pass_again(model, data, &model->plane[p], a);
     }
     return 0;
 }

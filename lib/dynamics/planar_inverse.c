@@ -15,8 +15,8 @@ KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) 
                               (kt_v2_splat(m->alpha) * h - kt_v2_splat(m->omega * m->omega) * first));
 }
 
-static inline void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
-                           const double *v, const double *a) {
+static inline void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
+                                const double *v, const double *a) {
     const double *cosine = data->planar_cosine, *sine = data->planar_sine;
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
@@ -30,13 +30,13 @@ static inline void way_out(const kt_model *model, kt_data *data, const kt_plane 
     }
 }
 
-static inline void way_back(const kt_model *model, kt_data *data, double *tau) {
+static inline void backward_pass(const kt_model *model, kt_data *data, double *tau) {
     const kt_planar_link *link = &model->planar[model->n.planar] - 1;
     kt_planar_motion *motion = data->planar, *m = &motion[model->n.planar] - 1;
     for (; m > motion; link--, m--) {
         kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
         const kt_v2 force = kt_v2_load(m->force), p = kt_v2_across(kt_v2_load(m->offset));
-        if (link->motion == KT_MOTION_TURN)
+        if (link->motion == KT_MOTION_REVOLUTE)
             tau[link->v] = link->sign * m->moment;
         else
             tau[link->v] = kt_v2_dot(force, kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]));
@@ -49,8 +49,8 @@ void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const do
                                   const double *a, const kt_wrench *external, double *tau) {
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
-        way_out(model, data, &model->plane[p], q, v, a);
+        forward_pass(model, data, &model->plane[p], q, v, a);
     if (external)
         kt_planar_external(model, data->planar, external);
-    way_back(model, data, tau);
+    backward_pass(model, data, tau);
 }

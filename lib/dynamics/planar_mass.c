@@ -19,7 +19,7 @@ static inline int32_t compose(const kt_model *model, kt_data *data, const kt_pla
         kt_planar_pose(link, &motion[link->parent], q, data->planar_cosine, data->planar_sine, &motion[k]);
         composite[k].j = link->inertia;
         composite[k].xx = link->mass;
-        kt_planar_turn(&motion[k], link->moment, composite[k].h);
+        kt_planar_rotate(&motion[k], link->moment, composite[k].h);
     }
     for (int32_t k = plane->last - 1; k >= plane->first; k--) {
         const kt_planar_inertia *c = &composite[k];
@@ -41,7 +41,7 @@ static inline int32_t compose(const kt_model *model, kt_data *data, const kt_pla
 
 /* What a moment and a force do along a link's freedom. */
 KT_INLINE double project(const kt_planar_link *link, const kt_planar_motion *m, double moment, const double force[2]) {
-    if (link->motion == KT_MOTION_TURN)
+    if (link->motion == KT_MOTION_REVOLUTE)
         return link->sign * moment;
     double u[2];
     kt_planar_along(link, m, u);
@@ -55,7 +55,7 @@ static inline void column(const kt_model *model, const kt_data *data, int32_t k,
     const kt_planar_inertia *c = &data->planar_inertia[k];
     const size_t row = (size_t)link->v;
     double moment = link->sign * c->j, force[2] = {-link->sign * c->h[1], link->sign * c->h[0]};
-    if (link->motion == KT_MOTION_SLIDE) {
+    if (link->motion == KT_MOTION_PRISMATIC) {
         double u[2];
         kt_planar_along(link, &data->planar[k], u);
         moment = c->h[0] * u[1] - c->h[1] * u[0];

@@ -12,7 +12,7 @@
 #include "model/internal.h"
 
 /* Columns j and k of `base` turned towards each other, the third kept: base times R1, R2 or R3 of the angle. */
-KT_INLINE void kt_turn_axes(int axis, const kt_v4 base[3], double c, double s, kt_v4 out[3]) {
+KT_INLINE void kt_rotate_axes(int axis, const kt_v4 base[3], double c, double s, kt_v4 out[3]) {
     const kt_v4 cc = kt_v4_splat(c), ss = kt_v4_splat(s);
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     out[axis] = base[axis];
@@ -47,31 +47,31 @@ KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, c
     kt_rest_axes(link, parent->axes, base);
     out->offset = kt_v4_apply(parent->axes, link->at);
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
-    case KT_MOTION_HELIX: {
+    case KT_MOTION_REVOLUTE:
+    case KT_MOTION_SCREW: {
         const double c = cosine[link->angle], s = sine[link->angle];
         switch (link->axis) {
         case 0:
-            kt_turn_axes(0, base, c, s, out->axes), out->axis = base[0];
+            kt_rotate_axes(0, base, c, s, out->axes), out->axis = base[0];
             break;
         case 1:
-            kt_turn_axes(1, base, c, s, out->axes), out->axis = base[1];
+            kt_rotate_axes(1, base, c, s, out->axes), out->axis = base[1];
             break;
         default:
-            kt_turn_axes(2, base, c, s, out->axes), out->axis = base[2];
+            kt_rotate_axes(2, base, c, s, out->axes), out->axis = base[2];
             break;
         }
-        if (link->motion == KT_MOTION_HELIX)
+        if (link->motion == KT_MOTION_SCREW)
             out->offset += kt_v4_splat(link->pitch * q[link->q]) * out->axis;
         break;
     }
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         for (int k = 0; k < 3; k++)
             out->axes[k] = base[k];
         out->axis = base[link->axis];
         out->offset += kt_v4_splat(q[link->q]) * out->axis;
         break;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         kt_quaternion_axes(q + link->q, base, out->axes);
         break;
     case KT_MOTION_FREE:
@@ -90,17 +90,17 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
     *angular = none;
     *linear = none;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         *angular = kt_v4_splat(v[link->v]) * self->axis;
         break;
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         *linear = kt_v4_splat(v[link->v]) * self->axis;
         break;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         *angular = kt_v4_splat(v[link->v]) * self->axis;
         *linear = kt_v4_splat(link->pitch * v[link->v]) * self->axis;
         break;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         *angular = kt_v4_apply(self->axes, kt_load3(v + link->v));
         break;
     case KT_MOTION_FREE: {
@@ -119,7 +119,7 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
 KT_INLINE void kt_link_velocity(const kt_link *link, const kt_link_motion *parent, const double *v,
                                 kt_link_motion *out) {
     const kt_v4 w = parent->omega, around = kt_v4_cross(w, kt_v4_cross(w, out->offset));
-    if (link->motion == KT_MOTION_TURN) { /* the common one, without what it does not need */
+    if (link->motion == KT_MOTION_REVOLUTE) { /* the common one, without what it does not need */
         const kt_v4 rate = kt_v4_splat(v[link->v]) * out->axis;
         out->omega = w + rate;
         out->alpha = kt_v4_cross(w, rate);

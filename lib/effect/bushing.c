@@ -20,8 +20,8 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     }
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
-                 kt_push_wrench *wrench, kt_push_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                 kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_columns axes = end[0].axes;
     const kt_triple apart = kt_triple_sub(end[1].point, end[0].point);
@@ -29,19 +29,19 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
     const kt_triple moving = kt_triple_sub(kt_triple_sub(end[1].velocity, end[0].velocity), carried);
     const kt_triple d = kt_columns_apply_transposed(axes, apart), u = kt_columns_apply_transposed(axes, moving);
     const kt_triple w = kt_columns_apply_transposed(axes, kt_triple_sub(end[1].omega, end[0].omega));
-    const kt_triple theta = kt_turn_vector(kt_columns_multiply(kt_columns_transpose(axes), end[1].axes));
+    const kt_triple theta = kt_rotation_vector_of(kt_columns_multiply(kt_columns_transpose(axes), end[1].axes));
     const kt_triple spring = kt_triple_scale_each(effect->stiffnesses, d),
                     twist = kt_triple_scale_each(effect->stiffnesses + 3, theta);
     const kt_triple damper = kt_triple_scale_each(effect->dampings, u),
                     brake = kt_triple_scale_each(effect->dampings + 3, w);
-    const kt_triple back = kt_turn_back(theta, twist);
+    const kt_triple back = kt_rotation_vector_transposed_map(theta, twist);
     const kt_triple force = kt_columns_apply(axes, kt_triple_scale(-1.0, kt_triple_add(spring, damper)));
     const kt_triple moment = kt_columns_apply(axes, kt_triple_scale(-1.0, kt_triple_add(back, brake)));
-    wrench[1] = (kt_push_wrench){.moment = moment, .force = force};
+    wrench[1] = (kt_effect_wrench){.moment = moment, .force = force};
     wrench[0].force = kt_triple_scale(-1.0, force);
     wrench[0].moment = kt_triple_scale(-1.0, kt_triple_add(moment, kt_triple_cross(apart, force)));
     if (balance)
-        *balance = (kt_push_balance){.energy = 0.5 * (kt_triple_dot(spring, d) + kt_triple_dot(twist, theta)),
+        *balance = (kt_effect_power){.energy = 0.5 * (kt_triple_dot(spring, d) + kt_triple_dot(twist, theta)),
                                      .dissipated = kt_triple_dot(damper, u) + kt_triple_dot(brake, w)};
 }
 

@@ -31,36 +31,36 @@ static void check(kt_checker *checker, const kt_effect *effect) {
 }
 
 /* Velocity of the point that moves with an end and is at `arm` from it. */
-static inline kt_triple velocity_at(const kt_push_end *end, kt_triple arm) {
+static inline kt_triple velocity_at(const kt_effect_frame *end, kt_triple arm) {
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
-                 kt_push_wrench *wrench, kt_push_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                 kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple n = end[1].axes.z, none = {0.0, 0.0, 0.0};
     const kt_triple from_plane = kt_triple_sub(end[0].point, end[1].point);
-    const kt_number x = effect->radius - kt_triple_dot(n, from_plane);
+    const kt_real x = effect->radius - kt_triple_dot(n, from_plane);
     if (kt_value(x) <= 0.0) {
-        wrench[0] = wrench[1] = (kt_push_wrench){.moment = none, .force = none};
+        wrench[0] = wrench[1] = (kt_effect_wrench){.moment = none, .force = none};
         if (balance)
-            *balance = (kt_push_balance){.energy = 0.0};
+            *balance = (kt_effect_power){.energy = 0.0};
         return;
     }
     const kt_triple down = kt_triple_scale(-effect->radius, n), arm = kt_triple_add(from_plane, down);
     const kt_triple s = kt_triple_sub(velocity_at(&end[0], down), velocity_at(&end[1], arm));
-    const kt_number deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_raise(x, effect->exponent);
-    const kt_number normal = elastic * kt_at_least(1.0 + 1.5 * effect->dissipation * deeper, 0.0);
+    const kt_real deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_pow(x, effect->exponent);
+    const kt_real normal = elastic * kt_max(1.0 + 1.5 * effect->dissipation * deeper, 0.0);
     const kt_triple across = kt_triple_add(s, kt_triple_scale(deeper, n));
-    const kt_number speed = kt_triple_norm(across), ratio = speed / effect->slip;
-    const kt_number rub =
+    const kt_real speed = kt_triple_norm(across), ratio = speed / effect->slip;
+    const kt_real rub =
         effect->friction * normal / effect->slip * (kt_value(ratio) > 0.0 ? kt_tanh(ratio) / ratio : 1.0);
     const kt_triple force = kt_triple_sub(kt_triple_scale(normal, n), kt_triple_scale(rub, across));
     const kt_triple back = kt_triple_scale(-1.0, force);
-    wrench[0] = (kt_push_wrench){.moment = kt_triple_cross(down, force), .force = force};
-    wrench[1] = (kt_push_wrench){.moment = kt_triple_cross(arm, back), .force = back};
+    wrench[0] = (kt_effect_wrench){.moment = kt_triple_cross(down, force), .force = force};
+    wrench[1] = (kt_effect_wrench){.moment = kt_triple_cross(arm, back), .force = back};
     if (balance)
-        *balance = (kt_push_balance){.energy = elastic * x / (effect->exponent + 1.0),
+        *balance = (kt_effect_power){.energy = elastic * x / (effect->exponent + 1.0),
                                      .dissipated = (normal - elastic) * deeper + rub * speed * speed};
 }
 

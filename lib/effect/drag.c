@@ -8,14 +8,14 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "quadratic", "", effect->quadratic);
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
-                 kt_push_wrench *wrench, kt_push_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                 kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple v = end[0].velocity;
-    const kt_number square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_root(square);
-    wrench[0] = (kt_push_wrench){.moment = {0.0, 0.0, 0.0}, .force = kt_triple_scale(-c, v)};
+    const kt_real square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_sqrt(square);
+    wrench[0] = (kt_effect_wrench){.moment = {0.0, 0.0, 0.0}, .force = kt_triple_scale(-c, v)};
     if (balance)
-        *balance = (kt_push_balance){.dissipated = c * square};
+        *balance = (kt_effect_power){.dissipated = c * square};
 }
 
 static kt_energetics energetics(const kt_effect_record *effect) {

@@ -6,11 +6,11 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "damping", "", effect->damping);
 }
 
-static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
-                       kt_push_balance *balance) {
+static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                     kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     if (balance)
-        *balance = (kt_push_balance){.dissipated = effect->damping * v * v};
+        *balance = (kt_effect_power){.dissipated = effect->damping * v * v};
     return -effect->damping * v;
 }
 

@@ -22,17 +22,17 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_positive(checker, "smoothing", effect->smoothing);
 }
 
-static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
-                       kt_push_balance *balance) {
+static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                     kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
-    kt_number dry = effect->coulomb;
+    kt_real dry = effect->coulomb;
     if (effect->breakaway > effect->coulomb) {
-        const kt_number ratio = v / effect->stribeck;
-        dry += (effect->breakaway - effect->coulomb) * kt_exponential(-ratio * ratio);
+        const kt_real ratio = v / effect->stribeck;
+        dry += (effect->breakaway - effect->coulomb) * kt_exp(-ratio * ratio);
     }
-    const kt_number force = -dry * kt_tanh(v / effect->smoothing) - effect->viscous * v;
+    const kt_real force = -dry * kt_tanh(v / effect->smoothing) - effect->viscous * v;
     if (balance)
-        *balance = (kt_push_balance){.dissipated = -force * v};
+        *balance = (kt_effect_power){.dissipated = -force * v};
     return force;
 }
 

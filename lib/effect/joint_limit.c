@@ -27,21 +27,21 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "damping", "", effect->damping);
 }
 
-static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
-                       kt_push_balance *balance) {
+static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                     kt_effect_power *balance) {
     (void)numbers, (void)t;
-    const kt_number above = q - effect->upper, below = effect->lower - q;
+    const kt_real above = q - effect->upper, below = effect->lower - q;
     const double side = kt_value(above) >= kt_value(below) ? 1.0 : -1.0;
-    const kt_number x = side > 0.0 ? above : below;
+    const kt_real x = side > 0.0 ? above : below;
     if (kt_value(x) <= 0.0) {
         if (balance)
-            *balance = (kt_push_balance){.energy = 0.0};
+            *balance = (kt_effect_power){.energy = 0.0};
         return 0.0;
     }
-    const kt_number elastic = effect->stiffness * x, viscous = effect->damping * side * v;
-    const kt_number damped = viscous * (elastic / (elastic + kt_magnitude(viscous)));
+    const kt_real elastic = effect->stiffness * x, viscous = effect->damping * side * v;
+    const kt_real damped = viscous * (elastic / (elastic + kt_abs(viscous)));
     if (balance)
-        *balance = (kt_push_balance){.energy = 0.5 * elastic * x, .dissipated = damped * side * v};
+        *balance = (kt_effect_power){.energy = 0.5 * elastic * x, .dissipated = damped * side * v};
     return -side * (elastic + damped);
 }
 

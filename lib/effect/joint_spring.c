@@ -8,12 +8,12 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_not_negative(checker, "damping", "", effect->damping);
 }
 
-static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
-                       kt_push_balance *balance) {
+static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                     kt_effect_power *balance) {
     (void)numbers, (void)t;
-    const kt_number stretch = q - effect->rest;
+    const kt_real stretch = q - effect->rest;
     if (balance)
-        *balance = (kt_push_balance){.energy = 0.5 * effect->stiffness * stretch * stretch,
+        *balance = (kt_effect_power){.energy = 0.5 * effect->stiffness * stretch * stretch,
                                      .dissipated = effect->damping * v * v};
     return -effect->stiffness * stretch - effect->damping * v;
 }

@@ -9,7 +9,7 @@ KT_EFFECT_LIST(KT_EFFECT_EXTERN)
 const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
 #undef KT_EFFECT_ENTRY
 
-kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end,
+kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                      double t) {
     double x[3], y[3], z[3];
     kt_curve_evaluate(&effect->curve[0], numbers, t, x);

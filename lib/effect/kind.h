@@ -16,23 +16,23 @@
 #include <math.h>
 
 /* What an effect reads and writes: of values, what a caller's own has, too; and that with its change. */
-#ifdef KT_TANGENT
-#define KT_EFFECT(name) name##_tangent
-typedef struct kt_push_end {
+#ifdef KT_DUAL
+#define KT_EFFECT(name) name##_dual
+typedef struct kt_effect_frame {
     kt_columns axes;
     kt_triple point, omega, velocity;
-} kt_push_end;
-typedef struct kt_push_wrench {
+} kt_effect_frame;
+typedef struct kt_effect_wrench {
     kt_triple moment, force;
-} kt_push_wrench;
-typedef struct kt_push_balance {
-    kt_number energy, dissipated, supplied;
-} kt_push_balance;
+} kt_effect_wrench;
+typedef struct kt_effect_power {
+    kt_real energy, dissipated, supplied;
+} kt_effect_power;
 #else
 #define KT_EFFECT(name) name
-typedef kt_effect_end kt_push_end;
-typedef kt_wrench kt_push_wrench;
-typedef kt_effect_balance kt_push_balance;
+typedef kt_effect_end kt_effect_frame;
+typedef kt_wrench kt_effect_wrench;
+typedef kt_effect_balance kt_effect_power;
 #endif
 
 /* One file a type, compiled for values and once more for derivatives: const kt_effect_kind
@@ -50,11 +50,11 @@ typedef struct kt_effect_kind {
     /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
      * The points of both ends are counted from some point near to one of them that rests in the world: where they are
      * far from the world's origin, nothing is lost by that. */
-    void (*push)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
-                 kt_push_wrench *wrench, kt_push_balance *balance);
+    void (*push)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                 kt_effect_wrench *wrench, kt_effect_power *balance);
     /* Effects on a joint with position q and velocity v: the joint's force (N m, or N where it slides). */
-    kt_number (*drive)(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
-                       kt_push_balance *balance);
+    kt_real (*drive)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                     kt_effect_power *balance);
 } kt_effect_kind;
 
 static inline kt_energetics kt_energetics_of(bool dissipates) {
@@ -66,7 +66,7 @@ static inline kt_energetics kt_energetics_of(bool dissipates) {
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 
 /* `value` at time t, in world axes; and its check, with that of `frame`. */
-kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_push_end *end,
+kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                      double t);
 void kt_effect_check_value(kt_checker *checker, const kt_effect *effect);
 

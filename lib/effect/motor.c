@@ -9,13 +9,13 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_function(checker, "torque", &effect->torque);
 }
 
-static kt_number drive(const kt_effect_record *effect, const double *numbers, kt_number q, kt_number v, double t,
-                       kt_push_balance *balance) {
+static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                     kt_effect_power *balance) {
     double f[3];
     (void)q;
     kt_curve_evaluate(&effect->curve[0], numbers, t, f);
     if (balance)
-        *balance = (kt_push_balance){.supplied = f[0] * v};
+        *balance = (kt_effect_power){.supplied = f[0] * v};
     return f[0];
 }
 

@@ -7,7 +7,7 @@ int kt_effect_end_count(const kt_effect *effect) {
     return kt_effect_kinds[effect->type]->ends;
 }
 
-bool kt_effect_is_turned(const kt_effect *effect) { return kt_effect_kind_of((int)effect->type)->turned; }
+bool kt_effect_aligns_second_end(const kt_effect *effect) { return kt_effect_kind_of((int)effect->type)->turned; }
 
 const kt_function *kt_effect_function(const kt_effect *effect, int k) {
     static const kt_function none = {.type = KT_FUNCTION_NONE};

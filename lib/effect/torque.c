@@ -6,12 +6,12 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     kt_effect_check_value(checker, effect);
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_push_end *end, double t,
-                 kt_push_wrench *wrench, kt_push_balance *balance) {
+static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                 kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple m = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
-    wrench[0] = (kt_push_wrench){.moment = m, .force = {0.0, 0.0, 0.0}};
+    wrench[0] = (kt_effect_wrench){.moment = m, .force = {0.0, 0.0, 0.0}};
     if (balance)
-        *balance = (kt_push_balance){.supplied = kt_triple_dot(m, end[0].omega)};
+        *balance = (kt_effect_power){.supplied = kt_triple_dot(m, end[0].omega)};
 }
 
 const kt_effect_kind KT_EFFECT(kt_effect_torque) = {

@@ -1,20 +1,20 @@
 /* Vectors and matrices of effects, for values and for derivatives (algebra/number.h): kt_vec3 and kt_mat3, and with
- * KT_TANGENT the same with what they change by.
+ * KT_DUAL the same with what they change by.
  */
 #ifndef KT_EFFECT_TRIPLE_H
 #define KT_EFFECT_TRIPLE_H
 
-#include "algebra/number.h"
+#include "algebra/real.h"
 
-#ifndef KT_TANGENT
+#ifndef KT_DUAL
 
 typedef kt_vec3 kt_triple;
 typedef kt_mat3 kt_columns;
 
 KT_INLINE kt_triple kt_triple_add(kt_triple a, kt_triple b) { return kt_vec3_add(a, b); }
 KT_INLINE kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return kt_vec3_sub(a, b); }
-KT_INLINE kt_triple kt_triple_scale(kt_number s, kt_triple a) { return kt_vec3_scale(s, a); }
-KT_INLINE kt_number kt_triple_dot(kt_triple a, kt_triple b) { return kt_vec3_dot(a, b); }
+KT_INLINE kt_triple kt_triple_scale(kt_real s, kt_triple a) { return kt_vec3_scale(s, a); }
+KT_INLINE kt_real kt_triple_dot(kt_triple a, kt_triple b) { return kt_vec3_dot(a, b); }
 KT_INLINE kt_triple kt_triple_cross(kt_triple a, kt_triple b) { return kt_vec3_cross(a, b); }
 /* (d_x u_x, d_y u_y, d_z u_z) */
 KT_INLINE kt_triple kt_triple_scale_each(const double d[3], kt_triple u) {
@@ -34,8 +34,8 @@ typedef struct kt_columns {
 
 KT_INLINE kt_triple kt_triple_add(kt_triple a, kt_triple b) { return a + b; }
 KT_INLINE kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return a - b; }
-KT_INLINE kt_triple kt_triple_scale(kt_number s, kt_triple a) { return kt_scale(s, a); }
-KT_INLINE kt_number kt_triple_dot(kt_triple a, kt_triple b) { return kt_dot(a, b); }
+KT_INLINE kt_triple kt_triple_scale(kt_real s, kt_triple a) { return kt_scale(s, a); }
+KT_INLINE kt_real kt_triple_dot(kt_triple a, kt_triple b) { return kt_dot(a, b); }
 KT_INLINE kt_triple kt_triple_cross(kt_triple a, kt_triple b) { return kt_cross(a, b); }
 KT_INLINE kt_triple kt_triple_scale_each(const double d[3], kt_triple u) {
     return (kt_triple){d[0], d[1], d[2], 0.0, d[0], d[1], d[2], 0.0} * u;
@@ -60,7 +60,7 @@ KT_INLINE kt_columns kt_columns_transpose(kt_columns a) {
 
 #endif
 
-KT_INLINE kt_number kt_triple_norm(kt_triple a) { return kt_root(kt_triple_dot(a, a)); }
+KT_INLINE kt_real kt_triple_norm(kt_triple a) { return kt_sqrt(kt_triple_dot(a, a)); }
 
 /* ---- rotations by their Euler vector ------------------------------------------------------------------------------
  *
@@ -69,11 +69,11 @@ KT_INLINE kt_number kt_triple_norm(kt_triple a) { return kt_root(kt_triple_dot(a
  *          c = 1 / 12 + x / 720 + x^2 / 30240 + ..,  x = |theta|^2: |B_2k| x^(k-1) / (2 k)!
  * In the changes, R' = w x R: w = sum r_k x r_k' / 2 over its columns, and theta' = G^-1 w.
  */
-#ifndef KT_TANGENT
+#ifndef KT_DUAL
 
-KT_INLINE kt_triple kt_turn_vector(kt_columns r) { return kt_euler_vector_from_matrix(r); }
+KT_INLINE kt_triple kt_rotation_vector_of(kt_columns r) { return kt_euler_vector_from_matrix(r); }
 
-KT_INLINE kt_triple kt_turn_back(kt_triple theta, kt_triple u) {
+KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple u) {
     kt_mat3 inverse = kt_mat3_identity();
     kt_error error;
     if (kt_euler_vector_map_inverse(theta, &inverse, &error) != KT_OK)
@@ -84,7 +84,7 @@ KT_INLINE kt_triple kt_turn_back(kt_triple theta, kt_triple u) {
 
 #else
 
-KT_INLINE kt_triple kt_turn_vector(kt_columns r) {
+KT_INLINE kt_triple kt_rotation_vector_of(kt_columns r) {
     const kt_v4 x = kt_lower(r.x), y = kt_lower(r.y), z = kt_lower(r.z), columns[3] = {x, y, z};
     const kt_v4 twice = kt_v4_cross(x, kt_upper(r.x)) + kt_v4_cross(y, kt_upper(r.y)) + kt_v4_cross(z, kt_upper(r.z));
     const kt_vec3 theta = kt_euler_vector_from_matrix(kt_v4_mat3(columns));
@@ -96,24 +96,25 @@ KT_INLINE kt_triple kt_turn_vector(kt_columns r) {
     return kt_join(kt_v4_from(theta), kt_v4_from(change));
 }
 
-KT_INLINE kt_number kt_turn_bend(kt_number x) {
+KT_INLINE kt_real kt_rotation_vector_map_coefficient(kt_real x) {
     static const double series[] = {1.0 / 12.0,         1.0 / 720.0,      1.0 / 30240.0,
                                     1.0 / 1209600.0,    1.0 / 47900160.0, 691.0 / 1307674368000.0,
                                     1.0 / 74724249600.0};
     if (kt_value(x) < 0.25) {
-        kt_number c = 0.0;
+        kt_real c = 0.0;
         for (int k = 6; k >= 0; k--)
             c = series[k] + x * c;
         return c;
     }
-    const kt_number y = 0.5 * kt_root(x);
+    const kt_real y = 0.5 * kt_sqrt(x);
     const double slope = tan(kt_value(y));
     return (1.0 - y / kt_chain(y, slope, 1.0 + slope * slope)) / x;
 }
 
-KT_INLINE kt_triple kt_turn_back(kt_triple theta, kt_triple u) {
+KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple u) {
     const kt_triple across = kt_cross(theta, u);
-    return u + kt_scale(0.5, across) + kt_scale(kt_turn_bend(kt_dot(theta, theta)), kt_cross(theta, across));
+    return u + kt_scale(0.5, across) +
+           kt_scale(kt_rotation_vector_map_coefficient(kt_dot(theta, theta)), kt_cross(theta, across));
 }
 
 #endif

@@ -24,20 +24,20 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_interval in = {memory->previous_t, memory->last_step, memory->t, it->previous_y};
 
     if (!it->stages_known) {
-        if (it->slope_slot == 0) { /* a failed step left it there */
+        if (it->derivative_slot == 0) { /* a failed step left it there */
             double *k = it->k[0];
             it->k[0] = it->k[fresh];
             it->k[fresh] = k;
-            it->slope_slot = (int)fresh;
+            it->derivative_slot = (int)fresh;
         }
         if (kt_evaluate_stages(it, &in, 0, m->dense_terms > 0 ? fresh : 1, r) != KT_TRY_PASSED)
             return r->result;
         it->stages_known = true;
     }
-    if (it->slope_slot < 0) {
+    if (it->derivative_slot < 0) {
         if (kt_evaluate(it, memory->t, it->y, fresh, r) != KT_TRY_PASSED)
             return r->result;
-        it->slope_slot = (int)fresh;
+        it->derivative_slot = (int)fresh;
     }
     for (size_t i = 0; !it->dense_known && i < (size_t)m->dense_stages; i++) {
         const size_t *row = it->row + m->stages + KT_ROW_DENSE + i;

@@ -94,16 +94,16 @@ struct kt_integrator {
     kt_integrator_callbacks callbacks;
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
-    double error_order;   /* err ~ h^error_order */
-    size_t counted;       /* equations that the error norms run over: all but the quadratures, which come last */
-    size_t fresh;         /* slot of f at the end of a step */
-    bool gives_end_slope; /* a try leaves f(t1, y1) in slot `fresh` */
+    double error_order;        /* err ~ h^error_order */
+    size_t counted;            /* equations that the error norms run over: all but the quadratures, which come last */
+    size_t fresh;              /* slot of f at the end of a step */
+    bool gives_end_derivative; /* a try leaves f(t1, y1) in slot `fresh` */
     bool started;
     /* What is known of the slopes. A try needs f(t, y) in slot 0; the dense output of the last step needs it in slot
      * `fresh`, beside the stages of that step. The two uses take turns and swap pointers. */
     bool stages_known;     /* the slots hold the stages of the last step, as far as its dense output needs them */
     bool dense_known;      /* and the stages of the dense output */
-    int slope_slot;        /* where f(t, y) is: 0, fresh, or -1 where it is not known */
+    int derivative_slot;   /* where f(t, y) is: 0, fresh, or -1 where it is not known */
     double radius;         /* stabilised: the spectral radius that the tries of this step count on */
     bool radius_is_of_now; /* and it was estimated at this step's beginning */
 #define KT_INTEGRATOR_DECLARE(type, name, count, kind, meaning) type *name;

@@ -141,7 +141,7 @@ kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *in, kt_
     double *unused;
     if (member_step(it, &family, in->t, in->h, in->y, it->k[0], &unused, result) != KT_TRY_PASSED)
         return result->result;
-    if (it->gives_end_slope && kt_first_not_finite(it->trial, it->sizes.n) == it->sizes.n)
+    if (it->gives_end_derivative && kt_first_not_finite(it->trial, it->sizes.n) == it->sizes.n)
         return kt_evaluate(it, in->end, it->trial, it->fresh, result);
     return KT_TRY_PASSED;
 }

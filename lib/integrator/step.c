@@ -91,28 +91,28 @@ static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
     result->result = KT_TRY_PASSED;
     it->stages_known = false;
     it->dense_known = false;
-    if (it->slope_slot == (int)it->fresh) {
+    if (it->derivative_slot == (int)it->fresh) {
         double *k = it->k[0];
         it->k[0] = it->k[it->fresh];
         it->k[it->fresh] = k;
-        it->slope_slot = 0;
+        it->derivative_slot = 0;
     }
-    if (it->slope_slot < 0 && kt_evaluate(it, it->memory.t, it->y, 0, result) == KT_TRY_PASSED)
-        it->slope_slot = 0;
+    if (it->derivative_slot < 0 && kt_evaluate(it, it->memory.t, it->y, 0, result) == KT_TRY_PASSED)
+        it->derivative_slot = 0;
     return result->result;
 }
 
-kt_status kt_integrator_slope(kt_integrator *it, const double **slope, kt_error *error) {
+kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_error *error) {
     kt_try r;
     if (!it->started)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_slope", "call kt_integrator_start first");
-    if (it->slope_slot < 0) { /* beside the stages of the last step, which its dense output may need */
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
+    if (it->derivative_slot < 0) { /* beside the stages of the last step, which its dense output may need */
         if (kt_evaluate(it, it->memory.t, it->y, it->fresh, &r) != KT_TRY_PASSED)
             return kt_try_report(&r, "the motion cannot go on from this state: look at what the model does here",
                                  error);
-        it->slope_slot = (int)it->fresh;
+        it->derivative_slot = (int)it->fresh;
     }
-    *slope = it->k[it->slope_slot];
+    *slope = it->k[it->derivative_slot];
     return KT_OK;
 }
 
@@ -142,7 +142,7 @@ static void commit(kt_integrator *it, const plan *p, bool changed, double next_s
     it->y = it->trial;
     it->trial = spare;
     it->stages_known = true;
-    it->slope_slot = it->gives_end_slope && !changed ? (int)it->fresh : -1;
+    it->derivative_slot = it->gives_end_derivative && !changed ? (int)it->fresh : -1;
 
     m->previous_t = m->t;
     m->t = p->interval.end;

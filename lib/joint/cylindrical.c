@@ -2,15 +2,15 @@
 #include "joint/kind.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
-    out[0] = kt_element_about(KT_MOTION_TURN, joint->axis);
-    out[1] = kt_element_about(KT_MOTION_SLIDE, joint->axis);
+    out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
+    out[1] = kt_element_about(KT_MOTION_PRISMATIC, joint->axis);
     return 2;
 }
 
 static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a) {
-    kt_measure_turn(axes, motion, near[0], q, v, a);
-    kt_measure_slide(axes->triad.z, motion, q + 1, v + 1, a + 1);
+    kt_measure_revolute(axes, motion, near[0], q, v, a);
+    kt_measure_prismatic(axes->triad.z, motion, q + 1, v + 1, a + 1);
 }
 
 static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {

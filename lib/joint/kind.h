@@ -35,14 +35,14 @@ static inline void kt_joint_store(double *x, kt_vec3 u) {
 static inline kt_vec3 kt_joint_load(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
 
 /* One turn about the axis, and one slide along it: both are parts of several joints. */
-static inline void kt_measure_turn(const kt_joint_axes *axes, const kt_joint_motion *motion, double near, double *q,
-                                   double *v, double *a) {
+static inline void kt_measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *motion, double near, double *q,
+                                       double *v, double *a) {
     *q = kt_measured_angle(&axes->triad, &motion->pose.rotation, near);
     *v = kt_vec3_dot(axes->triad.z, motion->velocity.angular);
     *a = kt_vec3_dot(axes->triad.z, motion->acceleration.angular);
 }
 
-static inline void kt_measure_slide(kt_vec3 along, const kt_joint_motion *motion, double *q, double *v, double *a) {
+static inline void kt_measure_prismatic(kt_vec3 along, const kt_joint_motion *motion, double *q, double *v, double *a) {
     *q = kt_vec3_dot(along, motion->pose.position);
     *v = kt_vec3_dot(along, motion->velocity.linear);
     *a = kt_vec3_dot(along, motion->acceleration.linear);

@@ -5,15 +5,15 @@
 static int elements(const kt_joint *joint, kt_element *out) {
     const kt_mat3 triad = kt_triad_from_axis(kt_joint_unit(joint->axis), 2);
     for (int k = 0; k < 3; k++)
-        out[k] = (kt_element){.motion = k < 2 ? KT_MOTION_SLIDE : KT_MOTION_TURN, .axis = k, .frame = triad};
+        out[k] = (kt_element){.motion = k < 2 ? KT_MOTION_PRISMATIC : KT_MOTION_REVOLUTE, .axis = k, .frame = triad};
     return 3;
 }
 
 static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a) {
-    kt_measure_slide(axes->triad.x, motion, q, v, a);
-    kt_measure_slide(axes->triad.y, motion, q + 1, v + 1, a + 1);
-    kt_measure_turn(axes, motion, near[2], q + 2, v + 2, a + 2);
+    kt_measure_prismatic(axes->triad.x, motion, q, v, a);
+    kt_measure_prismatic(axes->triad.y, motion, q + 1, v + 1, a + 1);
+    kt_measure_revolute(axes, motion, near[2], q + 2, v + 2, a + 2);
 }
 
 static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {

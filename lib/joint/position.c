@@ -8,7 +8,7 @@
 
 /* Number of plain coordinates before the quaternion of a link, or -1 where it has none. */
 static int plain_before_quaternion(const kt_link *link) {
-    return link->motion == KT_MOTION_BALL ? 0 : link->motion == KT_MOTION_FREE ? 3 : -1;
+    return link->motion == KT_MOTION_SPHERICAL ? 0 : link->motion == KT_MOTION_FREE ? 3 : -1;
 }
 
 static kt_quat load(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }

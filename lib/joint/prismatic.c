@@ -2,14 +2,14 @@
 #include "joint/kind.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
-    out[0] = kt_element_about(KT_MOTION_SLIDE, joint->axis);
+    out[0] = kt_element_about(KT_MOTION_PRISMATIC, joint->axis);
     return 1;
 }
 
 static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a) {
     (void)near;
-    kt_measure_slide(axes->triad.z, motion, q, v, a);
+    kt_measure_prismatic(axes->triad.z, motion, q, v, a);
 }
 
 static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {

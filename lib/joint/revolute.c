@@ -2,13 +2,13 @@
 #include "joint/kind.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
-    out[0] = kt_element_about(KT_MOTION_TURN, joint->axis);
+    out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
     return 1;
 }
 
 static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a) {
-    kt_measure_turn(axes, motion, near[0], q, v, a);
+    kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
 static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {

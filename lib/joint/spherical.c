@@ -3,7 +3,7 @@
 
 static int elements(const kt_joint *joint, kt_element *out) {
     (void)joint;
-    out[0] = (kt_element){.motion = KT_MOTION_BALL, .frame = kt_mat3_identity()};
+    out[0] = (kt_element){.motion = KT_MOTION_SPHERICAL, .frame = kt_mat3_identity()};
     return 1;
 }
 

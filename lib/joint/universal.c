@@ -2,8 +2,8 @@
 #include "joint/kind.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
-    out[0] = kt_element_about(KT_MOTION_TURN, joint->axis);
-    out[1] = kt_element_about(KT_MOTION_TURN, kt_joint_second_axis(joint));
+    out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
+    out[1] = kt_element_about(KT_MOTION_REVOLUTE, kt_joint_second_axis(joint));
     return 2;
 }
 

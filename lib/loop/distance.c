@@ -16,12 +16,12 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     double length[3];
     kt_curve_evaluate(&loop->curve, numbers, t, length);
     const kt_vector d = end[1].point - end[0].point, rate = end[1].velocity - end[0].velocity;
-    const kt_number d2 = kt_dot(d, d);
+    const kt_real d2 = kt_dot(d, d);
     const bool apart = kt_value(d2) > DBL_MIN; /* below, the square has lost digits */
-    const kt_number norm = apart ? kt_root(d2) : 0.0;
+    const kt_real norm = apart ? kt_sqrt(d2) : 0.0;
     const kt_vector n = apart ? kt_over(d, norm) : end[0].axes[0];
     const kt_vector across = kt_cross(n, rate); /* |d'|^2 - (n . d')^2 without cancellation */
-    const kt_number bend = apart ? kt_dot(across, across) / norm : 0.0;
+    const kt_real bend = apart ? kt_dot(across, across) / norm : 0.0;
     rows[0] = (kt_loop_row){.force = n,
                             .moment = kt_vector_zero(),
                             .residual = norm - length[0],
@@ -31,4 +31,4 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 1;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_LENGTH}};
+const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_DISTANCE}};

@@ -4,8 +4,8 @@
 #ifndef KT_LOOP_KIND_H
 #define KT_LOOP_KIND_H
 
-#include "algebra/number.h"
-#include "base/level.h"
+#include "algebra/real.h"
+#include "base/isa.h"
 #include "model/internal.h"
 
 enum { KT_LOOP_ROW_MAX = 6 };
@@ -31,10 +31,10 @@ typedef struct kt_loop_end {
  * opposite wrench at the same point. A row that is not holonomic has no phi, and its phi' is what must vanish. */
 typedef struct kt_loop_row {
     kt_vector moment, force;
-    kt_number residual; /* phi; 0 where the row is not holonomic */
-    kt_number rate;     /* partial derivative of phi by time: -b' */
-    kt_number drift;    /* what of phi'' is not linear in accelerations; needs the velocities, all else does not */
-    bool holonomic;     /* the row has a residual to be closed */
+    kt_real residual; /* phi; 0 where the row is not holonomic */
+    kt_real rate;     /* partial derivative of phi by time: -b' */
+    kt_real drift;    /* what of phi'' is not linear in accelerations; needs the velocities, all else does not */
+    bool holonomic;   /* the row has a residual to be closed */
 } kt_loop_row;
 
 /* A relation: sum of coefficient * position - f(t). */
@@ -49,13 +49,13 @@ typedef enum kt_loop_part {
     KT_PART_X,
     KT_PART_Y,
     KT_PART_Z,
-    KT_PART_TURN_X,
-    KT_PART_TURN_Y,
-    KT_PART_TURN_Z,
+    KT_PART_ROTATION_X,
+    KT_PART_ROTATION_Y,
+    KT_PART_ROTATION_Z,
     KT_PART_TILT_X,
     KT_PART_TILT_Y,
     KT_PART_NORMAL,
-    KT_PART_LENGTH
+    KT_PART_DISTANCE
 } kt_loop_part;
 
 /* One file a type, each compiled for every instruction-set level: const kt_loop_kind KT_KERNEL(kt_loop_spherical); and
@@ -70,8 +70,8 @@ typedef struct kt_loop_kind {
     kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
 } kt_loop_kind;
 
-#ifdef KT_TANGENT
-extern const kt_loop_kind *const kt_loop_kinds_tangent[KT_LOOP_TYPE_COUNT];
+#ifdef KT_DUAL
+extern const kt_loop_kind *const kt_loop_kinds_dual[KT_LOOP_TYPE_COUNT];
 #else
 extern const kt_loop_kind *const kt_loop_kinds_baseline[KT_LOOP_TYPE_COUNT];
 extern const kt_loop_kind *const kt_loop_kinds_v3[KT_LOOP_TYPE_COUNT];

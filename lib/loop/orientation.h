@@ -34,13 +34,13 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
     const kt_vector x = kt_apply_transposed(e, f[0]), y = kt_apply_transposed(e, f[1]);
     const kt_vector z = kt_apply_transposed(e, f[2]);
     const kt_vector turn[3] = {x, y, z};
-    const kt_turn_parameters q = kt_turn_parameters_of(turn);
+    const kt_euler_parameters q = kt_euler_parameters_of(turn);
     const kt_vector component = kt_scale(4.0 / (1.0 + q.w), q.e);
     const kt_vector p = kt_apply(e, component);
-    const kt_number s = kt_dot(p, p) / 16.0;
-    const kt_number pw = kt_dot(p, r->w), ww = kt_dot(r->w, r->w);
+    const kt_real s = kt_dot(p, p) / 16.0;
+    const kt_real pw = kt_dot(p, r->w), ww = kt_dot(r->w, r->w);
     for (int k = 0; k < 3; k++) {
-        const kt_number phi = kt_component(component, k);
+        const kt_real phi = kt_component(component, k);
         const kt_vector m = kt_scale(1.0 - s, e[k]) + kt_scale(0.5, kt_cross(p, e[k])) + kt_scale(0.125 * phi, p);
         rows[k] =
             (kt_loop_row){.moment = m,
@@ -56,9 +56,9 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
 
 /* f, or where its sine against e is below the clearance, f moved so far from the line of e (towards `aside`, normal to
  * e, where f lies on that line). *sine: f's own. */
-KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_number *sine) {
+KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_real *sine) {
     const kt_vector across = kt_cross(kt_cross(e, f), e); /* f's part normal to e */
-    *sine = kt_root(kt_dot(across, across));
+    *sine = kt_sqrt(kt_dot(across, across));
     if (kt_value(*sine) >= KT_AXIS_CLEARANCE)
         return f;
     const kt_vector away = kt_value(*sine) > 1e-145 ? kt_over(across, *sine) : aside;
@@ -67,16 +67,16 @@ KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_
 }
 
 /* The second end's z axis, clear of being opposite to the first's; *sine is 1 where it is not near. */
-KT_INLINE kt_vector kt_axis_not_opposite(const kt_loop_end end[2], kt_number *sine) {
+KT_INLINE kt_vector kt_axis_not_opposite(const kt_loop_end end[2], kt_real *sine) {
     const kt_vector e = end[0].axes[2], f = end[1].axes[2];
     *sine = 1.0;
     return kt_value(kt_dot(e, f)) < 0.0 ? kt_axis_clear(e, end[0].axes[0], f, sine) : f;
 }
 
 /* 4 tan(theta / 4) near half a turn, from sin(theta). */
-KT_INLINE kt_number kt_axis_gap(kt_number sine) {
-    const kt_number half = 0.5 * sine * sine / (1.0 + kt_root(1.0 - sine * sine)); /* cos^2(theta / 2) */
-    return 4.0 * kt_root(1.0 - half) / (1.0 + kt_root(half));
+KT_INLINE kt_real kt_axis_gap(kt_real sine) {
+    const kt_real half = 0.5 * sine * sine / (1.0 + kt_sqrt(1.0 - sine * sine)); /* cos^2(theta / 2) */
+    return 4.0 * kt_sqrt(1.0 - half) / (1.0 + kt_sqrt(half));
 }
 
 /* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with
@@ -88,24 +88,24 @@ KT_INLINE kt_number kt_axis_gap(kt_number sine) {
  * two large terms: b and e x f are made of the same h, lest their roundings tell. At c = -1 the direction is undefined:
  * h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
-    kt_number sine;
+    kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine), w = r->w;
     const kt_vector side[2] = {-end[0].axes[1], end[0].axes[0]};
-    const kt_number h[2] = {kt_dot(side[0], f), kt_dot(side[1], f)};
-    const kt_number c = kt_dot(e, f), h2 = h[0] * h[0] + h[1] * h[1];
-    const kt_number half = kt_value(c) < 0.0 ? h2 / (2.0 * (1.0 - c)) : 0.5 * (1.0 + c);
-    const kt_number b = kt_root(half), one = 1.0 + b;
-    const kt_number f0 = 2.0 / (b * one);
-    const kt_number f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
-    const kt_number f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
-    const kt_number size = kt_value(sine) < KT_AXIS_CLEARANCE ? kt_axis_gap(sine) / kt_root(h2) : f0;
+    const kt_real h[2] = {kt_dot(side[0], f), kt_dot(side[1], f)};
+    const kt_real c = kt_dot(e, f), h2 = h[0] * h[0] + h[1] * h[1];
+    const kt_real half = kt_value(c) < 0.0 ? h2 / (2.0 * (1.0 - c)) : 0.5 * (1.0 + c);
+    const kt_real b = kt_sqrt(half), one = 1.0 + b;
+    const kt_real f0 = 2.0 / (b * one);
+    const kt_real f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
+    const kt_real f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
+    const kt_real size = kt_value(sine) < KT_AXIS_CLEARANCE ? kt_axis_gap(sine) / kt_sqrt(h2) : f0;
     const kt_vector slope = -(kt_scale(h[0], end[0].axes[0]) + kt_scale(h[1], end[0].axes[1])); /* f x e */
     const kt_vector bend = kt_cross(w, kt_cross(w, f));
-    const kt_number c1 = kt_dot(w, slope), c2 = kt_dot(e, bend);
+    const kt_real c1 = kt_dot(w, slope), c2 = kt_dot(e, bend);
     for (int k = 0; k < 2; k++) {
         const kt_vector lever = kt_cross(f, side[k]);
         const kt_vector m = kt_scale(f0, lever) + kt_scale(f1 * h[k], slope);
-        const kt_number bent =
+        const kt_real bent =
             f0 * kt_dot(side[k], bend) + 2.0 * f1 * c1 * kt_dot(w, lever) + (f2 * c1 * c1 + f1 * c2) * h[k];
         rows[k] = (kt_loop_row){.moment = m,
                                 .force = kt_vector_zero(),
@@ -120,13 +120,13 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
  *     phi = 2 tan(eps / 2) = 2 c / (1 + s) =: G(c),  G' = 2 / (s (1 + s)),  G'' = 2 c (1 + 2 s) / (s^3 (1 + s)^2)
  * with the slope 1 to 2, and Newton's step is sin(eps). At s = 0 any direction leads back: f moves towards e_x. */
 KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_relative *r) {
-    kt_number sine;
+    kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_clear(e, end[0].axes[0], end[1].axes[2], &sine), w = r->w;
     const kt_vector lever = kt_cross(f, e);
-    const kt_number c = kt_dot(e, f), s = kt_root(kt_dot(lever, lever)), one = 1.0 + s;
-    const kt_number g1 = 2.0 / (s * one), g2 = 2.0 * c * (1.0 + 2.0 * s) / (s * s * s * one * one);
+    const kt_real c = kt_dot(e, f), s = kt_sqrt(kt_dot(lever, lever)), one = 1.0 + s;
+    const kt_real g1 = 2.0 / (s * one), g2 = 2.0 * c * (1.0 + 2.0 * s) / (s * s * s * one * one);
     const kt_vector m = kt_scale(g1, lever);
-    const kt_number c1 = kt_dot(w, lever), c2 = kt_dot(e, kt_cross(w, kt_cross(w, f)));
+    const kt_real c1 = kt_dot(w, lever), c2 = kt_dot(e, kt_cross(w, kt_cross(w, f)));
     return (kt_loop_row){.moment = m,
                          .force = kt_vector_zero(),
                          .residual = 2.0 * kt_dot(e, end[1].axes[2]) / (1.0 + sine),

@@ -10,4 +10,4 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_parallel) = {
-    .rows = 3, .evaluate = evaluate, .part = {KT_PART_TURN_X, KT_PART_TURN_Y, KT_PART_TURN_Z}};
+    .rows = 3, .evaluate = evaluate, .part = {KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z}};

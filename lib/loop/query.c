@@ -38,9 +38,9 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     if (record->term_count) {
         const kt_link *link = &model->link[model->term[record->term].link];
-        return record->type != KT_LOOP_MOTION    ? KT_MEASURE_SUM
-               : link->motion == KT_MOTION_SLIDE ? KT_MEASURE_LENGTH
-                                                 : KT_MEASURE_ANGLE;
+        return record->type != KT_LOOP_MOTION        ? KT_MEASURE_SUM
+               : link->motion == KT_MOTION_PRISMATIC ? KT_MEASURE_LENGTH
+                                                     : KT_MEASURE_ANGLE;
     }
     generic_ends(end);
     if (row >= kt_loop_kinds_baseline[record->type]->evaluate(record, model->number, end, 0.0, rows) ||

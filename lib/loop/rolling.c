@@ -20,7 +20,7 @@
 static const double FLAT = 1e-6;
 
 typedef struct contact {
-    kt_number c, s;
+    kt_real c, s;
     kt_vector t, rate; /* t, t' */
 } contact;
 
@@ -28,9 +28,9 @@ static inline contact touch(const kt_loop_end *wheel, kt_vector n, kt_vector tur
     const kt_vector a = wheel->axes[2], across = kt_cross(n, a), rate = kt_cross(turning, a);
     contact k;
     k.c = kt_dot(n, a);
-    k.s = kt_root(kt_dot(across, across));
+    k.s = kt_sqrt(kt_dot(across, across));
     k.t = kt_value(k.s) > 1e-150 ? kt_over(kt_cross(a, across), k.s) : wheel->axes[0];
-    const kt_number s = kt_at_least(k.s, FLAT), c1 = kt_dot(n, rate), s1 = -k.c * c1 / s;
+    const kt_real s = kt_max(k.s, FLAT), c1 = kt_dot(n, rate), s1 = -k.c * c1 / s;
     k.rate = kt_over(-(kt_scale(c1, a) + kt_scale(k.c, rate) + kt_scale(s1, k.t)), s);
     return k;
 }

@@ -13,12 +13,12 @@
 
 static const double TURN = 6.283185307179586;
 
-static kt_number advance(const kt_loop_record *loop, const kt_loop_end end[2], kt_number along) {
+static kt_real advance(const kt_loop_record *loop, const kt_loop_end end[2], kt_real along) {
     const kt_vector *e = end[0].axes, *f = end[1].axes;
-    const kt_number theta = kt_angle(kt_dot(e[1], f[0]) - kt_dot(e[0], f[1]), kt_dot(e[0], f[0]) + kt_dot(e[1], f[1]));
+    const kt_real theta = kt_atan2(kt_dot(e[1], f[0]) - kt_dot(e[0], f[1]), kt_dot(e[0], f[0]) + kt_dot(e[1], f[1]));
     const double lead = TURN * loop->pitch;
-    const kt_number phi = along - loop->pitch * (theta - loop->angle);
-    return lead != 0.0 ? kt_wrap(phi, lead) : phi;
+    const kt_real phi = along - loop->pitch * (theta - loop->angle);
+    return lead != 0.0 ? kt_remainder(phi, lead) : phi;
 }
 
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
@@ -29,11 +29,11 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
         rows[k] = kt_row_along(&r, end[0].axes[k]);
     kt_row_coaxial(end, &r, rows + 2);
 
-    kt_number sine;
+    kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine);
-    const kt_number c = 1.0 + kt_dot(e, f);
+    const kt_real c = 1.0 + kt_dot(e, f);
     const kt_vector k = kt_over(e + f, c);
-    const kt_number bend = -kt_dot(k, r.w) * kt_dot(r.w, kt_cross(f, e)) / c - kt_dot(k, r.turning);
+    const kt_real bend = -kt_dot(k, r.w) * kt_dot(r.w, kt_cross(f, e)) / c - kt_dot(k, r.turning);
     rows[4] = kt_row_along(&r, e);
     rows[4].residual = advance(loop, end, rows[4].residual);
     rows[4].moment = kt_scale(-loop->pitch, k);

@@ -14,4 +14,4 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 const kt_loop_kind KT_KERNEL(kt_loop_weld) = {
     .rows = 6,
     .evaluate = evaluate,
-    .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_TURN_X, KT_PART_TURN_Y, KT_PART_TURN_Z}};
+    .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z}};

@@ -44,7 +44,7 @@ kt_vec3 kt_attach_axis(const kt_loop *loop, int end) {
     return end == 0 || !two ? loop->axis : loop->axis2;
 }
 
-void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis) {
+void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
@@ -56,7 +56,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
-        kt_attach_turn_to_axis(&r->frame[k], kt_attach_axis(loop, k));
+        kt_attach_align_axis(&r->frame[k], kt_attach_axis(loop, k));
     }
     r->ancestor = kt_attach_ancestor(a, r->link[0], r->link[1]);
     for (int k = 0; k < 2; k++) {
@@ -156,7 +156,7 @@ static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *ori
         if (r->length[k] == 0)
             continue;
         const kt_link *first = &m->link[m->path[r->path[k]]];
-        if (first->motion != KT_MOTION_TURN && first->motion != KT_MOTION_BALL)
+        if (first->motion != KT_MOTION_REVOLUTE && first->motion != KT_MOTION_SPHERICAL)
             return false;
         if (!found)
             *origin = kt_v4_vec3(first->at);
@@ -242,8 +242,8 @@ static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_eff
             return status;
         r->arm[k] = kt_vec3_sub(r->frame[k].position, m->body[r->body[k]].in_link.position);
     }
-    if (kt_effect_is_turned(effect))
-        kt_attach_turn_to_axis(&r->frame[1], effect->axis);
+    if (kt_effect_aligns_second_end(effect))
+        kt_attach_align_axis(&r->frame[1], effect->axis);
     return KT_OK;
 }
 

@@ -12,7 +12,7 @@
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect, "in the description's order")                                               \
-    X(int32_t, bearer, n->link, "place of a link among the bearers; 0: it is none")
+    X(int32_t, force_link, n->link, "place of a link among the bearers; 0: it is none")
 
 typedef struct kt_attach {
     const kt_description *description;
@@ -29,7 +29,7 @@ static inline bool kt_attach_is_relation(int32_t type) { return type == KT_LOOP_
 /* The axis of an end: the first's, or the second's own where the type has one. Turns an end's frame so that its z axis
  * is that. */
 kt_vec3 kt_attach_axis(const kt_loop *loop, int end);
-void kt_attach_turn_to_axis(kt_pose *frame, kt_vec3 axis);
+void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis);
 
 /* The deepest link that carries both. */
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);

@@ -16,16 +16,16 @@ static int key_of(int type, int ends) {
 
 enum { KEYS = 3 * (KT_EFFECT_TYPE_COUNT + 1) };
 
-static bool turns(const kt_link *link) { return link->motion == KT_MOTION_TURN || link->motion == KT_MOTION_HELIX; }
+static bool turns(const kt_link *link) { return link->motion == KT_MOTION_REVOLUTE || link->motion == KT_MOTION_SCREW; }
 
 /* Marks the links from one that bears an end down to the ground. */
 static void mark(kt_attach *a, kt_counts *n, const char *body) {
     const kt_model *m = a->tree;
     int32_t link = body ? m->body[kt_body_find(m, body)].link : 0;
-    for (; link > 0 && a->bearer[link] == 0; link = m->link[link].parent) {
-        a->bearer[link] = 1;
-        n->bearer++;
-        n->bearer_angle += turns(&m->link[link]);
+    for (; link > 0 && a->force_link[link] == 0; link = m->link[link].parent) {
+        a->force_link[link] = 1;
+        n->force_link++;
+        n->force_link_angle += turns(&m->link[link]);
     }
 }
 
@@ -36,8 +36,8 @@ void kt_attach_count_effects(kt_attach *a, kt_counts *n) {
         const int ends = kt_effect_end_count(effect), key = key_of((int)effect->type, ends);
         n->batch += !known[key];
         known[key] = true;
-        if (ends > 0 && n->bearer == 0)
-            n->bearer = 1; /* the ground */
+        if (ends > 0 && n->force_link == 0)
+            n->force_link = 1; /* the ground */
         for (int k = 0; k < ends; k++)
             mark(a, n, effect->between[k].body);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
@@ -45,29 +45,29 @@ void kt_attach_count_effects(kt_attach *a, kt_counts *n) {
 }
 
 /* The marked links in their order, parents before children; the marks become places. */
-static void list_bearers(kt_attach *a, kt_model *m) {
+static void list_force_links(kt_attach *a, kt_model *m) {
     int32_t count = 1, angle = 0;
-    if (m->n.bearer == 0)
+    if (m->n.force_link == 0)
         return;
-    m->bearer[0] = (kt_bearer){.base = true};
+    m->force_link[0] = (kt_force_link){.base = true};
     for (int32_t i = 1; i < (int32_t)m->n.link; i++) {
         const kt_link *link = &m->link[i];
-        if (a->bearer[i] == 0)
+        if (a->force_link[i] == 0)
             continue;
-        kt_bearer *b = &m->bearer[count];
-        *b = (kt_bearer){.link = i, .parent = a->bearer[link->parent]};
-        b->base = m->bearer[b->parent].base && (b->parent == 0 || link->body == m->link[link->parent].body);
+        kt_force_link *b = &m->force_link[count];
+        *b = (kt_force_link){.link = i, .parent = a->force_link[link->parent]};
+        b->base = m->force_link[b->parent].base && (b->parent == 0 || link->body == m->link[link->parent].body);
         if (turns(link)) {
-            m->bearer_angle[angle] = link->q;
-            m->bearer_turn[angle++] = link->angle;
+            m->force_link_angle[angle] = link->q;
+            m->force_link_angle_index[angle++] = link->angle;
         }
-        a->bearer[i] = count++;
+        a->force_link[i] = count++;
     }
 }
 
 void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
     int32_t place = 0, batch = 0;
-    list_bearers(a, m);
+    list_force_links(a, m);
     for (int key = 0; key < KEYS && place < (int32_t)m->n.effect; key++) {
         const int32_t first = place;
         for (size_t i = 0; i < m->n.effect; i++) {
@@ -76,7 +76,7 @@ void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
                 continue;
             m->effect[place] = *r;
             for (int k = 0; k < r->ends; k++)
-                m->effect[place].bearer[k] = a->bearer[r->link[k]];
+                m->effect[place].force_link[k] = a->force_link[r->link[k]];
             place++;
         }
         if (place > first)

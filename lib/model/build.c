@@ -89,7 +89,7 @@ static void count_all(const build *b, kt_counts *n) {
         n->link += (size_t)count;
         n->spatial += is_spatial ? (size_t)count : 0;
         for (int k = 0; k < count; k++) {
-            const bool turns = elements[k].motion == KT_MOTION_TURN || elements[k].motion == KT_MOTION_HELIX;
+            const bool turns = elements[k].motion == KT_MOTION_REVOLUTE || elements[k].motion == KT_MOTION_SCREW;
             n->angle += turns;
             n->spatial_angle += turns && is_spatial;
         }
@@ -161,7 +161,7 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
 }
 
 void kt_model_name_all(kt_model *m) {
-    kt_names_place(&m->names, m->n.body + m->n.marker, m->index);
+    kt_names_init(&m->names, m->n.body + m->n.marker, m->index);
     for (size_t i = 0; i < m->n.body; i++) {
         const kt_body_record *b = &m->body[i];
         (void)kt_names_add(&m->names, 0, m->text + b->name, (int)i);
@@ -251,9 +251,9 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         link->axis = (uint8_t)e->axis;
         link->q = q;
         link->v = v;
-        q += e->motion == KT_MOTION_BALL ? 4 : e->motion == KT_MOTION_FREE ? 7 : 1;
-        v += e->motion == KT_MOTION_BALL ? 3 : e->motion == KT_MOTION_FREE ? 6 : 1;
-        if (e->motion == KT_MOTION_TURN || e->motion == KT_MOTION_HELIX) {
+        q += e->motion == KT_MOTION_SPHERICAL ? 4 : e->motion == KT_MOTION_FREE ? 7 : 1;
+        v += e->motion == KT_MOTION_SPHERICAL ? 3 : e->motion == KT_MOTION_FREE ? 6 : 1;
+        if (e->motion == KT_MOTION_REVOLUTE || e->motion == KT_MOTION_SCREW) {
             m->angle[*angle] = link->q;
             link->angle = (int32_t)(*angle)++;
         }
@@ -331,7 +331,8 @@ static void size_links(build *b) {
         b->mass[i] += link->mass;
         b->trace[i] += link->inertia[0][0] + link->inertia[1][1] + link->inertia[2][2];
         const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_v4_dot(link->at, link->at);
-        link->size = link->motion == KT_MOTION_SLIDE ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
+        link->size =
+            link->motion == KT_MOTION_PRISMATIC ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
         b->mass[link->parent] += b->mass[i];
         b->trace[link->parent] += b->trace[i];
         b->shift[link->parent] = fmax(b->shift[link->parent], fmax(b->shift[i], step));
@@ -366,11 +367,11 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         kt_model_name_all(m);
         string_all(b);
         size_links(b);
-        kt_planar_place(m, b->moves);
-        m->level = kt_level_resolve(options->level);
-        if (m->level == KT_LEVEL_AUTO)
+        kt_planar_links_fill(m, b->moves);
+        m->level = kt_isa_resolve(options->level);
+        if (m->level == KT_ISA_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",
-                                  "this processor or build does not have that instruction set; use KT_LEVEL_AUTO");
+                                  "this processor or build does not have that instruction set; use KT_ISA_AUTO");
     }
     if (status == KT_OK)
         status = kt_tree_check(m, b->description, b->report, b->user, error);
@@ -389,7 +390,7 @@ static kt_status build_all(build *b, const kt_model_options *options, kt_error *
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     memset(memory, 0, bytes);
     build_layout(n, loops, table, memory, b);
-    kt_names_place(&b->names, n, b->table);
+    kt_names_init(&b->names, n, b->table);
     for (size_t i = 0; i < n; i++)
         (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);
     const kt_status status = compile(b, options, error);

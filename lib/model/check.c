@@ -111,7 +111,7 @@ static void *place_memory(kt_checker *checker) {
     char *memory = malloc(table + 2 * bodies * sizeof(int));
     if (memory == NULL)
         return NULL;
-    kt_names_place(&checker->names, names, memory);
+    kt_names_init(&checker->names, names, memory);
     checker->parent = (int *)(void *)(memory + table);
     checker->mark = checker->parent + bodies;
     checker->effort = 10000000 + 64 * (int64_t)names;

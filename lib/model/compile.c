@@ -39,21 +39,21 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
     const kt_model_options defaults = kt_model_options_default();
-    const kt_model_options *wish = options ? options : &defaults;
+    const kt_model_options *settings = options ? options : &defaults;
     kt_model *tree = NULL;
     if (!model)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_compile", "model is NULL");
-    kt_status status = check_options(wish, error);
+    kt_status status = check_options(settings, error);
     if (status == KT_OK)
         status = kt_description_check(description, NULL, NULL, error);
     if (status == KT_OK)
-        status = refuse_loops(description, wish, error);
+        status = refuse_loops(description, settings, error);
     if (status == KT_OK)
-        status = kt_model_build(description, wish, &tree, error);
+        status = kt_model_build(description, settings, &tree, error);
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
-    if (status == KT_OK && wish->formulation == KT_FORMULATION_ABSOLUTE)
-        status = kt_absolute_compile(description, wish, tree, &tree->absolute, error);
+    if (status == KT_OK && settings->formulation == KT_FORMULATION_ABSOLUTE)
+        status = kt_absolute_compile(description, settings, tree, &tree->absolute, error);
     if (status == KT_OK)
         *model = tree;
     else
@@ -68,14 +68,14 @@ void kt_model_free(kt_model *model) {
     free(model);
 }
 
-kt_model_options kt_model_options_default(void) { return (kt_model_options){.level = KT_LEVEL_AUTO}; }
+kt_model_options kt_model_options_default(void) { return (kt_model_options){.level = KT_ISA_AUTO}; }
 
 kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
     const size_t size = kt_data_size(model);
     void *memory = aligned_alloc(KT_ALIGNMENT, size);
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the data cannot be had", size);
-    const kt_status status = kt_data_place(model, memory, size, data, error);
+    const kt_status status = kt_data_init(model, memory, size, data, error);
     if (status == KT_OK)
         (*data)->owned = memory;
     else

@@ -51,7 +51,7 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
     for (size_t i = 1; i < n->link; i++)
         if (a->number[set_of(a, (int32_t)i)] >= 0) {
             n->group_link++;
-            n->group_v += (size_t)kt_link_freedoms(&a->tree->link[i]);
+            n->group_v += (size_t)kt_link_dofs(&a->tree->link[i]);
         }
 }
 
@@ -74,7 +74,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
         if (group->parent < 0)
             group->parent = link->parent; /* the first link is the highest */
         link->local = group->v_count;
-        group->v_count += kt_link_freedoms(link);
+        group->v_count += kt_link_dofs(link);
         group->link_count++;
     }
 }
@@ -98,7 +98,7 @@ static void place_groups(kt_model *m) {
             group->count[k] = group->row_count;
             group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
         }
-        m->n.dense += kt_group_lay_out(group);
+        m->n.dense += kt_group_layout(group);
         m->link[group->parent].branches = true;
         if ((size_t)group->parent >= m->n.spatial)
             m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
@@ -108,7 +108,7 @@ static void place_groups(kt_model *m) {
 
 /* The coordinates of a link whose change is a length come first among its own. */
 static int lengths_of(const kt_link *link) {
-    return link->motion == KT_MOTION_SLIDE ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
+    return link->motion == KT_MOTION_PRISMATIC ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
 }
 
 /* Whose accelerations others follow from; those inside a group come all at once. */
@@ -139,7 +139,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
             planar->tops = group->link_count == 0;
         }
         m->group_link[group->link + group->link_count++] = (int32_t)i;
-        for (int k = 0; k < kt_link_freedoms(link); k++) {
+        for (int k = 0; k < kt_link_dofs(link); k++) {
             m->group_v[group->v + link->local + k] = link->v + k;
             m->unit[group->v + link->local + k] = k < lengths_of(link) ? m->length : 1.0;
         }

@@ -12,7 +12,7 @@ typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
-    size_t batch, bearer, bearer_angle;
+    size_t batch, force_link, force_link_angle;
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on; planar: places for planar links,
      * the ground's slot before them, or 0 where there are none. */
     size_t spatial, spatial_angle, planar, plane, planar_loop;
@@ -48,9 +48,9 @@ typedef struct kt_counts {
     X(uint8_t, given, n->v, "which of a coordinate's position (1) and velocity (2) the description gives")             \
     X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
-    X(kt_bearer, bearer, n->bearer, "links whose motion effects ask for; 0: the ground")                               \
-    X(int32_t, bearer_angle, KT_ANGLES(n->bearer_angle), "positions that are angles of these, and zeros")              \
-    X(int32_t, bearer_turn, n->bearer_angle, "places of these angles among all")                                       \
+    X(kt_force_link, force_link, n->force_link, "links whose motion effects ask for; 0: the ground")                   \
+    X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
+    X(int32_t, force_link_angle_index, n->force_link_angle, "places of these angles among all")                        \
     X(double, number, n->number, "of functions of time")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
@@ -61,7 +61,7 @@ struct kt_model {
     size_t bytes;
     kt_counts n;
     kt_v4 gravity;
-    kt_level level;
+    kt_isa level;
     kt_reduction reduction;
     kt_metric metric;
     kt_sweep sweep;               /* which links there are: spatial, planar or both */
@@ -79,12 +79,12 @@ struct kt_model {
 /* Bytes of a model with these counts; places its arrays in the block at base where that and model are not NULL. */
 size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model);
 
-/* Supplied by lib/dynamics: the level that is meant on this processor (KT_LEVEL_AUTO where it lacks the one asked for),
+/* Supplied by lib/dynamics: the level that is meant on this processor (KT_ISA_AUTO where it lacks the one asked for),
  * and which links have no inertia along one of their freedoms at q. A verdict that is KT_INERTIA_UNKNOWN from the
  * start, and those of the links that carry such a link or one without inertia, are not decided. Returns the number of
  * links without. */
 typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
-kt_level kt_level_resolve(kt_level asked);
+kt_isa kt_isa_resolve(kt_isa asked);
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
 /* Equations of a loop: as many as its type has (rolling: 3 with contact). */
@@ -92,7 +92,7 @@ int kt_loop_row_count(const kt_loop *loop);
 
 /* Supplied by lib/reduction: lays a group's matrices out and returns the numbers that they take; the ranks of all
  * groups. */
-size_t kt_group_lay_out(kt_group *group);
+size_t kt_group_layout(kt_group *group);
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
 /* Supplied by lib/joint; of a type without axes they mean nothing. */
@@ -115,7 +115,7 @@ void kt_model_name_all(kt_model *model);
 /* Supplied by lib/effect, of an effect whose type exists: the frames that it acts on (0: a joint); whether the second
  * is turned to its axis; and its k-th function of time of at most three, KT_FUNCTION_NONE where there is none. */
 int kt_effect_end_count(const kt_effect *effect);
-bool kt_effect_is_turned(const kt_effect *effect);
+bool kt_effect_aligns_second_end(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
 
 /* Supplied by lib/effect: what an effect can do to the energy. */
@@ -165,10 +165,10 @@ typedef struct kt_link_kinematics {
 
 /* A bearer in motion. Its place is base + local: from the world's origin to where its tree stands, and from there on,
  * so that what lies near to each other far from the world's origin is seen at its distance to the last digit. */
-typedef struct kt_bearer_motion {
+typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
     kt_v4 base, local, velocity;
-} kt_bearer_motion;
+} kt_force_frame;
 
 /* Inertia that maps (alpha, a) to (moment, force): [J H; G M] with G = H', columns; and the bias wrench. */
 typedef struct kt_articulated {
@@ -192,9 +192,9 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_response, response, n->link, "from the way back to the way out")                                              \
     X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
-    X(kt_bearer_motion, bearer, n->bearer, "motion of the links that effects ask for")                                 \
-    X(double, bearer_sine, kt_lanes8(n->bearer_angle), "of these links' angles")                                       \
-    X(double, bearer_cosine, kt_lanes8(n->bearer_angle), "of these links' angles")                                     \
+    X(kt_force_frame, force_link, n->force_link, "motion of the links that effects ask for")                           \
+    X(double, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                               \
+    X(double, force_link_cosine, kt_lanes8(n->force_link_angle), "of these links' angles")                             \
     X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
     X(kt_planar_response, planar_response, n->planar, "from the way back to the way out")                              \
     X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \
@@ -222,10 +222,10 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
     X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \
     X(bool, settled, n->group, "whether that is all that can be done for a group")                                     \
-    X(double, beside_q, kt_where(n->group, kt_lanes8(n->q)), "a state beside a singular position")                     \
-    X(double, beside_v, kt_where(n->group, kt_lanes8(n->v)), "a state beside a singular position")                     \
+    X(double, neighbour_q, kt_where(n->group, kt_lanes8(n->q)), "a state beside a singular position")                  \
+    X(double, neighbour_v, kt_where(n->group, kt_lanes8(n->v)), "a state beside a singular position")                  \
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \
-    X(kt_wrench, pushed, kt_where(n->bearer, n->body), "wrenches on bodies: external ones and effects")                \
+    X(kt_wrench, pushed, kt_where(n->force_link, n->body), "wrenches on bodies: external ones and effects")            \
     X(kt_wrench, loaded, n->body, "wrenches on bodies: those and the loops'")                                          \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 

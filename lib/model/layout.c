@@ -31,10 +31,10 @@ static size_t data_layout(const kt_counts *n, char *base, kt_data *data) {
 
 size_t kt_data_size(const kt_model *model) { return data_layout(&model->n, NULL, NULL); }
 
-kt_status kt_data_place(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
+kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
     const size_t needed = kt_data_size(model);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_data_place", "kt_data_size", memory, size, needed, error);
+        return kt_arena_refuse("kt_data_init", "kt_data_size", memory, size, needed, error);
     kt_data *d = (kt_data *)memory;
     memset(memory, 0, needed);
     data_layout(&model->n, (char *)memory, d);

@@ -56,10 +56,10 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
     const int count = elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
         const kt_vec3 along = kt_mat3_apply(*rest, component(elements[k].frame, elements[k].axis));
-        if (elements[k].motion == KT_MOTION_TURN && tree->known != NORMAL_OF_TURN) {
+        if (elements[k].motion == KT_MOTION_REVOLUTE && tree->known != NORMAL_OF_TURN) {
             tree->basis.z = along;
             tree->known = NORMAL_OF_TURN;
-        } else if (elements[k].motion == KT_MOTION_SLIDE && tree->known == NORMAL_OPEN) {
+        } else if (elements[k].motion == KT_MOTION_PRISMATIC && tree->known == NORMAL_OPEN) {
             const kt_vec3 across = kt_vec3_cross(tree->basis.x, along);
             if (kt_vec3_norm(across) > PARALLEL) {
                 tree->basis.z = kt_vec3_normalize(across);
@@ -67,7 +67,7 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
             } else {
                 tree->basis.x = along;
             }
-        } else if (elements[k].motion != KT_MOTION_TURN && elements[k].motion != KT_MOTION_SLIDE) {
+        } else if (elements[k].motion != KT_MOTION_REVOLUTE && elements[k].motion != KT_MOTION_PRISMATIC) {
             tree->plane = SPATIAL;
         }
     }
@@ -151,12 +151,12 @@ static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
     const int count = elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
         const kt_vec3 along = component(elements[k].frame, elements[k].axis);
-        if (elements[k].motion == KT_MOTION_SLIDE) {
+        if (elements[k].motion == KT_MOTION_PRISMATIC) {
             if (!is_normal(along, b->basis.z))
                 return false;
             continue;
         }
-        if (elements[k].motion != KT_MOTION_TURN || !is_parallel(along, b->basis.z))
+        if (elements[k].motion != KT_MOTION_REVOLUTE || !is_parallel(along, b->basis.z))
             return false;
         const double sign = kt_vec3_dot(along, b->basis.z) > 0.0 ? 1.0 : -1.0;
         b->basis = basis_about(b->basis, kt_vec3_scale(sign, along));
@@ -213,7 +213,7 @@ size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane,
     find_normals(o->description, body, o->count);
     const size_t planes = choose_planes(body, o->count, plane);
     check_planes(o->description, body, o->count, plane);
-    kt_loops_flatten(o, body, plane, flat);
+    kt_loops_planar_rows(o, body, plane, flat);
     for (size_t i = 1; i <= o->count; i++)
         if (body[i].tree == (int32_t)i)
             body[i].plane = body[body[i].component].plane;
@@ -241,7 +241,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     const kt_vec3 moment = kt_mat3_apply_transposed(own, kt_v4_vec3(link->moment));
     const kt_vec3 turned = kt_mat3_apply(kt_v4_mat3(link->inertia), own.z);
     const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
-    const bool slides = link->motion == KT_MOTION_SLIDE;
+    const bool slides = link->motion == KT_MOTION_PRISMATIC;
     m->planar[place] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
@@ -265,7 +265,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     kt_v4_from_mat3(kt_mat3_transpose(own), rest->axes);
 }
 
-void kt_planar_place(kt_model *m, const kt_body_plane *body) {
+void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
     int32_t plane = -1;
     for (size_t place = 1; place < m->n.planar; place++) {
         const kt_link *link = &m->link[m->n.spatial + place - 1];

@@ -44,7 +44,7 @@ typedef struct kt_planar_link {
     int32_t local;  /* its coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
-    uint8_t motion;                /* KT_MOTION_TURN or KT_MOTION_SLIDE */
+    uint8_t motion;                /* KT_MOTION_REVOLUTE or KT_MOTION_PRISMATIC */
     bool follows, branches, leads; /* as in kt_link */
     bool tops;                     /* it is the first of its group */
     bool passes;                   /* it carries, near or far, what is not of its group */
@@ -122,13 +122,13 @@ size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane,
 void kt_trees_join(const kt_ordered *o, kt_body_plane *body);
 
 /* Components of which a loop cannot be closed in their plane lose it; the others' loops are laid flat. */
-void kt_loops_flatten(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat);
+void kt_loops_planar_rows(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat);
 
 /* Places and arms of a loop's ends, which are on planar links or the ground. */
 struct kt_loop_record;
 void kt_planar_ends(const kt_model *model, const struct kt_loop_record *loop, kt_planar_loop *flat);
 
 /* Fills planar and planar_rest of a model whose links are strung, and the rest of its planes. */
-void kt_planar_place(kt_model *model, const kt_body_plane *body);
+void kt_planar_links_fill(kt_model *model, const kt_body_plane *body);
 
 #endif

@@ -15,14 +15,20 @@
 
 #include <stdint.h>
 
-enum { KT_FLAT_MAX = 6 };
+enum { KT_PLANAR_ROW_MAX = 6 };
 
-typedef enum kt_flat { KT_FLAT_VOID = 0, KT_FLAT_ALONG, KT_FLAT_TURN, KT_FLAT_ORTHOGONAL, KT_FLAT_DISTANCE } kt_flat;
+typedef enum kt_planar_row_kind {
+    KT_PLANAR_ROW_VOID = 0,
+    KT_PLANAR_ROW_ALONG,
+    KT_PLANAR_ROW_ROTATION,
+    KT_PLANAR_ROW_ORTHOGONAL,
+    KT_PLANAR_ROW_DISTANCE
+} kt_planar_row_kind;
 
 typedef struct kt_planar_row {
     double e[2];     /* along: at q = 0; distance: the direction that stands in where the points coincide */
     double constant; /* along: what heights add; turn: the factor */
-    int32_t kind;    /* kt_flat */
+    int32_t kind;    /* kt_planar_row_kind */
     int32_t row;     /* among the loop's equations */
 } kt_planar_row;
 
@@ -36,12 +42,13 @@ typedef struct kt_planar_loop {
     double height;    /* of point 2 over point 1 */
     int32_t count;    /* rows in the plane; they come first */
     int32_t void_count;
-    kt_planar_row row[KT_FLAT_MAX];
+    kt_planar_row row[KT_PLANAR_ROW_MAX];
 } kt_planar_loop;
 
 /* Supplied by lib/loop: fills all but arms and places from the ends' poses in the plane's basis (e1, e2, n) at q = 0;
  * false where the type, or what it holds out of the plane, cannot be had in the plane. `direction` and `length`: what
  * passes for zero. Of relations it is true, and nothing is filled. */
-bool kt_loop_flatten(kt_loop_type type, const kt_pose end[2], double direction, double length, kt_planar_loop *flat);
+bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
+                         kt_planar_loop *flat);
 
 #endif

@@ -80,7 +80,7 @@ static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_bo
     kt_error ignored; /* a rotation that cannot be evaluated is refused where loops are attached */
     if (kt_rotation_evaluate(&end->rotation, &pose->rotation, &ignored) != KT_OK)
         return false;
-    kt_attach_turn_to_axis(pose, kt_attach_axis(loop, k));
+    kt_attach_align_axis(pose, kt_attach_axis(loop, k));
     const bool ground = b->tree == GROUND;
     const kt_mat3 basis = ground ? kt_mat3_multiply(kt_mat3_transpose(b->rest), plane->basis) : b->basis;
     pose->rotation = kt_mat3_multiply(kt_mat3_transpose(basis), pose->rotation);
@@ -99,10 +99,10 @@ static bool lay_loop(const kt_ordered *o, const kt_loop *loop, const kt_body_pla
     for (int k = 0; k < 2; k++)
         if (!lay_end(o, loop, k, &body[connected(o, loop, k)], plane, &end[k], &reach))
             return false;
-    return kt_loop_flatten(loop->type, end, PARALLEL, LEVEL * reach, flat);
+    return kt_loop_planar_rows(loop->type, end, PARALLEL, LEVEL * reach, flat);
 }
 
-void kt_loops_flatten(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat) {
+void kt_loops_planar_rows(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat) {
     for (int i = 0; i < o->description->loop_count; i++) {
         const kt_loop *loop = &o->description->loops[i];
         int32_t tree = GROUND;

@@ -7,17 +7,17 @@ static kt_pose joint_pose(const kt_link *link, const double *q) {
     kt_vec3 along = {0.0, 0.0, 0.0};
     (link->axis == 0 ? &along.x : link->axis == 1 ? &along.y : &along.z)[0] = 1.0;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         p.rotation = kt_matrix_about(link->axis, x);
         break;
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         p.position = kt_vec3_scale(x, along);
         break;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         p.rotation = kt_matrix_about(link->axis, x);
         p.position = kt_vec3_scale(link->pitch * x, along);
         break;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         p.rotation = kt_matrix_from_quat(kt_quat_make(x, q[link->q + 1], q[link->q + 2], q[link->q + 3]));
         break;
     case KT_MOTION_FREE: {
@@ -51,17 +51,17 @@ static kt_twist joint_twist(const kt_link *link, kt_mat3 rest, kt_mat3 axes, con
     const double *x = v + link->v;
     kt_twist t = {none, none};
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         t.angular = kt_vec3_scale(x[0], along);
         break;
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         t.linear = kt_vec3_scale(x[0], along);
         break;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         t.angular = kt_vec3_scale(x[0], along);
         t.linear = kt_vec3_scale(link->pitch * x[0], along);
         break;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         t.angular = kt_mat3_apply(axes, kt_vec3_make(x[0], x[1], x[2]));
         break;
     case KT_MOTION_FREE:

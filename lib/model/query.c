@@ -19,7 +19,7 @@ kt_energetics kt_model_energetics(const kt_model *model) {
     return worst;
 }
 
-kt_level kt_model_level(const kt_model *model) { return model->level; }
+kt_isa kt_model_isa(const kt_model *model) { return model->level; }
 
 const char *kt_model_plan(const kt_model *model) {
     static const char *const name[KT_SWEEP_COUNT] = {"spatial", "planar", "mixed"};

@@ -17,10 +17,10 @@
 /* What an elementary joint does; `axis` of the link says about or along which coordinate axis. */
 typedef enum kt_motion {
     KT_MOTION_NONE = 0, /* ground only */
-    KT_MOTION_TURN,
-    KT_MOTION_SLIDE,
-    KT_MOTION_HELIX, /* turn, and advance by pitch */
-    KT_MOTION_BALL,
+    KT_MOTION_REVOLUTE,
+    KT_MOTION_PRISMATIC,
+    KT_MOTION_SCREW, /* turn, and advance by pitch */
+    KT_MOTION_SPHERICAL,
     KT_MOTION_FREE
 } kt_motion;
 
@@ -87,11 +87,11 @@ typedef struct kt_link {
 } kt_link;
 
 /* Velocity coordinates of a link. */
-static inline int kt_link_freedoms(const kt_link *link) {
-    return link->motion == KT_MOTION_NONE   ? 0
-           : link->motion == KT_MOTION_BALL ? 3
-           : link->motion == KT_MOTION_FREE ? 6
-                                            : 1;
+static inline int kt_link_dofs(const kt_link *link) {
+    return link->motion == KT_MOTION_NONE        ? 0
+           : link->motion == KT_MOTION_SPHERICAL ? 3
+           : link->motion == KT_MOTION_FREE      ? 6
+                                                 : 1;
 }
 
 /* A body of the caller's. */
@@ -196,17 +196,17 @@ typedef struct kt_group {
 
 /* An effect: one or two frames on links, or a joint. */
 typedef struct kt_effect_record {
-    int32_t type;      /* kt_effect_type */
-    int32_t source;    /* index in the description */
-    int32_t body[2];   /* that bear the ends */
-    int32_t link[2];   /* of joint effects: link[0] is the joint's */
-    int32_t bearer[2]; /* the links' places in model->bearer */
-    int32_t ends;      /* 1 or 2; 0: a joint */
-    uint32_t name;     /* offset in the model's text; 0: none */
+    int32_t type;          /* kt_effect_type */
+    int32_t source;        /* index in the description */
+    int32_t body[2];       /* that bear the ends */
+    int32_t link[2];       /* of joint effects: link[0] is the joint's */
+    int32_t force_link[2]; /* the links' places in model->bearer */
+    int32_t ends;          /* 1 or 2; 0: a joint */
+    uint32_t name;         /* offset in the model's text; 0: none */
     kt_pose frame[2];
     kt_vec3 arm[2]; /* from the bodies' frames' origins to the ends, links' axes */
-    kt_effect_push *push;
-    kt_effect_drive *drive;
+    kt_effect_wrench_callback *push;
+    kt_effect_joint_force_callback *drive;
     void *user;
 #define KT_EFFECT_DECLARE(member) double member;
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
@@ -223,9 +223,9 @@ typedef struct kt_effect_batch {
 } kt_effect_batch;
 
 /* A link that bears an effect's end, or lies between such a one and the ground. */
-typedef struct kt_bearer {
+typedef struct kt_force_link {
     int32_t link, parent; /* the parent's place among the bearers */
     bool base;            /* part of the joint that the tree stands on the ground with */
-} kt_bearer;
+} kt_force_link;
 
 #endif

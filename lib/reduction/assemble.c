@@ -11,7 +11,7 @@
  * gives. In a group that does not close so, the given ones are released, and then all of its coordinates count alike:
  * to move the given ones least of all would lead to the edge of what can be reached, which is a singular position.
  */
-#include "reduction/far.h"
+#include "reduction/levenberg_marquardt.h"
 
 #include "dynamics/kernel.h"
 
@@ -20,7 +20,7 @@
 
 enum { SHORTER_MOST = 12 };
 
-/* What rounding may leave of gaps, against their scales; a gap above it that is nearly closed (KT_CLOSED_NEAR) is that
+/* What rounding may leave of gaps, against their scales; a gap above it that is nearly closed (KT_CLOSED_STEP) is that
  * of given values with fewer digits, and closed by moving these, too, in their last digits. */
 #define ROUNDING (64.0 * KT_CLOSED)
 
@@ -35,7 +35,7 @@ static double square(const double *x, size_t n) {
 static void aim_nearest(const kt_model *model, const kt_data *data, const double *d) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         for (int r = 0; r < w.k; r++) {
             w.right[r] = -w.residual[r];
             for (int i = 0; i < w.m; i++)
@@ -80,12 +80,12 @@ static void close_around_given(const kt_model *model, kt_data *data, double t, c
                                bool *fixed) {
     if (!fix_given(model, KT_POSITION_GIVEN, fixed))
         return;
-    (void)kt_close_from_far(model, data, t, fixed, true, q);
+    (void)kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
-        kt_group_look_at_positions(&w, &violation);
-        if (isfinite(violation.position) && violation.gap <= KT_CLOSED_NEAR)
+        kt_group_position_residuals(&w, &violation);
+        if (isfinite(violation.position) && violation.gap <= KT_CLOSED_STEP)
             continue;
         kt_take_group(model, &model->group[g], given, q);
         release(model, &model->group[g], fixed);
@@ -131,7 +131,7 @@ static bool go(const approach *a, double part) {
         for (size_t k = 0; k < nv; k++)
             step[k] = ldexp(part, -i) * a->way[k];
         kt_move(a->model, a->fixed, a->q, step, near);
-        if (!(kt_close_from_far(a->model, a->data, a->t, a->fixed, false, near) <= KT_CLOSED_FAR))
+        if (!(kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, false, near) <= KT_CLOSED_ASSEMBLED))
             continue;
         kt_position_subtract(a->model, near, a->given, step);
         if (!close && !(square(step, nv) < from))
@@ -190,12 +190,12 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                         .d = data->side,
                         .way = data->side + lanes};
     close_around_given(model, data, t, given, q, fixed);
-    if (kt_close_from_far(model, data, t, fixed, true, q) <= KT_CLOSED_FAR) {
+    if (kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q) <= KT_CLOSED_ASSEMBLED) {
         come_nearer(&a, data->side + 2 * lanes);
-        double gap = kt_close_from_far(model, data, t, fixed, false, q);
+        double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, false, q);
         if (gap > ROUNDING && keeps_given(model, fixed)) /* which may have been rounded when they were written */
-            gap = kt_close_from_far(model, data, t, model->held, false, q);
-        if (gap <= KT_CLOSED_FAR)
+            gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, false, q);
+        if (gap <= KT_CLOSED_ASSEMBLED)
             return KT_OK;
     }
     return kt_open_loops_error(model, data, t,
@@ -230,13 +230,13 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
  * is that of terms, or where entries of A are rounding alone, of the speeds. */
 static bool group_fits(const kt_model *model, const kt_data *data, size_t g, const double *v) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
-    kt_group_look_at_velocities(model, group, &w, v, &violation);
+    kt_group_velocity_residuals(model, group, &w, v, &violation);
     double speed = violation.speed;
     for (int i = 0; i < w.m; i++)
         speed = fmax(speed, fabs(v[model->group_v[group->v + i]]) / model->unit[group->v + i]);
-    return violation.slip <= KT_CLOSED_NEAR * speed;
+    return violation.slip <= KT_CLOSED_STEP * speed;
 }
 
 /* As close_around_given, of velocities. */
@@ -270,10 +270,10 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         finite = close_velocities(model, data, t, q, v, model->held, &violation, &speed);
     if (!finite)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
-    if (violation.slip <= KT_CLOSED_FAR * speed)
+    if (violation.slip <= KT_CLOSED_ASSEMBLED * speed)
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_FAR))
+    if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* held against the speeds of what is fixed, too */
     (void)kernels->look(model, data, t, q, v, data->fixed, &violation);
     return kt_open_loops_error(model, data, t,

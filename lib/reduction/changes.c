@@ -10,14 +10,14 @@
 
 /* The unit of a velocity coordinate of a link, the k-th of it. */
 static double unit_of(const kt_model *model, const kt_link *link, int k) {
-    const bool slides = link->motion == KT_MOTION_SLIDE || (link->motion == KT_MOTION_FREE && k < 3);
+    const bool slides = link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && k < 3);
     return slides && model->length > 0.0 ? model->length : 1.0;
 }
 
 static double fastest(const kt_model *model, const double *v) {
     double most = 0.0;
     for (size_t i = 1; i < model->n.link; i++)
-        for (int k = 0; k < kt_link_freedoms(&model->link[i]); k++) {
+        for (int k = 0; k < kt_link_dofs(&model->link[i]); k++) {
             const int32_t at = model->link[i].v + k;
             most = fmax(most, fmax(fabs(v[at]), fabs(model->v0[at])) / unit_of(model, &model->link[i], k));
         }
@@ -45,9 +45,9 @@ static void note(kt_initial_change *part, double change, double unit) {
 
 static void note_link(const kt_model *model, const kt_link *link, const double *q, const double *v, double speed,
                       parts *p) {
-    const bool turns = link->motion == KT_MOTION_BALL || link->motion == KT_MOTION_FREE;
-    const int plain = link->motion == KT_MOTION_FREE ? 3 : turns ? 0 : kt_link_freedoms(link);
-    for (int k = 0; k < kt_link_freedoms(link); k++) {
+    const bool turns = link->motion == KT_MOTION_SPHERICAL || link->motion == KT_MOTION_FREE;
+    const int plain = link->motion == KT_MOTION_FREE ? 3 : turns ? 0 : kt_link_dofs(link);
+    for (int k = 0; k < kt_link_dofs(link); k++) {
         const double unit = unit_of(model, link, k);
         const bool angular = link->motion == KT_MOTION_FREE && k >= 3;
         const uint8_t given = model->given[link->v + k];

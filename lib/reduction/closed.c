@@ -39,7 +39,7 @@ void KT_KERNEL(kt_spatial_clear)(const kt_model *model, kt_data *data, size_t en
 
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, (size_t)g, data->factored[g]);
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
     if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], group->parent ? 6 : 0))
@@ -49,7 +49,7 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, const d
     return true;
 }
 
-static size_t way_back(const kt_model *model, kt_data *data, const double *tau, size_t end) {
+static size_t backward_pass(const kt_model *model, kt_data *data, const double *tau, size_t end) {
     kt_articulated x, carried;
     memset(&carried, 0, sizeof carried);
     for (size_t i = end - 1; i > 0; i--) {
@@ -66,7 +66,7 @@ static size_t way_back(const kt_model *model, kt_data *data, const double *tau, 
                 return i;
             continue;
         }
-        if (!kt_joint_absorb(model, data, i, tau, &x))
+        if (!kt_articulated_project(model, data, i, tau, &x))
             return i;
         if (link->parent == 0)
             continue;
@@ -79,7 +79,7 @@ static size_t way_back(const kt_model *model, kt_data *data, const double *tau, 
     return 0;
 }
 
-static void way_out(const kt_model *model, kt_data *data, double *a, size_t end) {
+static void forward_pass(const kt_model *model, kt_data *data, double *a, size_t end) {
     for (size_t i = 1; i < end; i++) {
         const kt_link *link = &model->link[i];
         if (link->group < 0) {
@@ -88,7 +88,7 @@ static void way_out(const kt_model *model, kt_data *data, double *a, size_t end)
         }
         const kt_group *group = &model->group[link->group];
         if (model->group_link[group->link] == (int32_t)i) {
-            const kt_group_work w = kt_group_place(model, data, (size_t)link->group, KT_ROWS_ALL);
+            const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
             kt_group_respond(model, data, group, &w, a);
         }
         kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
@@ -97,9 +97,9 @@ static void way_out(const kt_model *model, kt_data *data, double *a, size_t end)
 
 size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
                                         double *a) {
-    const size_t failed = way_back(model, data, tau, end);
+    const size_t failed = backward_pass(model, data, tau, end);
     if (!failed)
-        way_out(model, data, a, end);
+        forward_pass(model, data, a, end);
     return failed;
 }
 
@@ -129,7 +129,7 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
         kt_external_subtract(model, data->motion, external);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
         if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
@@ -143,13 +143,13 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
 /* ---- closure -------------------------------------------------------------------------------------------------------
  */
 
-void KT_KERNEL(kt_group_look)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
-                              kt_violation *violation) {
+void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
+                                   kt_violation *violation) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
-    kt_group_look_at_positions(&w, violation);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_group_position_residuals(&w, violation);
     if (v)
-        kt_group_look_at_velocities(model, group, &w, v, violation);
+        kt_group_velocity_residuals(model, group, &w, v, violation);
     for (int i = 0; i < w.m && held; i++)
         for (int r = 0; r < w.k && held[model->group_v[group->v + i]]; r++)
             w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
@@ -160,9 +160,9 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
     *violation = kt_violation_none;
     KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, false, q, v, t);
-        KT_KERNEL(kt_group_look)(model, data, g, v, held, violation);
+        KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
     }
     return isfinite(violation->position + violation->velocity);
 }
@@ -178,7 +178,7 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     KT_KERNEL(kt_spatial_move)(model, data, v, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         kt_rows_fill(model, data, g, &w, true, q, v, t);
     }
 }
@@ -187,7 +187,7 @@ bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *st
     const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, data->factored[g]);
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
         kind->particular(&w, data->rank[g], w.right, w.base);
         if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
@@ -217,7 +217,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
     for (size_t i = 1; i < model->n.link; i++)
         kt_link_acceleration(&model->link[i], &data->motion[model->link[i].parent], a, &data->motion[i]);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
         double *x = w.slope, *need = w.half; /* no longer needed */
@@ -236,7 +236,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
 
 static void basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         KT_KERNEL(kt_reduction_of)(model)->basis(&w, data->rank[g]);
     }
 }

@@ -14,7 +14,7 @@
  * kt_group_factor: near a singular position the directions that are about to be lost are left out where `regular` is
  * asked for; -1: a number is not finite.
  * kt_groups_factor: all of them; false: a number is not finite.
- * kt_group_look: adds the violations of equations that have been filled, with -(A v + phi_t) in `right` (v may be
+ * kt_group_residuals: adds the violations of equations that have been filled, with -(A v + phi_t) in `right` (v may be
  * NULL); held coordinates (NULL: none) count as constants from then on. kt_groups_close: the least step in coordinates;
  * whatever is not part of a group stays. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
@@ -24,7 +24,8 @@
     size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, double *);               \
     int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
     bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
-    void kt_group_look_##level(const kt_model *, kt_data *, size_t, const double *, const bool *, kt_violation *);     \
+    void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
+                                    kt_violation *);                                                                   \
     bool kt_groups_close_##level(const kt_model *, kt_data *, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)

@@ -17,10 +17,10 @@
 static const double eight_angles = 488.0;
 
 /* One elementary joint and what it carries, on the ground. */
-static const double spatial_link[] = {[KT_MOTION_TURN] = 631.0,
-                                      [KT_MOTION_SLIDE] = 632.0,
-                                      [KT_MOTION_HELIX] = 751.0,
-                                      [KT_MOTION_BALL] = 701.0,
+static const double spatial_link[] = {[KT_MOTION_REVOLUTE] = 631.0,
+                                      [KT_MOTION_PRISMATIC] = 632.0,
+                                      [KT_MOTION_SCREW] = 751.0,
+                                      [KT_MOTION_SPHERICAL] = 701.0,
                                       [KT_MOTION_FREE] = 873.0};
 /* In a plane, and what it takes there to hand on to a moving parent: of a mechanism without loops, and of one with. */
 typedef struct planar_cost {
@@ -32,18 +32,18 @@ static const planar_cost planar_tree = {104.0, 161.0, 8.0}, planar_closed = {81.
 static const double turned = 60.0, turned_free = 240.0;
 static const double spatial_carried = 243.0, spatial_branches = 56.0, planar_branches = 9.0;
 
-static const double bearer_link[] = {[KT_MOTION_TURN] = 73.0,
-                                     [KT_MOTION_SLIDE] = 57.0,
-                                     [KT_MOTION_HELIX] = 87.0,
-                                     [KT_MOTION_BALL] = 158.0,
-                                     [KT_MOTION_FREE] = 202.0};
-static const double bearer_turned_free = 120.0;
+static const double force_link_of[] = {[KT_MOTION_REVOLUTE] = 73.0,
+                                       [KT_MOTION_PRISMATIC] = 57.0,
+                                       [KT_MOTION_SCREW] = 87.0,
+                                       [KT_MOTION_SPHERICAL] = 158.0,
+                                       [KT_MOTION_FREE] = 202.0};
+static const double force_link_rotate_free = 120.0;
 static const double spatial_wrench = 41.0, planar_wrench = 38.0; /* of one body, onto its link */
 
 /* In groups: a link's turn, slide, or freedom of a ball or free joint; each link above it in the group, for each of its
  * freedoms; a loop of two frames; its equations; the links on its paths; these times the equations. */
 typedef struct group_cost {
-    double turn, slide, freedom, above, loop, row, path, entry;
+    double turn, slide, dof, above, loop, row, path, entry;
 } group_cost;
 static const group_cost spatial_group = {843.9, 862.4, 419.7, 15.6, 433.8, -19.6, 88.5, 18.2};
 static const group_cost planar_group = {60.9, 142.5, 0.0, 12.0, 12.0, 0.0, 49.7, 0.0};
@@ -66,7 +66,7 @@ static double spatial_of(const kt_link *link) {
 }
 
 static double planar_of(const kt_planar_link *link, const planar_cost *cost) {
-    double flops = link->motion == KT_MOTION_TURN ? cost->turn : cost->slide;
+    double flops = link->motion == KT_MOTION_REVOLUTE ? cost->turn : cost->slide;
     flops += link->branches ? planar_branches : 0.0;
     return flops + (link->parent ? cost->carried : 0.0);
 }
@@ -75,18 +75,18 @@ static double rest_of(const kt_link *link, double free) {
     return !link->turned ? 0.0 : link->motion == KT_MOTION_FREE ? free : turned;
 }
 
-static double bearers_of(const kt_model *model) {
-    double flops = angles_of(model->n.bearer_angle);
-    for (size_t i = 1; i < model->n.bearer; i++) {
-        const kt_link *link = &model->link[model->bearer[i].link];
-        flops += bearer_link[link->motion] + rest_of(link, bearer_turned_free);
+static double force_links_of(const kt_model *model) {
+    double flops = angles_of(model->n.force_link_angle);
+    for (size_t i = 1; i < model->n.force_link; i++) {
+        const kt_link *link = &model->link[model->force_link[i].link];
+        flops += force_link_of[link->motion] + rest_of(link, force_link_rotate_free);
     }
     return flops;
 }
 
 static double external_of(const kt_model *model) {
     double flops = 0.0;
-    for (size_t b = 1; b < model->n.body && model->n.bearer > 0; b++) {
+    for (size_t b = 1; b < model->n.body && model->n.force_link > 0; b++) {
         const bool planar = (size_t)model->body[b].link >= model->n.spatial;
         flops += planar ? planar_wrench : 0.0;
         flops += model->n.spatial > 1 || !planar ? spatial_wrench : 0.0;
@@ -118,12 +118,12 @@ static double links_of(const kt_model *model, const kt_group *group, const group
     for (int l = 0; l < group->link_count; l++) {
         const int32_t i = model->group_link[group->link + l];
         const kt_link *link = &model->link[i];
-        const int freedoms = kt_link_freedoms(link);
-        flops += link->motion == KT_MOTION_TURN    ? cost->turn
-                 : link->motion == KT_MOTION_SLIDE ? cost->slide
-                                                   : cost->freedom * freedoms;
+        const int dofs = kt_link_dofs(link);
+        flops += link->motion == KT_MOTION_REVOLUTE    ? cost->turn
+                 : link->motion == KT_MOTION_PRISMATIC ? cost->slide
+                                                       : cost->dof * dofs;
         for (int32_t j = link->parent; j != group->parent; j = model->link[j].parent)
-            flops += cost->above * freedoms;
+            flops += cost->above * dofs;
     }
     return flops;
 }
@@ -146,7 +146,7 @@ static double pin_of(const kt_model *model, const kt_group *group) {
     const kt_loop_record *loop = &model->loop[model->group_loop[group->loop]];
     double flops = pin_turns + (group->parent ? pin_rides : 0.0);
     for (int l = 0; l < group->link_count; l++)
-        flops += model->link[model->group_link[group->link + l]].motion == KT_MOTION_SLIDE ? pin_slide : 0.0;
+        flops += model->link[model->group_link[group->link + l]].motion == KT_MOTION_PRISMATIC ? pin_slide : 0.0;
     return flops + (loop->length[0] == 0 || loop->length[1] == 0 ? pin_one_path : 0.0);
 }
 
@@ -165,7 +165,8 @@ static double group_of(const kt_model *model, const kt_group *group) {
 }
 
 kt_cost kt_cost_of(const kt_model *model) {
-    kt_cost cost = {.bearers = model->n.bearer > 0 ? bearers_of(model) : 0.0, .external = external_of(model)};
+    kt_cost cost = {.force_links = model->n.force_link > 0 ? force_links_of(model) : 0.0,
+                    .external = external_of(model)};
     cost.angles = angles_of(model->n.spatial_angle) + angles_of(model->n.angle - model->n.spatial_angle);
     for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];

@@ -5,7 +5,7 @@
 #include "model/internal.h"
 
 typedef struct kt_cost {
-    double bearers;                     /* motion of the links that bear effects */
+    double force_links;                 /* motion of the links that bear effects */
     double external;                    /* wrenches from bodies onto links, where effects have ends */
     double angles;                      /* sines and cosines */
     double spatial, planar;             /* articulated bodies, but those in groups */

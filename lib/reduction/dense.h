@@ -65,12 +65,12 @@ KT_INLINE void kt_dense_solve(const double *l, int n, double *x) {
 }
 
 /* y += N (N' M N)^-1 z, or where `anew` y = that; z is overwritten. */
-KT_INLINE void kt_group_spread(const kt_group_work *w, int freedoms, bool anew, double *z, double *restrict y) {
+KT_INLINE void kt_group_spread(const kt_group_work *w, int dofs, bool anew, double *z, double *restrict y) {
     const int m = w->m;
-    kt_dense_solve(w->reduced, freedoms, z);
+    kt_dense_solve(w->reduced, dofs, z);
     for (int i = 0; i < m && anew; i++)
-        y[i] = freedoms ? w->basis[i] * z[0] : 0.0;
-    for (int c = anew ? 1 : 0; c < freedoms; c++) {
+        y[i] = dofs ? w->basis[i] * z[0] : 0.0;
+    for (int c = anew ? 1 : 0; c < dofs; c++) {
         const double *restrict n = w->basis + (size_t)c * (size_t)m;
         for (int i = 0; i < m; i++)
             y[i] += n[i] * z[c];
@@ -89,19 +89,18 @@ KT_INLINE void kt_group_weigh(const kt_group_work *w, const double *x, double *y
 
 /* N' M N, lower triangle. size[c], what rounding of entry cc is proportional to: n' M n may be what is left of terms
  * n_i^2 M_ii. */
-KT_INLINE void kt_group_reduce(const kt_group_work *w, int freedoms, double *size) {
+KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
     const int m = w->m;
     double *half = w->half; /* M n */
-    for (int c = 0; c < freedoms; c++) {
+    for (int c = 0; c < dofs; c++) {
         const double *n = w->basis + (size_t)c * (size_t)m;
         double sum = 0.0;
         kt_group_weigh(w, n, half);
         for (int i = 0; i < m; i++)
             sum += n[i] * n[i] * w->mass[i * (m + 1)];
         size[c] = sum;
-        for (int r = c; r < freedoms; r++)
-            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] =
-                kt_dense_dot(w->basis + (size_t)r * (size_t)m, half, m);
+        for (int r = c; r < dofs; r++)
+            w->reduced[(size_t)c * (size_t)dofs + (size_t)r] = kt_dense_dot(w->basis + (size_t)r * (size_t)m, half, m);
     }
 }
 
@@ -109,47 +108,47 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int freedoms, double *siz
  * `width`: rows of F, or 0 where the parent does not accelerate. A kind calls it with its own functions, which become
  * part of it. */
 KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank, int width) {
-    const int m = w->m, freedoms = m - rank;
+    const int m = w->m, dofs = m - rank;
     double *size = w->work, *z = w->work + m, *half = w->half;
     particular(w, rank, w->right, w->base);
     basis(w, rank);
-    kt_group_reduce(w, freedoms, size);
-    if (!kt_dense_cholesky(w->reduced, freedoms, size))
+    kt_group_reduce(w, dofs, size);
+    if (!kt_dense_cholesky(w->reduced, dofs, size))
         return false;
     kt_group_weigh(w, w->base, half);
     for (int i = 0; i < m; i++)
         half[i] = w->bias[i] - half[i];
-    for (int c = 0; c < freedoms; c++)
+    for (int c = 0; c < dofs; c++)
         z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)m, half, m);
-    kt_group_spread(w, freedoms, false, z, w->base);
+    kt_group_spread(w, dofs, false, z, w->base);
     for (int c = 0; c < width; c++) {
         double *k = w->slope + (size_t)c * (size_t)m;
-        for (int r = 0; r < freedoms; r++) {
+        for (int r = 0; r < dofs; r++) {
             const double *n = w->basis + (size_t)r * (size_t)m;
             double sum = 0.0;
             for (int i = 0; i < m; i++)
                 sum += n[i] * w->carry[width * i + c];
             z[r] = sum;
         }
-        kt_group_spread(w, freedoms, true, z, k);
+        kt_group_spread(w, dofs, true, z, k);
     }
     return true;
 }
 
 /* x <- x - N (N' N)^-1 N' x (base), the least of the solutions; false where N' N is singular. */
 static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
-    const int m = w->m, freedoms = m - rank;
+    const int m = w->m, dofs = m - rank;
     double *z = w->work + m;
     kind->basis(w, rank);
-    for (int c = 0; c < freedoms; c++) {
+    for (int c = 0; c < dofs; c++) {
         const double *n = w->basis + (size_t)c * (size_t)m;
-        for (int r = c; r < freedoms; r++)
-            w->reduced[(size_t)c * (size_t)freedoms + (size_t)r] = kt_dense_dot(n, w->basis + (size_t)r * (size_t)m, m);
+        for (int r = c; r < dofs; r++)
+            w->reduced[(size_t)c * (size_t)dofs + (size_t)r] = kt_dense_dot(n, w->basis + (size_t)r * (size_t)m, m);
         z[c] = -kt_dense_dot(n, w->base, m);
     }
-    if (!kt_dense_cholesky(w->reduced, freedoms, NULL))
+    if (!kt_dense_cholesky(w->reduced, dofs, NULL))
         return false;
-    kt_group_spread(w, freedoms, false, z, w->base);
+    kt_group_spread(w, dofs, false, z, w->base);
     return true;
 }
 

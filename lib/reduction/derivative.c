@@ -13,9 +13,9 @@
 #include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
+#include "reduction/dual.h"
 #include "reduction/evaluate.h"
 #include "reduction/householder.h"
-#include "reduction/tangent.h"
 
 #include "base/arena.h"
 
@@ -42,7 +42,7 @@
     X(double, half, n *n)                                                                                              \
     X(double, reduced, n *n)                                                                                           \
     X(double, change, n)                                                                                               \
-    X(kt_way_freedom, freedom, n)                                                                                      \
+    X(kt_support_dof, dof, n)                                                                                          \
     X(int32_t, chain, model->n.link)                                                                                   \
     X(double, d_q, n *n)                                                                                               \
     X(double, d_v, n *n)                                                                                               \
@@ -141,7 +141,7 @@ static kt_status factor(work *w, kt_error *error) {
     memset(w->basis, 0, n * n * sizeof *w->basis);
     for (size_t i = 0; i < n; i++)
         w->basis[i * n + i] = 1.0;
-    w->rank = kt_model_freedom(w->model).rank;
+    w->rank = kt_model_mobility(w->model).rank;
     for (size_t r = 0; r < p; r++) {
         for (size_t i = 0; i < n; i++)
             w->factor[r * n + i] = w->jacobian[i * p + r];
@@ -268,17 +268,11 @@ static kt_status prepare(work *w, const double *q, const double *v, const double
 
 static kt_status solve(work *w, const double *q, const double *v, kt_error *error) {
     const size_t n = w->n;
-    const kt_tangent at = {.model = w->model,
-                           .data = w->data,
-                           .t = w->t,
-                           .q = q,
-                           .v = v,
-                           .a = w->a,
-                           .freedom = w->freedom,
-                           .chain = w->chain};
+    const kt_dual_motion at = {
+        .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
     if (w->p)
-        kt_tangent_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
-    kt_tangent_effects(&at, w->d_q, w->d_v);
+        kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
+    kt_dual_effects(&at, w->d_q, w->d_v);
     for (size_t j = 0; j < n && has_own_effects(w->model); j++) {
         kt_status status = difference(w, q, v, j, false, w->d_q, error);
         if (status == KT_OK)

@@ -30,19 +30,19 @@ typedef struct sum {
 KT_INLINE kt_v4 origin_of(const kt_data *data, const kt_effect_record *effect) {
     if (effect->type == KT_EFFECT_CUSTOM)
         return kt_v4_splat(0.0);
-    return data->bearer[effect->bearer[effect->bearer[0] == 0 && effect->ends == 2 ? 1 : 0]].base;
+    return data->force_link[effect->force_link[effect->force_link[0] == 0 && effect->ends == 2 ? 1 : 0]].base;
 }
 
 KT_INLINE void find_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
     const kt_v4 origin = origin_of(data, effect);
     for (int k = 0; k < effect->ends; k++) {
-        const kt_bearer_motion *bearer = &data->bearer[effect->bearer[k]];
-        const kt_mat3 axes = kt_v4_mat3(bearer->link.axes);
+        const kt_force_frame *force_link = &data->force_link[effect->force_link[k]];
+        const kt_mat3 axes = kt_v4_mat3(force_link->link.axes);
         const kt_v4 arm = kt_v4_from(kt_mat3_apply(axes, effect->frame[k].position));
         end[k].axes = kt_mat3_multiply(axes, effect->frame[k].rotation);
-        end[k].point = kt_v4_vec3((bearer->base - origin) + (bearer->local + arm));
-        end[k].omega = kt_v4_vec3(bearer->link.omega);
-        end[k].velocity = kt_v4_vec3(bearer->velocity + kt_v4_cross(bearer->link.omega, arm));
+        end[k].point = kt_v4_vec3((force_link->base - origin) + (force_link->local + arm));
+        end[k].omega = kt_v4_vec3(force_link->link.omega);
+        end[k].velocity = kt_v4_vec3(force_link->velocity + kt_v4_cross(force_link->link.omega, arm));
     }
 }
 
@@ -54,7 +54,7 @@ KT_INLINE double excess_of_wrench(const kt_wrench *w) {
 /* Adds what the ends feel to what their bodies feel about their frames' origins. */
 KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wrench *wrench) {
     for (int k = 0; k < effect->ends; k++) {
-        const kt_mat3 axes = kt_v4_mat3(s->data->bearer[effect->bearer[k]].link.axes);
+        const kt_mat3 axes = kt_v4_mat3(s->data->force_link[effect->force_link[k]].link.axes);
         const kt_vec3 arm = kt_mat3_apply(axes, effect->arm[k]);
         kt_wrench *body = &s->data->pushed[effect->body[k]];
         body->moment = kt_vec3_add(body->moment, kt_vec3_add(wrench[k].moment, kt_vec3_cross(arm, wrench[k].force)));
@@ -98,7 +98,7 @@ KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
 
 /* Returns whether all of them could be had. */
-KT_INLINE bool drive_all(sum *s, const kt_effect_batch *batch) {
+KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
     kt_effect_balance balance;
     /* cppcheck-suppress uninitvar ; its address is taken, no value */
@@ -119,7 +119,7 @@ KT_INLINE bool drive_all(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
-KT_INLINE bool push_all(sum *s, const kt_effect_batch *batch) {
+KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
     kt_effect_balance balance;
     /* cppcheck-suppress uninitvar ; its address is taken, no value */
@@ -141,13 +141,15 @@ KT_INLINE bool push_all(sum *s, const kt_effect_batch *batch) {
 }
 
 /* Whether there are effects on joints; with ends. */
-KT_INLINE bool has_driven(const kt_model *model) { return model->n.effect > 0 && model->batch[0].ends == 0; }
-KT_INLINE bool has_pushed(const kt_model *model) { return model->n.bearer > 0; }
+KT_INLINE bool has_joint_force_callback(const kt_model *model) {
+    return model->n.effect > 0 && model->batch[0].ends == 0;
+}
+KT_INLINE bool has_wrench_callback(const kt_model *model) { return model->n.force_link > 0; }
 
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external) {
-    if (has_driven(model))
+    if (has_joint_force_callback(model))
         *tau = data->tau;
-    if (has_pushed(model))
+    if (has_wrench_callback(model))
         *external = data->pushed;
 }
 
@@ -155,19 +157,19 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
 KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
-    if (has_driven(model))
+    if (has_joint_force_callback(model))
         memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
-    if (has_pushed(model)) {
+    if (has_wrench_callback(model)) {
         if (*external)
             memcpy(data->pushed, *external, model->n.body * sizeof *data->pushed);
         else
             memset(data->pushed, 0, model->n.body * sizeof *data->pushed);
-        kt_bearers_sweep(model, data, s->q, s->v);
+        kt_force_frames_sweep(model, data, s->q, s->v);
     }
     kt_effects_recall(model, data, tau, external);
     for (size_t i = 0; i < model->n.batch; i++)
         if ((!s->own || model->batch[i].type == KT_EFFECT_CUSTOM) &&
-            !(model->batch[i].ends ? push_all(s, &model->batch[i]) : drive_all(s, &model->batch[i])))
+            !(model->batch[i].ends ? apply_wrenches(s, &model->batch[i]) : apply_joint_forces(s, &model->batch[i])))
             return false;
     return true;
 }
@@ -303,8 +305,8 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
 
 double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
     double energy = 0.0;
-    if (model->n.bearer > 0)
-        kt_bearers_sweep(model, data, q, v);
+    if (model->n.force_link > 0)
+        kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
         const kt_effect_kind *kind = kt_effect_kind_of(effect->type);

@@ -25,7 +25,7 @@ static void write_row(const kt_model *model, const kt_group *group, const kt_gro
 
 static void write_group(const kt_model *model, const kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count; r++)
@@ -62,7 +62,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
 static size_t write_basis(const kt_model *model, const kt_data *data, size_t g, double *column, double *mark) {
     const size_t nv = model->n.v;
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     const size_t m = (size_t)w.m, count = m - (size_t)data->rank[g];
     for (size_t i = 0; i < m; i++) {
         const size_t row = (size_t)model->group_v[(size_t)group->v + i];

@@ -57,20 +57,20 @@ static bool is_clear(const kt_model *model, const kt_data *data) {
 }
 
 /* The acceleration at a state beside, dt of the motion away, into `out`; false where it cannot be had there. */
-static bool accelerate_beside(const crossing *c, double dt, double *out) {
+static bool accelerate_from_neighbours(const crossing *c, double dt, double *out) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const double t = c->t + (c->driven ? dt : 0.0);
     bool changed = false;
     kt_violation violation;
     for (size_t i = 0; i < model->n.v; i++)
-        data->beside_v[i] = dt * c->way[i];
-    kt_position_add(model, c->q, data->beside_v, data->beside_q);
-    memcpy(data->beside_v, c->v, model->n.v * sizeof *c->v);
-    return kt_project_in_place(model, data, t, data->beside_q, data->beside_v, 6, 0.0, KT_CLOSED_FAR, &changed,
-                               &violation) == KT_CLOSURE_DONE &&
-           kt_reduction_kernels_of(model)->forward(model, data, t, data->beside_q, data->beside_v, c->tau, c->external,
-                                                   false, out) == 0 &&
+        data->neighbour_v[i] = dt * c->way[i];
+    kt_position_add(model, c->q, data->neighbour_v, data->neighbour_q);
+    memcpy(data->neighbour_v, c->v, model->n.v * sizeof *c->v);
+    return kt_project_in_place(model, data, t, data->neighbour_q, data->neighbour_v, 6, 0.0, KT_CLOSED_ASSEMBLED,
+                               &changed, &violation) == KT_CLOSURE_DONE &&
+           kt_reduction_kernels_of(model)->forward(model, data, t, data->neighbour_q, data->neighbour_v, c->tau,
+                                                   c->external, false, out) == 0 &&
            is_clear(model, data);
 }
 
@@ -82,7 +82,7 @@ static bool interpolate(const crossing *c, double dt, double *a) {
     double *one = c->data->side;
     memset(a, 0, nv * sizeof *a);
     for (int k = 0; k < 6; k++) {
-        if (!accelerate_beside(c, place[k] * dt, one))
+        if (!accelerate_from_neighbours(c, place[k] * dt, one))
             return false;
         for (size_t i = 0; i < nv; i++)
             a[i] += weight[k] * one[i];

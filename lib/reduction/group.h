@@ -16,31 +16,31 @@
 
 #include <string.h>
 
-enum { KT_FREEDOM_MAX = 6 };
+enum { KT_DOF_MAX = 6 };
 
 typedef struct kt_subspace {
     int count;
-    kt_v4 angular[KT_FREEDOM_MAX], linear[KT_FREEDOM_MAX]; /* unit accelerations of the freedoms */
+    kt_v4 angular[KT_DOF_MAX], linear[KT_DOF_MAX]; /* unit accelerations of the freedoms */
 } kt_subspace;
 
 KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
                                 kt_subspace *s) {
     const kt_v4 none = kt_v4_splat(0.0);
-    s->count = kt_link_freedoms(link);
+    s->count = kt_link_dofs(link);
     for (int k = 0; k < s->count; k++)
         s->angular[k] = s->linear[k] = none;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         s->angular[0] = m->axis;
         break;
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         s->linear[0] = m->axis;
         break;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         s->angular[0] = m->axis;
         s->linear[0] = kt_v4_splat(link->pitch) * m->axis;
         break;
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         for (int k = 0; k < 3; k++)
             s->angular[k] = m->axes[k];
         break;

@@ -116,8 +116,8 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
 
 /* Returns the place of a link at which the inertia is singular, or 0. v: groups of one pin are closed at one go, for
  * these velocities; NULL: they have been factored like all others. */
-static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
-                        const double *v, const double *tau, double *a) {
+static int32_t backward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
+                             const double *v, const double *tau, double *a) {
     kt_planar_inertia x, carried = {.j = 0.0};
     for (int32_t k = plane->last - 1; k >= plane->first; k--) {
         const kt_planar_link *link = &model->planar[k];
@@ -138,9 +138,9 @@ static int32_t way_back(const kt_model *model, kt_data *data, const kt_plane *pl
                 return k;
             continue;
         }
-        const bool done = link->motion == KT_MOTION_TURN
-                              ? kt_absorb_turn(link, m, link->sign * tau[link->v], &x, response)
-                              : kt_absorb_slide(link, m, tau[link->v], &x, response);
+        const bool done = link->motion == KT_MOTION_REVOLUTE
+                              ? kt_planar_project_revolute(link, m, link->sign * tau[link->v], &x, response)
+                              : kt_planar_project_prismatic(link, m, tau[link->v], &x, response);
         if (!done)
             return k;
         if (link->parent == 0)
@@ -165,8 +165,8 @@ static void respond(const kt_model *model, const kt_data *data, int32_t g, int32
     kt_planar_group_respond(model, data, group, &w, top, a);
 }
 
-static void way_out(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, bool pins,
-                    double *a) {
+static void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, bool pins,
+                         double *a) {
     kt_planar_ground_set(gravity, &data->planar[0]);
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
@@ -187,10 +187,10 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         const double *gravity = weightless ? none : plane->gravity;
-        const int32_t failed = way_back(model, data, plane, gravity, v, tau, a);
+        const int32_t failed = backward_pass(model, data, plane, gravity, v, tau, a);
         if (failed)
             return (size_t)failed + model->n.spatial - 1;
-        way_out(model, data, plane, gravity, v != NULL, a);
+        forward_pass(model, data, plane, gravity, v != NULL, a);
     }
     return 0;
 }
@@ -249,7 +249,7 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
         KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);
     for (size_t g = 0; g < model->n.group; g++) {
         fill_group(model, data, g, false, q, v, t);
-        KT_KERNEL(kt_group_look)(model, data, g, v, held, violation);
+        KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
     }
     return isfinite(violation->position + violation->velocity);
 }

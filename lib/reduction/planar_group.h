@@ -16,7 +16,8 @@ enum { KT_PLANAR_WIDTH = 3 };
  * with them: the bias becomes IA_i A0_i + bias. (ax, ay): of the ground, minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         double ax, double ay) {
-    const int32_t *index = model->group_link + group->link, count = group->link_count, first = kt_place_of(model, 0);
+    const int32_t *index = model->group_link + group->link, count = group->link_count,
+                  first = kt_planar_index_shift(model, 0);
     for (int l = 0; l < count; l++) {
         const int32_t place = index[l] + first;
         const int32_t up = model->planar[place].parent;
@@ -39,11 +40,11 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
 }
 
 /* (moment, force) along the freedom of the link at `place`. */
-KT_INLINE double kt_planar_along_freedom(const kt_model *model, const kt_data *data, int32_t place, double moment,
-                                         double fx, double fy) {
+KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data, int32_t place, double moment,
+                                     double fx, double fy) {
     const kt_planar_link *link = &model->planar[place];
     double u[2];
-    if (link->motion == KT_MOTION_TURN)
+    if (link->motion == KT_MOTION_REVOLUTE)
         return link->sign * moment;
     kt_planar_along(link, &data->planar[place], u);
     return u[0] * fx + u[1] * fy;
@@ -56,7 +57,7 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
     const kt_planar_link *link = &model->planar[place];
     const int m = w->m, own = link->local;
     double moment, fx, fy, u[2];
-    if (link->motion == KT_MOTION_TURN) {
+    if (link->motion == KT_MOTION_REVOLUTE) {
         moment = link->sign * c->j;
         fx = link->sign * c->h[0];
         fy = link->sign * c->h[1];
@@ -76,7 +77,7 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
         moment += r[0] * fy - r[1] * fx;
         if (j == top)
             break;
-        const double x = kt_planar_along_freedom(model, data, j, moment, fx, fy);
+        const double x = kt_planar_along_dof(model, data, j, moment, fx, fy);
         const int other = model->planar[j].local;
         w->mass[own * m + other] = x;
         w->mass[other * m + own] = x;
@@ -94,13 +95,13 @@ static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data
     *total = (kt_planar_inertia){.j = 0.0};
     for (int i = 0; i < w->m * w->m; i++)
         w->mass[i] = 0.0;
-    const int32_t *index = model->group_link + group->link, first = kt_place_of(model, 0);
+    const int32_t *index = model->group_link + group->link, first = kt_planar_index_shift(model, 0);
     for (int l = group->link_count - 1; l >= 0; l--) {
         const int32_t place = index[l] + first;
         const kt_planar_link *link = &model->planar[place];
         kt_planar_inertia *x = &data->planar_inertia[place];
         w->bias[link->local] =
-            tau[link->v] - kt_planar_along_freedom(model, data, place, x->moment, x->force[0], x->force[1]);
+            tau[link->v] - kt_planar_along_dof(model, data, place, x->moment, x->force[0], x->force[1]);
         kt_planar_group_column(model, data, w, top, place, x);
         if (link->parent == 0)
             continue;

@@ -44,7 +44,7 @@ typedef struct kt_pin {
 
 KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; }
 
-KT_INLINE bool kt_pin_turns(const kt_pin *p, int i) { return p->link[i]->motion == KT_MOTION_TURN; }
+KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->motion == KT_MOTION_REVOLUTE; }
 
 /* One end of the loop, from the parent's origin. */
 typedef struct kt_pin_end {
@@ -58,7 +58,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
                                    kt_pin *p) {
     const kt_v2 none = {0.0, 0.0};
     kt_v2 at = -kt_v2_load(flat->origin), rate = none, bend = none;
-    const int32_t first = kt_place_of(model, 0);
+    const int32_t first = kt_planar_index_shift(model, 0);
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
         const int32_t place = path[i - from] + first;
@@ -70,7 +70,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
         w = m->omega;
         p->along[i] = none;
-        if (link->motion == KT_MOTION_SLIDE) {
+        if (link->motion == KT_MOTION_PRISMATIC) {
             p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
             rate += kt_v2_splat(v[link->v]) * p->along[i];
         }
@@ -92,8 +92,8 @@ KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int f
     KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
-        p->c[i] = kt_pin_turns(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(two->point - p->at[i])
-                                     : kt_v2_splat(sign) * p->along[i];
+        p->c[i] = kt_pin_is_revolute(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(two->point - p->at[i])
+                                           : kt_v2_splat(sign) * p->along[i];
     }
 }
 
@@ -128,7 +128,7 @@ KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
     const kt_v2 across = kt_v2_across(p->offset[i]);
     body->u += kt_v2_splat(body->w) * across;
     body->a += kt_v2_splat(body->alpha) * across;
-    if (kt_pin_turns(p, i)) {
+    if (kt_pin_is_revolute(p, i)) {
         body->w += p->link[i]->sign * p->n[i];
         body->alpha += p->link[i]->sign * p->x[i];
     } else {

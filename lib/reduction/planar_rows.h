@@ -29,12 +29,14 @@ typedef struct kt_planar_wrench {
 } kt_planar_wrench;
 
 /* Place of a link that is not the ground; of 0, what is to be added to links. */
-KT_INLINE int32_t kt_place_of(const kt_model *model, int32_t link) { return link - (int32_t)model->n.spatial + 1; }
+KT_INLINE int32_t kt_planar_index_shift(const kt_model *model, int32_t link) {
+    return link - (int32_t)model->n.spatial + 1;
+}
 
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                     const kt_planar_loop *flat, int k, bool moving, const double *v,
                                     kt_planar_end *end) {
-    const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_place_of(model, 0);
+    const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_planar_index_shift(model, 0);
     double x = -flat->origin[0], y = -flat->origin[1], vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
     double w = moving ? data->planar[flat->ancestor].omega : 0.0;
     for (int i = 0; i < count; i++) {
@@ -49,14 +51,14 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
         ax += m->linear[0];
         ay += m->linear[1];
         w = m->omega;
-        if (link->motion == KT_MOTION_SLIDE) {
+        if (link->motion == KT_MOTION_PRISMATIC) {
             double u[2];
             kt_planar_along(link, m, u);
             vx += v[link->v] * u[0];
             vy += v[link->v] * u[1];
         }
     }
-    kt_planar_turn(&data->planar[flat->place[k]], flat->arm[k], end->arm);
+    kt_planar_rotate(&data->planar[flat->place[k]], flat->arm[k], end->arm);
     end->omega = w;
     end->point[0] = x + end->arm[0];
     end->point[1] = y + end->arm[1];
@@ -105,15 +107,15 @@ typedef struct kt_planar_value {
 
 KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt_planar_relative *r,
                                               kt_planar_wrench *w) {
-    kt_planar_turn(r->first, row->e, w->force);
+    kt_planar_rotate(r->first, row->e, w->force);
     w->moment = 0.0;
     return (kt_planar_value){.residual = (w->force[0] * r->d[0] + w->force[1] * r->d[1]) + row->constant,
                              .bend = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
 }
 
 /* sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
-KT_INLINE kt_planar_value kt_planar_row_turn(const kt_planar_loop *flat, const kt_planar_row *row,
-                                             const kt_planar_relative *r, kt_planar_wrench *w) {
+KT_INLINE kt_planar_value kt_planar_row_rotation(const kt_planar_loop *flat, const kt_planar_row *row,
+                                                 const kt_planar_relative *r, kt_planar_wrench *w) {
     double c, s;
     kt_planar_angle(flat, r, &c, &s);
     const double large = sqrt(0.5 * (1.0 + fabs(c))), small = 0.5 * fabs(s) / large;
@@ -146,7 +148,7 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
         w->force[0] = d[0] / norm;
         w->force[1] = d[1] / norm;
     } else {
-        kt_planar_turn(r->first, row->e, w->force);
+        kt_planar_rotate(r->first, row->e, w->force);
     }
     w->moment = 0.0;
     const double across = w->force[0] * r->rate[1] - w->force[1] * r->rate[0];
@@ -169,27 +171,27 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
         kt_planar_value x;
         if (at < 0)
             continue;
-        switch ((kt_flat)row->kind) {
-        case KT_FLAT_ALONG:
+        switch ((kt_planar_row_kind)row->kind) {
+        case KT_PLANAR_ROW_ALONG:
             x = kt_planar_row_along(row, r, out);
             break;
-        case KT_FLAT_TURN:
-            x = kt_planar_row_turn(flat, row, r, out);
+        case KT_PLANAR_ROW_ROTATION:
+            x = kt_planar_row_rotation(flat, row, r, out);
             break;
-        case KT_FLAT_ORTHOGONAL:
+        case KT_PLANAR_ROW_ORTHOGONAL:
             x = kt_planar_row_orthogonal(flat, r, out);
             break;
-        case KT_FLAT_DISTANCE:
+        case KT_PLANAR_ROW_DISTANCE:
             x = kt_planar_row_distance(model, loop, flat, row, r, t, out);
             break;
-        case KT_FLAT_VOID:
+        case KT_PLANAR_ROW_VOID:
         default:
             continue;
         }
         out->slot = at;
         w->residual[at] = x.residual;
         w->closes[at] = 1.0;
-        w->scale[at] = row->kind == KT_FLAT_ALONG || row->kind == KT_FLAT_DISTANCE ? model->length : 1.0;
+        w->scale[at] = row->kind == KT_PLANAR_ROW_ALONG || row->kind == KT_PLANAR_ROW_DISTANCE ? model->length : 1.0;
         w->rate[at] = x.rate;
         w->right[at] = -x.bend;
         count++;
@@ -215,7 +217,7 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
                                    double ax, double ay) {
     const double sign = k ? 1.0 : -1.0;
-    const int32_t *path = model->path + loop->path[k], first = kt_place_of(model, 0), stride = w->m;
+    const int32_t *path = model->path + loop->path[k], first = kt_planar_index_shift(model, 0), stride = w->m;
     const kt_planar_link *links = model->planar + first;
     const kt_planar_motion *motion = data->planar + first;
     double *a = w->a;
@@ -223,7 +225,7 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
         const kt_planar_link *link = &links[path[i]];
         const kt_planar_motion *m = &motion[path[i]];
         double *column = a + link->local;
-        if (link->motion == KT_MOTION_TURN) {
+        if (link->motion == KT_MOTION_REVOLUTE) {
             const double n = sign * link->sign;
             for (int r = 0; r < count; r++)
                 column[rows[r].slot * stride] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
@@ -243,7 +245,7 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
                                      bool moving, const double *v, double t) {
     kt_planar_end end[2];
     kt_planar_relative r;
-    kt_planar_wrench rows[KT_FLAT_MAX];
+    kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
     for (int k = 0; k < 2; k++)
         kt_planar_end_follow(model, data, loop, flat, k, moving, v, &end[k]);
     kt_planar_relate(data, flat, end, &r);

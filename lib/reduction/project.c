@@ -8,7 +8,7 @@
  * what rounding leaves of phi would be made large. There is little to close in it, though: phi is the step that is
  * missing times that size. So it is left out, until the motion has gone on, unless more is open than may be.
  */
-#include "reduction/far.h"
+#include "reduction/levenberg_marquardt.h"
 
 #include "dynamics/kernel.h"
 
@@ -18,11 +18,11 @@
 
 enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* of each of two goes */
 
-void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal) {
+void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = kt_violation_none;
-        kt_group_look_at_positions(&w, &violation);
+        kt_group_position_residuals(&w, &violation);
         for (int r = 0; r < w.k; r++) /* what is closed stays, whatever other groups need */
             w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
     }
@@ -56,7 +56,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         if (!kernels->factor(model, data, KT_ROWS_CLOSED, regular))
             return KT_CLOSURE_NOT_FINITE;
         near = is_near_singular(model, data);
-        kt_aim_at_closure(model, data, goal);
+        kt_residuals_to_right_hand_side(model, data, goal);
         if (!kernels->close(model, data, model->metric, data->delta))
             return KT_CLOSURE_SINGULAR;
         kt_move(model, NULL, q, data->delta, data->moved_q);
@@ -69,8 +69,8 @@ static void look_at_velocities(const kt_model *model, const kt_data *data, const
     violation->velocity = violation->slip = 0.0;
     violation->speed = KT_SPEED_LEAST;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
-        kt_group_look_at_velocities(model, &model->group[g], &w, v, violation);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
     }
 }
 
@@ -110,7 +110,7 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
         return KT_CLOSURE_DONE;
     kt_closure closure = push_velocities(model, data, true, v, changed, violation);
     if (closure == KT_CLOSURE_DONE && is_near_singular(model, data) &&
-        violation->slip > 0.1 * KT_CLOSED_NEAR * violation->speed)
+        violation->slip > 0.1 * KT_CLOSED_STEP * violation->speed)
         closure = push_velocities(model, data, false, v, changed, violation);
     return closure;
 }
@@ -118,7 +118,7 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
 bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance) {
     double widest = 0.0, fastest = 0.0, slip = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         for (int r = 0; r < w.k; r++) {
             for (int i = 0; i < w.m; i++) {
                 const double a = fabs(w.a[(size_t)r * (size_t)w.m + (size_t)i]);
@@ -158,7 +158,7 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
 static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
                      double *relative) {
     const kt_group *group = &model->group[loop->group];
-    const kt_group_work w = kt_group_place(model, data, (size_t)loop->group, KT_ROWS_ALL);
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double largest = 0.0;
     *relative = 0.0;
     for (int r = 0; r < loop->row_count; r++) {
@@ -180,7 +180,7 @@ typedef struct gap_text {
 static gap_text describe_gap(const kt_model *model, const kt_data *data, int index) {
     const kt_loop_record *loop = &model->loop[index];
     const kt_group *group = &model->group[loop->group];
-    const kt_group_work w = kt_group_place(model, data, (size_t)loop->group, KT_ROWS_ALL);
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double most[KT_MEASURE_NONE + 1] = {0.0};
     for (int r = 0; r < loop->row_count; r++) {
         const int32_t k = model->slot[group->row + loop->row + r];
@@ -222,8 +222,8 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
 static void share_out(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
-        if (!kt_give_way(model, group, &w, w.right, 1e-13))
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        if (!kt_damped_step(model, group, &w, w.right, 1e-13))
             continue;
         for (int r = 0; r < w.k; r++)
             for (int i = 0; i < w.m; i++)
@@ -271,7 +271,7 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
 bool kt_unit_quaternions(const kt_model *model, double *q) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        if (link->motion < KT_MOTION_BALL)
+        if (link->motion < KT_MOTION_SPHERICAL)
             continue;
         double *p = q + link->q + (link->motion == KT_MOTION_FREE ? 3 : 0);
         const kt_quat given = kt_quat_make(p[0], p[1], p[2], p[3]);
@@ -291,7 +291,7 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error) {
     memcpy(data->assembled_q, q, model->n.q * sizeof *q);
-    if (kt_close_from_far(model, data, t, NULL, false, data->assembled_q) <= tolerance)
+    if (kt_assemble_levenberg_marquardt(model, data, t, NULL, false, data->assembled_q) <= tolerance)
         return KT_OK;
     return kt_open_loops_error(model, data, t, what, false, error);
 }
@@ -300,7 +300,7 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
  * than a projection goes, what is open at q. */
 static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
     kt_violation violation;
-    const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_NEAR,
+    const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_STEP,
                                             "the loops can no longer be closed; what stays open is", error);
     if (status != KT_OK)
         return status;
@@ -350,10 +350,10 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
         return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
     if (model->n.group) {
         const kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, KT_POSITION_STEPS_MAX, KT_CLOSED,
-                                                       KT_CLOSED_NEAR, &moved, &violation);
+                                                       KT_CLOSED_STEP, &moved, &violation);
         remember(data);
         if (closure != KT_CLOSURE_DONE)
-            return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_NEAR, error);
+            return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_STEP, error);
     }
     moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
     memcpy(q, new_q, model->n.q * sizeof *q);

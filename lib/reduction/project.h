@@ -12,8 +12,8 @@
 #define KT_CLOSED DBL_EPSILON
 
 /* What passes for closed: after a step (a position near to closed), and where it had to be searched for. */
-#define KT_CLOSED_NEAR 1e-12
-#define KT_CLOSED_FAR 1e-9
+#define KT_CLOSED_STEP 1e-12
+#define KT_CLOSED_ASSEMBLED 1e-9
 
 typedef enum kt_closure { KT_CLOSURE_DONE = 0, KT_CLOSURE_OPEN, KT_CLOSURE_NOT_FINITE, KT_CLOSURE_SINGULAR } kt_closure;
 
@@ -22,7 +22,7 @@ typedef enum kt_closure { KT_CLOSURE_DONE = 0, KT_CLOSURE_OPEN, KT_CLOSURE_NOT_F
 bool kt_unit_quaternions(const kt_model *model, double *q);
 
 /* right <- -phi in all groups whose gap is above `goal`. */
-void kt_aim_at_closure(const kt_model *model, const kt_data *data, double goal);
+void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal);
 
 /* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or what rounding leaves;
  * OPEN where q does not get closed to `tolerance`, or v does not (then *violation.gap is closed). *changed becomes true

@@ -13,8 +13,8 @@ kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
                            .rank = g->rank[KT_ROWS_ALL]};
 }
 
-kt_freedom kt_model_freedom(const kt_model *model) {
-    kt_freedom f = {.tree = (int)model->n.v};
+kt_mobility kt_model_mobility(const kt_model *model) {
+    kt_mobility f = {.tree = (int)model->n.v};
     for (size_t g = 0; g < model->n.group; g++) {
         f.equations += model->group[g].row_count;
         f.rank += model->group[g].rank[KT_ROWS_ALL];
@@ -23,7 +23,7 @@ kt_freedom kt_model_freedom(const kt_model *model) {
     return f;
 }
 
-size_t kt_group_lay_out(kt_group *group) {
+size_t kt_group_layout(kt_group *group) {
     const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
     size_t used = 0, *at = group->at;
 #define KT_GROUP_PLACE(name, count, meaning)                                                                           \
@@ -37,20 +37,20 @@ size_t kt_group_lay_out(kt_group *group) {
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
     if (model->sweep == KT_SWEEP_SPATIAL)
         return kt_reduction_kernels_in_space(model);
-#ifdef KT_LEVELS
-    if (model->level == KT_LEVEL_V4)
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
         return &kt_reduction_planar_kernels_v4;
-    if (model->level == KT_LEVEL_V3)
+    if (model->level == KT_ISA_V3)
         return &kt_reduction_planar_kernels_v3;
 #endif
     return &kt_reduction_planar_kernels_baseline;
 }
 
 const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model) {
-#ifdef KT_LEVELS
-    if (model->level == KT_LEVEL_V4)
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
         return &kt_reduction_kernels_v4;
-    if (model->level == KT_LEVEL_V3)
+    if (model->level == KT_ISA_V3)
         return &kt_reduction_kernels_v3;
 #endif
     (void)model;

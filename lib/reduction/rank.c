@@ -6,8 +6,8 @@
  * evaluated again. Where some of the others are redundant, those that were chosen at the position with the largest last
  * direction get the weight to be chosen everywhere, unless they are much the worse (reduce.h).
  */
-#include "reduction/far.h"
 #include "reduction/lapack.h"
+#include "reduction/levenberg_marquardt.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -57,7 +57,7 @@ static void note_driven(const kt_model *model, const kt_group *group, bool *aliv
 /* The equations of a group that are alive in their order, those with a residual first. */
 static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *alive) {
     kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     int32_t *slot = model->slot + group->row, count = 0;
     double *closes = w.work; /* by row, for slots change */
     for (int32_t row = 0; row < group->row_count; row++)
@@ -96,8 +96,8 @@ static void note_chosen(const kt_model *model, const kt_group *group, const kt_g
 
 static bool is_closed(const kt_group_work *w) {
     kt_violation violation = kt_violation_none;
-    kt_group_look_at_positions(w, &violation);
-    return violation.gap <= KT_CLOSED_NEAR;
+    kt_group_position_residuals(w, &violation);
+    return violation.gap <= KT_CLOSED_STEP;
 }
 
 /* Looks at the groups that are closed at q; or at those that have never been seen closed: they do not close, as the
@@ -112,7 +112,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
             return;
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
-            const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+            const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
             if (closed ? !is_closed(&w) : found->seen[g])
                 continue;
             if (note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
@@ -134,11 +134,11 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     const size_t nq = model->n.q;
     double *base = found->q, *q = found->q + nq;
     memcpy(base, model->q0, nq * sizeof *base);
-    if (isfinite(kt_close_from_far(model, data, 0.0, NULL, true, base)))
+    if (isfinite(kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, true, base)))
         for (size_t s = 0; s < SAMPLES; s++) {
             scatter(model, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, data->delta);
             kt_position_add(model, base, data->delta, q);
-            (void)kt_close_from_far(model, data, 0.0, NULL, false, q);
+            (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, false, q);
             look_at(model, data, q, true, found);
         }
     look_at(model, data, model->q0, false, found);
@@ -169,7 +169,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, alive);
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         group->least = least_of(model, group, &w);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
@@ -187,7 +187,8 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
     const int32_t loop = model->group_loop[group->loop];
     const kt_planar_loop *flat = &model->planar_loop[loop];
     const kt_planar_row *x = &flat->row[0], *y = &flat->row[1];
-    if (model->loop[loop].term_count || flat->count != 2 || x->kind != KT_FLAT_ALONG || y->kind != KT_FLAT_ALONG)
+    if (model->loop[loop].term_count || flat->count != 2 || x->kind != KT_PLANAR_ROW_ALONG ||
+        y->kind != KT_PLANAR_ROW_ALONG)
         return false;
     const double off =
         fmax(fabs(x->e[0] * y->e[0] + x->e[1] * y->e[1]), fmax(fabs(x->e[0] * x->e[0] + x->e[1] * x->e[1] - 1.0),

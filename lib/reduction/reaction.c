@@ -82,7 +82,7 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, con
 /* Of an equation of a loop; those that no group keeps tie nothing. */
 static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
     const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
-    return slot >= 0 ? kt_group_place(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
 }
 
 kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,

@@ -6,7 +6,7 @@
 #define KT_REDUCTION_REDUCE_H
 
 #include "base/arena.h"
-#include "base/level.h"
+#include "base/isa.h"
 #include "loop/kind.h"
 #include "model/internal.h"
 
@@ -74,7 +74,7 @@ KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t 
 #undef KT_GROUP_FIND
 }
 
-static inline kt_group_work kt_group_place(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
+static inline kt_group_work kt_group_matrices(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
     kt_group_work w;
     kt_group_find(model, data, g, rows, &w);
     return w;
@@ -107,7 +107,7 @@ typedef struct kt_violation {
 static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
 
 /* phi of a group into the violation. */
-static inline void kt_group_look_at_positions(const kt_group_work *w, kt_violation *violation) {
+static inline void kt_group_position_residuals(const kt_group_work *w, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
         const double x = fabs(w->residual[r]);
         violation->gap = fmax(violation->gap, x / w->scale[r]);
@@ -117,7 +117,7 @@ static inline void kt_group_look_at_positions(const kt_group_work *w, kt_violati
 }
 
 /* A v + phi_t of a group into `right`, negated, and into the violation. */
-static inline void kt_group_look_at_velocities(const kt_model *model, const kt_group *group, const kt_group_work *w,
+static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
                                                const double *v, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
         double sum = w->rate[r], largest = fabs(w->rate[r]);
@@ -173,7 +173,7 @@ KT_REDUCTION_EXTERN(baseline)
 KT_REDUCTION_EXTERN(v3)
 KT_REDUCTION_EXTERN(v4)
 
-#ifdef KT_LEVEL
+#ifdef KT_ISA
 static inline const kt_reduction_kind *KT_KERNEL(kt_reduction_of)(const kt_model *model) {
     return model->reduction == KT_REDUCTION_SVD         ? &KT_KERNEL(kt_reduction_svd)
            : model->reduction == KT_REDUCTION_PARTITION ? &KT_KERNEL(kt_reduction_partition)

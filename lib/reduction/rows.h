@@ -28,7 +28,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         if (!moving)
             continue;
         velocity += kt_v4_cross(omega, m->offset);
-        if (link->motion != KT_MOTION_TURN) {
+        if (link->motion != KT_MOTION_REVOLUTE) {
             kt_v4 spin, slide;
             kt_joint_twist(link, &data->motion[link->parent], m, v, &spin, &slide);
             velocity += slide;
@@ -37,11 +37,11 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         alpha += m->alpha;
         omega = m->omega;
     }
-    const kt_link_motion *bearer = &data->motion[loop->link[k]];
+    const kt_link_motion *force_link = &data->motion[loop->link[k]];
     kt_v4 frame[3];
     kt_v4_from_mat3(loop->frame[k].rotation, frame);
-    kt_v4_multiply(bearer->axes, frame, end->axes);
-    const kt_v4 arm = kt_v4_apply(bearer->axes, kt_v4_from(loop->frame[k].position));
+    kt_v4_multiply(force_link->axes, frame, end->axes);
+    const kt_v4 arm = kt_v4_apply(force_link->axes, kt_v4_from(loop->frame[k].position));
     end->point = point + arm;
     end->omega = omega;
     end->velocity = velocity + kt_v4_cross(omega, arm);
@@ -50,8 +50,8 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
 }
 
 /* One freedom of a path's link in all rows: angular s, velocity u of the second end's point. */
-KT_INLINE void kt_rows_freedom(const kt_group_work *w, const int32_t *slot, const kt_loop_row *rows, int count,
-                               int local, double sign, kt_v4 s, kt_v4 u) {
+KT_INLINE void kt_rows_dof(const kt_group_work *w, const int32_t *slot, const kt_loop_row *rows, int count, int local,
+                           double sign, kt_v4 s, kt_v4 u) {
     for (int r = 0; r < count; r++)
         if (slot[r] >= 0)
             w->a[(size_t)slot[r] * (size_t)w->m + (size_t)local] +=
@@ -70,25 +70,25 @@ KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt
         const kt_link_motion *m = &data->motion[index];
         int local = link->local;
         switch ((kt_motion)link->motion) {
-        case KT_MOTION_TURN:
-            kt_rows_freedom(w, slot, rows, count, local, sign, m->axis, kt_v4_cross(m->axis, arm));
+        case KT_MOTION_REVOLUTE:
+            kt_rows_dof(w, slot, rows, count, local, sign, m->axis, kt_v4_cross(m->axis, arm));
             break;
-        case KT_MOTION_SLIDE:
-            kt_rows_freedom(w, slot, rows, count, local, sign, none, m->axis);
+        case KT_MOTION_PRISMATIC:
+            kt_rows_dof(w, slot, rows, count, local, sign, none, m->axis);
             break;
-        case KT_MOTION_HELIX:
-            kt_rows_freedom(w, slot, rows, count, local, sign, m->axis,
-                            kt_v4_cross(m->axis, arm) + kt_v4_splat(link->pitch) * m->axis);
+        case KT_MOTION_SCREW:
+            kt_rows_dof(w, slot, rows, count, local, sign, m->axis,
+                        kt_v4_cross(m->axis, arm) + kt_v4_splat(link->pitch) * m->axis);
             break;
         case KT_MOTION_FREE: {
             kt_v4 base[3];
             kt_rest_axes(link, data->motion[link->parent].axes, base);
             for (int j = 0; j < 3; j++, local++)
-                kt_rows_freedom(w, slot, rows, count, local, sign, none, base[j]);
+                kt_rows_dof(w, slot, rows, count, local, sign, none, base[j]);
         } /* fall through */
-        case KT_MOTION_BALL:
+        case KT_MOTION_SPHERICAL:
             for (int j = 0; j < 3; j++, local++)
-                kt_rows_freedom(w, slot, rows, count, local, sign, m->axes[j], kt_v4_cross(m->axes[j], arm));
+                kt_rows_dof(w, slot, rows, count, local, sign, m->axes[j], kt_v4_cross(m->axes[j], arm));
             break;
         case KT_MOTION_NONE:
             break;

@@ -166,7 +166,7 @@ bool kt_index_bodies(kt_arena *arena, kt_names *names, const kt_body *bodies, in
     void *memory = kt_arena_take(arena, 1, kt_names_size(most));
     if (memory == NULL)
         return false;
-    kt_names_place(names, most, memory);
+    kt_names_init(names, most, memory);
     for (int i = 0; i < count; i++) {
         if (bodies[i].name != NULL)
             (void)kt_names_add(names, 0, bodies[i].name, i);

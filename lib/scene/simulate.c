@@ -303,7 +303,7 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     if (markers == NULL || memory == NULL)
         return kt_reader_out_of_memory(r);
     kt_names seen;
-    kt_names_place(&seen, (size_t)count, memory);
+    kt_names_init(&seen, (size_t)count, memory);
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
         (void)read_marker(r, &here, nodes[i], &seen, i, &markers[i]);

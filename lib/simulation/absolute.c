@@ -137,8 +137,8 @@ static kt_vec3 joint_point(const kt_model *absolute, const kt_absolute_joint *j,
 }
 
 /* What tau does to the body of a joint, about the body's origin, world axes. */
-static kt_wrench joint_push(const kt_model *absolute, const kt_absolute_joint *j, const double *tau,
-                            const double *free_q) {
+static kt_wrench joint_wrench(const kt_model *absolute, const kt_absolute_joint *j, const double *tau,
+                              const double *free_q) {
     const kt_pose joint = kt_pose_compose(pose_of(absolute, j->parent, free_q), j->frame);
     const kt_pose relative = kt_pose_compose(kt_pose_invert(joint), pose_of(absolute, j->body, free_q));
     kt_wrench w = kt_joint_kinds[j->type]->push(&j->axes, &relative, tau);
@@ -156,8 +156,8 @@ static void add_at(const kt_model *absolute, int body, kt_vec3 point, kt_wrench 
     wrenches[body].force = kt_vec3_add(wrenches[body].force, w.force);
 }
 
-void kt_absolute_push(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
-                      kt_wrench *wrenches) {
+void kt_absolute_wrenches(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
+                          kt_wrench *wrenches) {
     const kt_model *absolute = kt_model_absolute(tree);
     memset(wrenches, 0, (size_t)kt_model_body_count(absolute) * sizeof *wrenches);
     for (int b = 1; b < kt_model_body_count(tree) && external; b++)
@@ -168,7 +168,7 @@ void kt_absolute_push(const kt_model *tree, const double *free_q, const double *
         if (at.nv == 0)
             continue;
         const kt_vec3 origin = pose_of(absolute, j->body, free_q).position;
-        const kt_wrench w = joint_push(absolute, j, tau + at.v, free_q);
+        const kt_wrench w = joint_wrench(absolute, j, tau + at.v, free_q);
         const kt_wrench opposite = {kt_vec3_scale(-1.0, w.moment), kt_vec3_scale(-1.0, w.force)};
         add_at(absolute, j->body, origin, w, free_q, wrenches);
         add_at(absolute, j->parent, origin, opposite, free_q, wrenches);
@@ -196,7 +196,7 @@ void kt_absolute_reactions(const kt_model *tree, const double *free_q, const dou
             add_wrench(&joints[b], from[j->tie], none);
         if (!tau || at.nv == 0)
             continue;
-        const kt_wrench applied = joint_push(absolute, j, tau + at.v, free_q);
+        const kt_wrench applied = joint_wrench(absolute, j, tau + at.v, free_q);
         const kt_vec3 arm = kt_vec3_sub(pose_of(absolute, j->body, free_q).position, joint_point(absolute, j, free_q));
         add_wrench(&joints[b], applied, kt_vec3_cross(arm, applied.force));
     }

@@ -25,8 +25,8 @@ void kt_absolute_gather(const kt_model *tree, const double *free_q, const double
                         const kt_absolute_past *past, double *q, double *v, double *a);
 
 /* Wrenches on the free bodies: those on the tree's (NULL: none) and what tau (NULL: zero) does in its joints. */
-void kt_absolute_push(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
-                      kt_wrench *wrenches);
+void kt_absolute_wrenches(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
+                          kt_wrench *wrenches);
 
 /* Reactions in joints (as kt_joint_reactions; one a body) and in loops from those of all loops of the absolute
  * formulation, under tau (NULL: zero). */

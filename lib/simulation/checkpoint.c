@@ -25,8 +25,8 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(integrator, sizeof(kt_integrator_memory))                                                                        \
     X(y, size->n * sizeof(double))                                                                                     \
     X(previous_y, size->n * sizeof(double))                                                                            \
-    X(torque, size->face_nv * sizeof(double))                                                                          \
-    X(torque_next, size->face_nv * sizeof(double))                                                                     \
+    X(torque, size->user_nv * sizeof(double))                                                                          \
+    X(torque_next, size->user_nv * sizeof(double))                                                                     \
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
     X(wrench_next, size->body * sizeof(kt_wrench))                                                                     \
     X(seen, size->seen * sizeof(double))
@@ -76,8 +76,8 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memset(&memory, 0, sizeof memory);
     memcpy(to + at.head, &head, sizeof head);
     memcpy(to + at.memory, &simulation->memory, sizeof simulation->memory);
-    memcpy(to + at.torque, simulation->torque, size->face_nv * sizeof(double));
-    memcpy(to + at.torque_next, simulation->torque_next, size->face_nv * sizeof(double));
+    memcpy(to + at.torque, simulation->torque, size->user_nv * sizeof(double));
+    memcpy(to + at.torque_next, simulation->torque_next, size->user_nv * sizeof(double));
     memcpy(to + at.wrench, simulation->wrench, size->body * sizeof(kt_wrench));
     memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
     memcpy(to + at.seen, simulation->seen, size->seen * sizeof(double));
@@ -125,12 +125,12 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     simulation->memory = memory;
-    memcpy(simulation->torque, from + at.torque, size->face_nv * sizeof(double));
-    memcpy(simulation->torque_next, from + at.torque_next, size->face_nv * sizeof(double));
+    memcpy(simulation->torque, from + at.torque, size->user_nv * sizeof(double));
+    memcpy(simulation->torque_next, from + at.torque_next, size->user_nv * sizeof(double));
     memcpy(simulation->wrench, from + at.wrench, size->body * sizeof(kt_wrench));
     memcpy(simulation->wrench_next, from + at.wrench_next, size->body * sizeof(kt_wrench));
     memcpy(simulation->seen, from + at.seen, size->seen * sizeof(double));
-    kt_simulation_use_pushes(simulation);
-    simulation->held = KT_HELD_NOTHING;
+    kt_simulation_inputs_use(simulation);
+    simulation->held = KT_CACHED_NOTHING;
     return KT_OK;
 }

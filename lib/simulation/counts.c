@@ -4,7 +4,7 @@
 void kt_simulation_count(kt_simulation *simulation) {
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < 2; i++) {
-        const kt_iterations new = kt_data_iterations(i == 0 ? simulation->data : simulation->face_data);
+        const kt_iterations new = kt_data_iterations(i == 0 ? simulation->data : simulation->user_data);
         most->position = new.position > most->position ? new.position : most->position;
         most->velocity = new.velocity > most->velocity ? new.velocity : most->velocity;
         most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;

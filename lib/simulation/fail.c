@@ -24,8 +24,8 @@ static kt_status look_ahead(const kt_simulation *simulation, double part, kt_err
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
     char what[96];
     (void)snprintf(what, sizeof what, "from here on the loops cannot be closed; at t = %.9g s these stay open", later);
-    return kt_loops_reach(simulation->face, simulation->face_data, later, kt_simulation_positions(simulation),
-                          KT_CLOSED_FAR, what, found);
+    return kt_loops_reach(simulation->face, simulation->user_data, later, kt_simulation_positions(simulation),
+                          KT_CLOSED_ASSEMBLED, what, found);
 }
 
 /* Whether it is the loops, though they can be closed now, that keep a step from being taken; says so in *found. A
@@ -36,7 +36,7 @@ static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error 
         return false;
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;
-    simulation->held = KT_HELD_NOTHING;
+    simulation->held = KT_CACHED_NOTHING;
     return (cause == KT_ERROR_CONSTRAINT || look_ahead(simulation, 0.1, found) != KT_OK) &&
            look_ahead(simulation, 1.0, found) != KT_OK;
 }

@@ -7,34 +7,34 @@
 #include <math.h>
 
 /* What pushes from outside during a step. */
-typedef struct kt_pushes {
+typedef struct kt_input_flags {
     bool torque, wrenches; /* whether there are any */
-} kt_pushes;
+} kt_input_flags;
 
 /* All that decides what comes next and is not in the integrator; part of a checkpoint. */
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
-    kt_pushes now;       /* what the step that ended at the current time had */
-    kt_pushes next;      /* what the next step will have */
+    kt_input_flags now;  /* what the step that ended at the current time had */
+    kt_input_flags next; /* what the next step will have */
     bool waits;          /* `next` was set since the last step */
     uint64_t factorizations;
     kt_iterations iterations;
 } kt_simulation_memory;
 
 /* What data hold of the present state, and need not find again. */
-typedef enum kt_held {
-    KT_HELD_NOTHING = 0,
-    KT_HELD_POSES,      /* the poses, left by the projection or by kinematics */
-    KT_HELD_EVALUATION, /* all that is left by the evaluation that gave `slope`, if that is the present state's */
-} kt_held;
+typedef enum kt_cached {
+    KT_CACHED_NOTHING = 0,
+    KT_CACHED_POSES,      /* the poses, left by the projection or by kinematics */
+    KT_CACHED_EVALUATION, /* all that is left by the evaluation that gave `slope`, if that is the present state's */
+} kt_cached;
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
     X(double, rate, size->rate, "velocities that positions follow, of a right-hand side of the caller's")              \
-    X(double, torque, size->face_nv, "held during the last step")                                                      \
-    X(double, torque_next, size->face_nv, "to be held from the next step on")                                          \
+    X(double, torque, size->user_nv, "held during the last step")                                                      \
+    X(double, torque_next, size->user_nv, "to be held from the next step on")                                          \
     X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
     X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
@@ -44,7 +44,7 @@ typedef enum kt_held {
     X(double, shown, size->shown, "absolute: q, v and a of the face, of a record")                                     \
     X(kt_wrench, pushed, size->pushed, "absolute: on free bodies")                                                     \
     X(kt_wrench, free_reaction, size->free_reaction, "absolute: of a record, in all loops")                            \
-    X(char, face_memory, size->face_data, "absolute: the face's data")                                                 \
+    X(char, user_memory, size->user_data, "absolute: the face's data")                                                 \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
@@ -54,10 +54,10 @@ typedef struct kt_simulation_sizes {
     size_t work; /* where in y the works lie, dissipated and supplied: nq + nv, or behind one idle number where nothing
                     moves */
     size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
-    size_t face_nq, face_nv;
+    size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t rate;                                          /* 0 but with a right-hand side of the caller's */
-    size_t seen, shown, pushed, free_reaction, face_data; /* 0 but in the absolute formulation */
+    size_t seen, shown, pushed, free_reaction, user_data; /* 0 but in the absolute formulation */
 } kt_simulation_sizes;
 
 struct kt_simulation {
@@ -66,7 +66,7 @@ struct kt_simulation {
     kt_simulation_sizes size;
     const kt_model *model;     /* what is stepped: the face, or its absolute formulation */
     const kt_model *face;      /* the caller's, in whose coordinates all goes in and comes out */
-    kt_data *data, *face_data; /* scratch; one where the models are one */
+    kt_data *data, *user_data; /* scratch; one where the models are one */
     kt_integrator *integrator;
     const double *tau;         /* pushes of the last step: nv, or NULL */
     const kt_wrench *external; /* one a body, or NULL */
@@ -81,7 +81,7 @@ struct kt_simulation {
     unsigned record; /* KT_RECORD_ bits to compute */
     bool kinematics; /* a record's data are updated */
     kt_simulation_memory memory;
-    kt_held held;
+    kt_cached held;
     const double *slope; /* as the integrator was given it by the last evaluation */
     kt_error cause;      /* of the last callback that failed; code KT_OK: none did in this step */
     bool ahead;          /* it failed beyond the present state, at which every step begins: a smaller one may help */
@@ -117,7 +117,7 @@ KT_CHECKED int kt_simulation_evaluate(kt_simulation *simulation, double t, const
                                       kt_error *error);
 
 /* Points tau and external at the pushes of the last step. */
-void kt_simulation_use_pushes(kt_simulation *simulation);
+void kt_simulation_inputs_use(kt_simulation *simulation);
 
 /* Scales quaternions in y = (q, v) to unit norm and closes the loops. *changed: whether a bit of y was. */
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
@@ -125,23 +125,23 @@ KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, 
 
 /* The next five know about the absolute formulation, and do next to nothing in the other (face.c).
  * Forces in the face's terms become wrenches on free bodies at their positions q. */
-void kt_simulation_push(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
+void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
 /* Follows a step of length `ago`. */
-void kt_simulation_see(kt_simulation *simulation, double ago);
+void kt_simulation_sync(kt_simulation *simulation, double ago);
 /* What asks for reactions at each record. */
 enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
 
 /* A state near the current time, and accelerations (or NULL), in the face's coordinates. */
-void kt_simulation_show(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
-                        const double **v, const double **shown_a);
+void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
+                          const double **v, const double **exported_a);
 /* The free state y of a closed state of the face (absolute formulation only). */
-KT_CHECKED kt_status kt_simulation_take_face(kt_simulation *simulation, double t, const double *q, const double *v,
-                                             double *y, kt_error *error);
-/* The reactions and multipliers of a record, as kt_simulation_tell; leaves the kinematics of its motion in data. */
+KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const double *q, const double *v,
+                                                double *y, kt_error *error);
+/* The reactions and multipliers of a record, as kt_simulation_report; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Makes the pushes that wait those of the next step. */
-KT_CHECKED kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error);
+KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error);
 
 /* Takes over how far iterations have gone. */
 void kt_simulation_count(kt_simulation *simulation);
@@ -162,8 +162,8 @@ kt_record kt_record_empty(int64_t index, double time);
 
 /* All that is asked for of the state in y, whose accelerations are in `a`, where `accelerated`; data hold of it what
  * `held` says. The kinematics come last: they stay in the data. */
-KT_CHECKED kt_status kt_simulation_tell(kt_simulation *simulation, bool accelerated, kt_record *record,
-                                        kt_error *error);
+KT_CHECKED kt_status kt_simulation_report(kt_simulation *simulation, bool accelerated, kt_record *record,
+                                          kt_error *error);
 
 /* Whether kt_simulation_run has not yet handed over all records before the current time. */
 bool kt_simulation_owes_records(const kt_simulation *simulation);

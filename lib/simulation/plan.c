@@ -54,11 +54,11 @@ static int add_batches(list *l, const kt_model *model, bool ends) {
 
 static void add_effects(list *l, const kt_model *model, const kt_cost *cost) {
     static const char none[] = "the scene names none";
-    const size_t bearers = model->n.bearer > 0 ? model->n.bearer - 1 : 0;
-    const bool ends = model->n.bearer > 0;
+    const size_t force_links = model->n.force_link > 0 ? model->n.force_link - 1 : 0;
+    const bool ends = model->n.force_link > 0;
     if (add_batches(l, model, false) == 0)
         add_or_drop(l, KT_PHASE_EVALUATION, "effects on joints", 0, "effects", 0.0, none);
-    add_or_drop(l, KT_PHASE_EVALUATION, "motion of links that bear effects", bearers, "links", cost->bearers,
+    add_or_drop(l, KT_PHASE_EVALUATION, "motion of links that bear effects", force_links, "links", cost->force_links,
                 ends ? "all ends of effects are on the world" : "no effect acts on a body");
     if (add_batches(l, model, true) == 0)
         add_or_drop(l, KT_PHASE_EVALUATION, "effects on bodies", 0, "effects", 0.0, none);

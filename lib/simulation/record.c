@@ -73,9 +73,9 @@ static kt_status move(kt_simulation *simulation, double t, const double *a, kt_e
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
     const double *q = simulation->y, *v = q + simulation->size.nq;
-    if (simulation->held == KT_HELD_EVALUATION)
+    if (simulation->held == KT_CACHED_EVALUATION)
         return kt_motion_complete(model, data, t, q, v, NULL, NULL, a, data->kinematics, NULL, NULL, error);
-    return kt_links_update(model, data, q, v, a, simulation->held == KT_HELD_POSES, data->kinematics, error);
+    return kt_links_update(model, data, q, v, a, simulation->held == KT_CACHED_POSES, data->kinematics, error);
 }
 
 /* Kinematics, and what is read from them. Energies are those of what is stepped. */
@@ -98,20 +98,20 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
         record->kinetic = kt_kinetic_energy(model, data);
         record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
-    record->data = simulation->face_data;
+    record->data = simulation->user_data;
     if (!kt_simulation_is_absolute(simulation))
         return KT_OK;
-    return kt_kinematics_update(simulation->face, simulation->face_data, record->q, record->v, record->a, error);
+    return kt_kinematics_update(simulation->face, simulation->user_data, record->q, record->v, record->a, error);
 }
 
-kt_status kt_simulation_tell(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
+kt_status kt_simulation_report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
-    kt_simulation_show(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
+    kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
         status = kt_loop_residual(simulation->model, simulation->data, t, q, v, &record->constraint, error);
-        simulation->held = simulation->groups > 0 ? KT_HELD_POSES : simulation->held;
+        simulation->held = simulation->groups > 0 ? KT_CACHED_POSES : simulation->held;
     }
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
@@ -119,12 +119,12 @@ kt_status kt_simulation_tell(kt_simulation *simulation, bool accelerated, kt_rec
 /* Everything that is asked for, of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
-    simulation->held = KT_HELD_NOTHING;
+    simulation->held = KT_CACHED_NOTHING;
     if (accelerates && kt_simulation_evaluate(simulation, record->time, simulation->y, simulation->tau,
                                               simulation->external, NULL, simulation->a, NULL, error) != 0)
         return error->code;
-    const kt_status status = kt_simulation_tell(simulation, accelerates, record, error);
-    simulation->held = KT_HELD_NOTHING;
+    const kt_status status = kt_simulation_report(simulation, accelerates, record, error);
+    simulation->held = KT_CACHED_NOTHING;
     return status;
 }
 
@@ -179,7 +179,7 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
         kt_error from = {0};
         simulation->cause.code = KT_OK;
-        status = kt_simulation_take_pushes(simulation, &from);
+        status = kt_simulation_inputs_commit(simulation, &from);
         if (status != KT_OK)
             return kt_simulation_fail(simulation, &from, error);
     }

@@ -11,13 +11,13 @@
 /* The accelerations of the present state in `a`. */
 static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     const double *slope;
-    kt_status status = kt_simulation_take_pushes(simulation, from);
+    kt_status status = kt_simulation_inputs_commit(simulation, from);
     if (status == KT_OK)
-        status = kt_integrator_slope(simulation->integrator, &slope, from);
+        status = kt_integrator_derivative(simulation->integrator, &slope, from);
     if (status != KT_OK)
         return status;
-    if (simulation->slope != slope && simulation->held == KT_HELD_EVALUATION)
-        simulation->held = KT_HELD_NOTHING; /* another evaluation came after that one */
+    if (simulation->slope != slope && simulation->held == KT_CACHED_EVALUATION)
+        simulation->held = KT_CACHED_NOTHING; /* another evaluation came after that one */
     memcpy(simulation->a, slope + simulation->size.nq, simulation->size.nv * sizeof(double));
     return KT_OK;
 }
@@ -40,12 +40,12 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status = kt_simulation_owes_records(simulation) ? find_acceleration_aside(simulation, from)
                                                         : find_acceleration(simulation, from);
-    else if (simulation->held == KT_HELD_EVALUATION)
-        simulation->held = KT_HELD_NOTHING; /* of some stage of the last step */
+    else if (simulation->held == KT_CACHED_EVALUATION)
+        simulation->held = KT_CACHED_NOTHING; /* of some stage of the last step */
     if (status == KT_OK)
-        status = kt_simulation_tell(simulation, accelerates, record, from);
-    kt_simulation_use_pushes(simulation);
-    simulation->held = status == KT_OK && simulation->kinematics ? KT_HELD_POSES : KT_HELD_NOTHING;
+        status = kt_simulation_report(simulation, accelerates, record, from);
+    kt_simulation_inputs_use(simulation);
+    simulation->held = status == KT_OK && simulation->kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
     return status;
 }
 

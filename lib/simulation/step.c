@@ -50,7 +50,7 @@ static kt_status accelerate(kt_simulation *simulation, double t, const double *y
 KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
                        const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
     const double *q = y, *v = y + simulation->size.nq;
-    kt_simulation_push(simulation, q, &tau, &external);
+    kt_simulation_inputs(simulation, q, &tau, &external);
     if (simulation->acceleration == NULL || power != NULL) {
         const kt_status status = accelerate(simulation, t, y, tau, external, a, power, error);
         simulation->memory.factorizations += slope != NULL ? (uint64_t)simulation->groups : 0;
@@ -73,7 +73,7 @@ KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, con
 
 int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
                            const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
-    simulation->held = KT_HELD_NOTHING;
+    simulation->held = KT_CACHED_NOTHING;
     return evaluate(simulation, t, y, tau, external, slope, a, power, error);
 }
 
@@ -84,7 +84,7 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, d
     const int result = evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
                                 dydt + simulation->size.nq, power, &simulation->cause);
     /* powers, and a right-hand side of the caller's, leave in data what they like */
-    simulation->held = power == NULL && simulation->acceleration == NULL ? KT_HELD_EVALUATION : KT_HELD_NOTHING;
+    simulation->held = power == NULL && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
     if (result != 0) {
         simulation->ahead = t != kt_integrator_time(simulation->integrator);
@@ -133,7 +133,7 @@ static bool closes_loops(const kt_simulation *simulation) {
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     *changed = false;
     if (closes_loops(simulation))
-        simulation->held = KT_HELD_NOTHING;
+        simulation->held = KT_CACHED_NOTHING;
     if (simulation->projection != NULL && !simulation->unprojected) {
         const kt_status status = project_as_told(simulation, t, y, changed, error);
         if (status != KT_OK)
@@ -155,7 +155,7 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
     simulation->ahead = true;
     if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL)
-        simulation->held = KT_HELD_POSES;
+        simulation->held = KT_CACHED_POSES;
     return status == KT_OK ? 0 : kt_simulation_is_recoverable(status) ? 1 : -1;
 }
 
@@ -168,41 +168,41 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
 
 /* ---- pushes ------------------------------------------------------------------------------------------------------ */
 
-void kt_simulation_use_pushes(kt_simulation *simulation) {
+void kt_simulation_inputs_use(kt_simulation *simulation) {
     simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
     simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
 }
 
-static bool pushes_differ(const kt_simulation *simulation) {
+static bool inputs_differ(const kt_simulation *simulation) {
     const kt_simulation_memory *memory = &simulation->memory;
     const kt_simulation_sizes *size = &simulation->size;
     if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
         return true;
-    return memcmp(simulation->torque, simulation->torque_next, size->face_nv * sizeof(double)) != 0 ||
+    return memcmp(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double)) != 0 ||
            memcmp(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench)) != 0;
 }
 
-kt_status kt_simulation_take_pushes(kt_simulation *simulation, kt_error *error) {
+kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
     if (!simulation->memory.waits)
         return KT_OK;
-    if (pushes_differ(simulation)) {
+    if (inputs_differ(simulation)) {
         /* The right-hand side jumps: slopes from before are not those of the next step. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
         if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
             return status;   /* GCOVR_EXCL_LINE */
-        memcpy(simulation->torque, simulation->torque_next, size->face_nv * sizeof(double));
+        memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));
         memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
         simulation->memory.now = simulation->memory.next;
-        kt_simulation_use_pushes(simulation);
+        kt_simulation_inputs_use(simulation);
     }
     simulation->memory.waits = false;
     return KT_OK;
 }
 
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
-    size_t nv = simulation->size.face_nv;
+    size_t nv = simulation->size.user_nv;
     for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
         kt_coordinates at = kt_body_coordinates(simulation->face, body);
         for (int i = 0; i < at.nv; i++)
@@ -249,14 +249,14 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     kt_error from = {0};
     double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
-    kt_status status = kt_simulation_take_pushes(simulation, &from);
+    kt_status status = kt_simulation_inputs_commit(simulation, &from);
     if (status == KT_OK)
         status = kt_integrator_step(simulation->integrator, t_limit, &from);
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)
         return kt_simulation_fail_step(simulation, &from, error);
-    kt_simulation_see(simulation, kt_integrator_time(simulation->integrator) - t);
+    kt_simulation_sync(simulation, kt_integrator_time(simulation->integrator) - t);
     return KT_OK;
 }
 
@@ -291,7 +291,7 @@ const double *kt_simulation_positions(const kt_simulation *simulation) {
 }
 
 const double *kt_simulation_velocities(const kt_simulation *simulation) {
-    return kt_simulation_positions(simulation) + simulation->size.face_nq;
+    return kt_simulation_positions(simulation) + simulation->size.user_nq;
 }
 
 kt_work kt_simulation_work(const kt_simulation *simulation) {
@@ -302,11 +302,11 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
     kt_status status;
-    simulation->held = KT_HELD_NOTHING;
+    simulation->held = KT_CACHED_NOTHING;
     if (kt_simulation_is_absolute(simulation)) {
-        status = kt_state_project(simulation->face, simulation->face_data, t, q, v, &changed, error);
+        status = kt_state_project(simulation->face, simulation->user_data, t, q, v, &changed, error);
         if (status == KT_OK)
-            status = kt_simulation_take_face(simulation, t, q, v, simulation->y, error);
+            status = kt_simulation_import_state(simulation, t, q, v, simulation->y, error);
     } else {
         status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
     }
@@ -320,7 +320,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
-    size_t nq = simulation->size.face_nq, nv = simulation->size.face_nv;
+    size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *new_q = kt_simulation_is_absolute(simulation) ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
@@ -349,7 +349,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     simulation->cause.code = KT_OK;
     if (kt_simulation_evaluate(simulation, t, y, tau, external, NULL, simulation->a, NULL, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
-    kt_simulation_show(simulation, t, y, simulation->a, &q, &v, &shown);
-    memcpy(a, shown, simulation->size.face_nv * sizeof(double));
+    kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
+    memcpy(a, shown, simulation->size.user_nv * sizeof(double));
     return KT_OK;
 }

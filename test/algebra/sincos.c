@@ -191,12 +191,12 @@ static void same_bits(const char *what, kt_test_sincos *level) {
 }
 
 KT_TEST(all_levels_give_the_same_bits) {
-#ifdef KT_LEVELS
-    if (kt_level_resolve(KT_LEVEL_V3) == KT_LEVEL_V3)
+#ifdef KT_ISAS
+    if (kt_isa_resolve(KT_ISA_V3) == KT_ISA_V3)
         same_bits("groups that differ between baseline and v3", kt_test_sincos_v3);
     else
         kt_skip("v3", KT_NO_LEVEL);
-    if (kt_level_resolve(KT_LEVEL_V4) == KT_LEVEL_V4)
+    if (kt_isa_resolve(KT_ISA_V4) == KT_ISA_V4)
         same_bits("groups that differ between baseline and v4", kt_test_sincos_v4);
     else
         kt_skip("v4", KT_NO_LEVEL);

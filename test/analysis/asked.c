@@ -29,28 +29,28 @@ KT_TEST(indices_below_zero_and_memory_that_is_none_are_refused) {
     static linkage l;
     const int below = -1;
     const kt_marker_index body = {-1, 0}, marker = {1, -1};
-    kt_linearization_options wish = kt_linearization_options_default();
+    kt_linearization_options settings = kt_linearization_options_default();
     kt_linearization *linearization = NULL;
     kt_modes *modes = NULL;
     kt_spectrum *spectrum = NULL;
     kt_error e = {KT_OK, "", ""};
     if (!make_bar(&l, 0.3))
         return;
-    wish.inputs = &below;
-    wish.input_count = 1;
-    check_words("input", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+    settings.inputs = &below;
+    settings.input_count = 1;
+    check_words("input", kt_linearization_create(l.model, &settings, &linearization, &e), &e, KT_ERROR_ARGUMENT,
                 "-1 is no velocity coordinate: they go from 0 to 0");
-    wish = (kt_linearization_options){.outputs = &body, .output_count = 1};
-    check_words("body", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+    settings = (kt_linearization_options){.outputs = &body, .output_count = 1};
+    check_words("body", kt_linearization_create(l.model, &settings, &linearization, &e), &e, KT_ERROR_ARGUMENT,
                 "there is no body -1");
-    wish.outputs = &marker;
-    check_words("marker", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+    settings.outputs = &marker;
+    check_words("marker", kt_linearization_create(l.model, &settings, &linearization, &e), &e, KT_ERROR_ARGUMENT,
                 "body 'bar' has no marker -1");
-    wish = (kt_linearization_options){.input_count = -1};
-    check_words("count", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+    settings = (kt_linearization_options){.input_count = -1};
+    check_words("count", kt_linearization_create(l.model, &settings, &linearization, &e), &e, KT_ERROR_ARGUMENT,
                 "a count is negative");
-    wish = (kt_linearization_options){.output_count = -1};
-    check_words("count", kt_linearization_create(l.model, &wish, &linearization, &e), &e, KT_ERROR_ARGUMENT,
+    settings = (kt_linearization_options){.output_count = -1};
+    check_words("count", kt_linearization_create(l.model, &settings, &linearization, &e), &e, KT_ERROR_ARGUMENT,
                 "a count is negative");
     check_words("samples", kt_spectrum_create(l.model, 0, &spectrum, &e), &e, KT_ERROR_ARGUMENT,
                 "0: at least one state is needed");
@@ -61,25 +61,24 @@ KT_TEST(indices_below_zero_and_memory_that_is_none_are_refused) {
     char *memory = aligned_alloc(KT_ALIGNMENT, size);
     if (!kt_check_true("memory", memory != NULL))
         return;
-    check_words("none", kt_linearization_place(l.model, NULL, NULL, size, &linearization, &e), &e, KT_ERROR_MEMORY,
+    check_words("none", kt_linearization_init(l.model, NULL, NULL, size, &linearization, &e), &e, KT_ERROR_MEMORY,
                 "bytes");
-    check_words("none", kt_modes_place(l.model, NULL, size, &modes, &e), &e, KT_ERROR_MEMORY,
+    check_words("none", kt_modes_init(l.model, NULL, size, &modes, &e), &e, KT_ERROR_MEMORY,
                 "(kt_modes_size); given: 0 bytes");
-    check_words("small", kt_modes_place(l.model, memory, kt_modes_size(l.model) - 1, &modes, &e), &e, KT_ERROR_MEMORY,
+    check_words("small", kt_modes_init(l.model, memory, kt_modes_size(l.model) - 1, &modes, &e), &e, KT_ERROR_MEMORY,
                 "(kt_modes_size)");
-    check_words("askew", kt_modes_place(l.model, memory + 8, size - 8, &modes, &e), &e, KT_ERROR_MEMORY, "misaligned");
-    check_words("none", kt_spectrum_place(l.model, 2, NULL, size, &spectrum, &e), &e, KT_ERROR_MEMORY,
-                "given: 0 bytes");
-    check_words("small", kt_spectrum_place(l.model, 2, memory, size - 1, &spectrum, &e), &e, KT_ERROR_MEMORY,
+    check_words("askew", kt_modes_init(l.model, memory + 8, size - 8, &modes, &e), &e, KT_ERROR_MEMORY, "misaligned");
+    check_words("none", kt_spectrum_init(l.model, 2, NULL, size, &spectrum, &e), &e, KT_ERROR_MEMORY, "given: 0 bytes");
+    check_words("small", kt_spectrum_init(l.model, 2, memory, size - 1, &spectrum, &e), &e, KT_ERROR_MEMORY,
                 "(kt_spectrum_size)");
-    check_words("askew", kt_spectrum_place(l.model, 2, memory + 8, size, &spectrum, &e), &e, KT_ERROR_MEMORY,
+    check_words("askew", kt_spectrum_init(l.model, 2, memory + 8, size, &spectrum, &e), &e, KT_ERROR_MEMORY,
                 "misaligned");
     kt_check_true("nothing was handed out", linearization == NULL && modes == NULL && spectrum == NULL);
     free(memory);
     kt_linearization_free(NULL);
     kt_modes_free(NULL);
     kt_spectrum_free(NULL);
-    kt_set_free(NULL);
+    kt_constraint_formulation_free(NULL);
     linkage_free(&l);
 }
 

@@ -3,10 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-kt_set *closure_set(const kt_model *model, const kt_set_options *options) {
+kt_constraint_formulation *closure_set(const kt_model *model, const kt_constraint_formulation_options *options) {
     kt_error error = {0};
-    kt_set *set = NULL;
-    (void)linkage_fine(kt_set_type_name(options->type), kt_set_create(model, options, &set, &error), &error);
+    kt_constraint_formulation *set = NULL;
+    (void)linkage_fine(kt_constraint_formulation_name(options->type),
+                       kt_constraint_formulation_create(model, options, &set, &error), &error);
     return set;
 }
 
@@ -27,13 +28,15 @@ bool closure_at(const linkage *l, double t, const double *q, const double *v, do
 static int slope(double t, const double *y, double *dydt, void *user) {
     const closure_run *r = user;
     double rate[LINKAGE_NQ];
-    if (kt_set_evaluate(r->set, r->l->data, t, y, y + r->l->nq, NULL, NULL, rate, dydt + r->l->nq, NULL) != KT_OK)
+    if (kt_constraint_formulation_evaluate(r->set, r->l->data, t, y, y + r->l->nq, NULL, NULL, rate, dydt + r->l->nq,
+                                           NULL) != KT_OK)
         return 1;
     kt_position_rate(r->l->model, y, rate, dydt);
     return 0;
 }
 
-bool closure_start(closure_run *r, linkage *l, kt_set *set, const char *method, double step, double tolerance) {
+bool closure_start(closure_run *r, linkage *l, kt_constraint_formulation *set, const char *method, double step,
+                   double tolerance) {
     const size_t n = (size_t)l->nq + (size_t)l->nv;
     const kt_method *m = kt_method_find(method);
     const size_t size = kt_integrator_size(m, n);
@@ -49,7 +52,7 @@ bool closure_start(closure_run *r, linkage *l, kt_set *set, const char *method, 
     memcpy(y, l->q, (size_t)l->nq * sizeof *y);
     memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
     return set != NULL &&
-           linkage_fine("integrator", kt_integrator_place(r->memory, size, m, n, &options, &r->integrator, &error),
+           linkage_fine("integrator", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error),
                         &error) &&
            linkage_fine("start", kt_integrator_start(r->integrator, 0.0, y, &callbacks, &error), &error);
 }

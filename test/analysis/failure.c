@@ -58,29 +58,30 @@ KT_TEST(wrong_options_and_memory_are_refused) {
     if (linkage_compile(&l)) {
         const int inputs[] = {1};
         const kt_marker_index marker = {1, 0}, body = {2, 0};
-        kt_linearization_options wish = kt_linearization_options_default();
+        kt_linearization_options settings = kt_linearization_options_default();
         kt_linearization *linearization = NULL;
         kt_error error = {0};
-        wish.inputs = inputs;
-        wish.input_count = 1;
-        kt_check_equal_int("input", kt_linearization_create(l.model, &wish, &linearization, &error), KT_ERROR_ARGUMENT);
-        kt_check_equal_int("has no size", (long long)kt_linearization_size(l.model, &wish), 0);
+        settings.inputs = inputs;
+        settings.input_count = 1;
+        kt_check_equal_int("input", kt_linearization_create(l.model, &settings, &linearization, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_equal_int("has no size", (long long)kt_linearization_size(l.model, &settings), 0);
         kt_check_contains("says what there is", error.message, "from 0 to 0");
-        wish = kt_linearization_options_default();
-        wish.outputs = &marker;
-        wish.output_count = 1;
-        kt_check_equal_int("marker", kt_linearization_create(l.model, &wish, &linearization, &error),
+        settings = kt_linearization_options_default();
+        settings.outputs = &marker;
+        settings.output_count = 1;
+        kt_check_equal_int("marker", kt_linearization_create(l.model, &settings, &linearization, &error),
                            KT_ERROR_ARGUMENT);
         kt_check_contains("names the body", error.message, "bar");
-        wish.outputs = &body;
-        kt_check_equal_int("body", kt_linearization_create(l.model, &wish, &linearization, &error), KT_ERROR_ARGUMENT);
+        settings.outputs = &body;
+        kt_check_equal_int("body", kt_linearization_create(l.model, &settings, &linearization, &error),
+                           KT_ERROR_ARGUMENT);
         kt_check_true("nothing was made", linearization == NULL);
         const size_t size = kt_linearization_size(l.model, NULL);
         char *memory = aligned_alloc(KT_ALIGNMENT, size);
-        kt_check_equal_int("too small", kt_linearization_place(l.model, NULL, memory, size - 1, &linearization, &error),
+        kt_check_equal_int("too small", kt_linearization_init(l.model, NULL, memory, size - 1, &linearization, &error),
                            KT_ERROR_MEMORY);
-        kt_check_equal_int("misaligned",
-                           kt_linearization_place(l.model, NULL, memory + 8, size, &linearization, &error),
+        kt_check_equal_int("misaligned", kt_linearization_init(l.model, NULL, memory + 8, size, &linearization, &error),
                            KT_ERROR_MEMORY);
         free(memory);
         double q = (double)NAN, v = 0.0;

@@ -37,11 +37,12 @@ static kt_status make_spectrum(bool *handed_out, kt_error *error) {
 }
 
 static kt_status make_set(bool *handed_out, kt_error *error) {
-    const kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 1e-2);
-    kt_set *made = NULL;
-    const kt_status status = kt_set_create(l.model, &options, &made, error);
+    const kt_constraint_formulation_options options =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 1e-2);
+    kt_constraint_formulation *made = NULL;
+    const kt_status status = kt_constraint_formulation_create(l.model, &options, &made, error);
     *handed_out = made != NULL;
-    kt_set_free(made);
+    kt_constraint_formulation_free(made);
     return status;
 }
 

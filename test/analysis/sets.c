@@ -4,7 +4,7 @@
 #include "../reduction/tangle.h"
 #include "closure.h"
 
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 #include "model/internal.h"
 
 #include <float.h>
@@ -14,9 +14,9 @@
 
 /* How much larger the errors may be: numbers that the augmented set adds are of the size s |A|^2, those of the others
  * that of M. */
-static double growth(const kt_set *set) {
+static double growth(const kt_constraint_formulation *set) {
     double most = 0.0;
-    if (set->options.type != KT_SET_AUGMENTED)
+    if (set->options.type != KT_CONSTRAINT_FORMULATION_AUGMENTED)
         return 1.0;
     for (int i = 0; i < set->n; i++)
         for (int r = 0; r < set->k; r++)
@@ -29,13 +29,13 @@ static double growth(const kt_set *set) {
  * is not theirs. Force projection accelerates at the rates that it makes of v: what they are off by
  * (`rates`) is not counted once more. False where nothing was compared, the library holding the position to be near a
  * singular one. */
-static bool compare(tangle *g, kt_set_type type, double times, kt_worst *worst, kt_worst *rates) {
+static bool compare(tangle *g, kt_constraint_formulation_type type, double times, kt_worst *worst, kt_worst *rates) {
     static tangle_system s;
     double a[KT_TREE_NV], rate[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
     double given[KT_TREE_NV], loose[KT_TREE_NV];
-    const kt_set_options options = kt_set_options_default(type, 1.0);
+    const kt_constraint_formulation_options options = kt_constraint_formulation_options_default(type, 1.0);
     kt_error e = {0};
-    kt_set *set = closure_set(g->tree.model, &options);
+    kt_constraint_formulation *set = closure_set(g->tree.model, &options);
     bool compared = false;
     if (!set)
         return false;
@@ -46,8 +46,10 @@ static bool compare(tangle *g, kt_set_type type, double times, kt_worst *worst, 
         kt_tree_fine("without loops",
                      kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e),
                      &e)) {
-        (void)kt_tree_fine("set",
-                           kt_set_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, rate, a, &e), &e);
+        (void)kt_tree_fine(
+            "set",
+            kt_constraint_formulation_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, rate, a, &e),
+            &e);
         memcpy(given, g->v, sizeof given);
         memcpy(g->v, rate, (size_t)g->tree.nv * sizeof *rate);
         (void)tangle_system_of(g, &s);
@@ -61,7 +63,7 @@ static bool compare(tangle *g, kt_set_type type, double times, kt_worst *worst, 
         }
         compared = true;
     }
-    kt_set_free(set);
+    kt_constraint_formulation_free(set);
     return compared;
 }
 
@@ -69,20 +71,20 @@ static bool compare(tangle *g, kt_set_type type, double times, kt_worst *worst, 
  */
 static void run(const tangle_plan *plan, kt_random *random, int mechanisms, const double *times) {
     static tangle g;
-    kt_worst worst[KT_SET_TYPE_COUNT], rates = kt_worst_make("positions follow v");
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
-        worst[type] = kt_worst_make(kt_set_type_name((kt_set_type)type));
+    kt_worst worst[KT_CONSTRAINT_FORMULATION_COUNT], rates = kt_worst_make("positions follow v");
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
+        worst[type] = kt_worst_make(kt_constraint_formulation_name((kt_constraint_formulation_type)type));
     int compared = 0;
     for (int i = 0; i < mechanisms; i++) {
         if (tangle_grow(&g, plan, random))
-            for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
-                compared += compare(&g, (kt_set_type)type, times[type], &worst[type], &rates);
+            for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
+                compared += compare(&g, (kt_constraint_formulation_type)type, times[type], &worst[type], &rates);
         tangle_free(&g);
     }
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         kt_check_worst(&worst[type]);
     kt_check_worst(&rates);
-    kt_check_above("share compared", (double)compared / (mechanisms * KT_SET_TYPE_COUNT), 0.8);
+    kt_check_above("share compared", (double)compared / (mechanisms * KT_CONSTRAINT_FORMULATION_COUNT), 0.8);
 }
 
 /* Loops of all types, driven ones among them. */
@@ -109,20 +111,23 @@ KT_TEST(every_set_accelerates_redundant_mechanisms_on_the_manifold) {
 
 /* 1 + s (at least the largest eigenvalue of S): what an error of e is multiplied by. The first pivot of Gauss' set is
  * the largest column of A M^-1/2. */
-static double gain_of(const tangle *g, const kt_set *set) {
+static double gain_of(const tangle *g, const kt_constraint_formulation *set) {
     double a[KT_TREE_NV], gain = 1.0;
-    const kt_set_options options = kt_set_options_default(KT_SET_GAUSS, 1.0);
+    const kt_constraint_formulation_options options =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 1.0);
     kt_error e = {0};
-    kt_set *gauss = closure_set(g->tree.model, &options);
+    kt_constraint_formulation *gauss = closure_set(g->tree.model, &options);
     if (gauss &&
-        kt_tree_fine("gauss", kt_set_evaluate(gauss, g->tree.data, g->t, g->q, g->v, NULL, NULL, NULL, a, &e), &e))
+        kt_tree_fine("gauss",
+                     kt_constraint_formulation_evaluate(gauss, g->tree.data, g->t, g->q, g->v, NULL, NULL, NULL, a, &e),
+                     &e))
         gain += set->penalty * gauss->factor[0] * gauss->factor[0] * g->rows;
-    kt_set_free(gauss);
+    kt_constraint_formulation_free(gauss);
     return gain;
 }
 
 /* e_i+1 + s S e_i+1 = e_i with S = A M^-1 A', from matrices that were computed apart. */
-static void check_contraction(const tangle *g, kt_set *set, double gain, kt_worst *worst) {
+static void check_contraction(const tangle *g, kt_constraint_formulation *set, double gain, kt_worst *worst) {
     static tangle_system s;
     static double e[3][TANGLE_ROWS];
     double a[KT_TREE_NV], pushed[KT_TREE_NV], felt[KT_TREE_NV];
@@ -134,7 +139,8 @@ static void check_contraction(const tangle *g, kt_set *set, double gain, kt_wors
     for (int k = 0; k < 3; k++) {
         set->options.iterations = k + 1;
         if (!kt_tree_fine("set",
-                          kt_set_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, NULL, a, &error),
+                          kt_constraint_formulation_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external,
+                                                             NULL, a, &error),
                           &error))
             return;
         for (int r = 0; r < g->rows; r++) {
@@ -182,12 +188,13 @@ KT_TEST(augmented_iterates_close_the_equations_by_the_factor_of_the_penalty) {
     plan.tree.bodies = 8;
     for (int i = 0; i < 30; i++) {
         if (tangle_grow(&g, &plan, &random)) {
-            kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 1.0);
+            kt_constraint_formulation_options options =
+                kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 1.0);
             options.penalty = 3.0;
-            kt_set *set = closure_set(g.tree.model, &options);
+            kt_constraint_formulation *set = closure_set(g.tree.model, &options);
             if (set)
                 check_contraction(&g, set, gain_of(&g, set), &worst);
-            kt_set_free(set);
+            kt_constraint_formulation_free(set);
         }
         tangle_free(&g);
     }
@@ -201,14 +208,15 @@ static bool make_four_bar(linkage *l) {
 }
 
 /* The largest |A a - c| of the four-bar after so many iterations; it was placed in this very state. */
-static double left_after(const linkage *l, kt_set *set, int iterations) {
+static double left_after(const linkage *l, kt_constraint_formulation *set, int iterations) {
     double a[8];
     kt_error e = {0};
     set->options.iterations = iterations;
     set->options.tolerance = 0.0;
-    kt_set_reset(set);
-    (void)linkage_fine("set", kt_set_evaluate(set, l->data, 0.0, l->q, l->v, NULL, NULL, NULL, a, &e), &e);
-    return kt_set_findings_get(set).residual;
+    kt_constraint_formulation_reset(set);
+    (void)linkage_fine("set",
+                       kt_constraint_formulation_evaluate(set, l->data, 0.0, l->q, l->v, NULL, NULL, NULL, a, &e), &e);
+    return kt_constraint_formulation_statistics_get(set).residual;
 }
 
 /* By 1 + penalty where A M^-1 A' is smallest; the last diagonal of R is at most a few times larger than that. */
@@ -218,13 +226,14 @@ KT_TEST(penalty_is_what_an_iteration_divides_by) {
         return;
     /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double penalty = 10.0; penalty < 2000.0; penalty *= 10.0) {
-        kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
+        kt_constraint_formulation_options options =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
         options.penalty = penalty;
-        kt_set *set = closure_set(l.model, &options);
+        kt_constraint_formulation *set = closure_set(l.model, &options);
         const double by = left_after(&l, set, 3) / left_after(&l, set, 4);
         kt_check_below("divided by", by, 1.0 + penalty);
         kt_check_above("divided by", by, 0.5 * (1.0 + penalty));
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     linkage_free(&l);
 }
@@ -237,19 +246,20 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
     kt_error e = {0};
     if (!make_four_bar(&l))
         return;
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
-        const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
-        const size_t size = kt_set_size(l.model);
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+        const kt_constraint_formulation_options options =
+            kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
+        const size_t size = kt_constraint_formulation_size(l.model);
         void *memory = aligned_alloc(KT_ALIGNMENT, size);
-        kt_set *set = NULL;
+        kt_constraint_formulation *set = NULL;
         bool changed = false;
         kt_interpose_start();
-        const kt_status placed = kt_set_place(l.model, l.data, &options, memory, size, &set, &e);
+        const kt_status placed = kt_constraint_formulation_init(l.model, l.data, &options, memory, size, &set, &e);
         kt_status moved = KT_OK;
         for (int i = 0; i < 3 && placed == KT_OK; i++)
-            moved = kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, rate, a, &e);
+            moved = kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, rate, a, &e);
         const kt_instant at = {l.model, l.data, 0.0, l.q, l.v, NULL, NULL};
-        const int projected = placed == KT_OK ? kt_set_project(&at, l.q, l.v, &changed, &e, set) : -1;
+        const int projected = placed == KT_OK ? kt_formulation_project_positions(&at, l.q, l.v, &changed, &e, set) : -1;
         kt_check_equal_int("allocations", kt_interpose_stop(), 0);
         (void)linkage_fine("placed", placed, &e);
         (void)linkage_fine("evaluated", moved, &e);
@@ -266,30 +276,36 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
     kt_error e = {0};
     if (!make_four_bar(&l))
         return;
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
-        const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
-        kt_set *set = closure_set(l.model, &options);
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+        const kt_constraint_formulation_options options =
+            kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
+        kt_constraint_formulation *set = closure_set(l.model, &options);
         double q[8], v[8];
         for (int i = 0; i < l.nv; i++) {
             q[i] = l.q[i] + 0.1 * i;
             v[i] = 2.0 - l.v[i];
         }
-        (void)linkage_fine("first", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, first, &e), &e);
-        (void)linkage_fine("other", kt_set_evaluate(set, l.data, 0.0, q, v, NULL, NULL, NULL, other, &e), &e);
-        (void)linkage_fine("again", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, again, &e), &e);
-        kt_check_equal_bits(kt_set_type_name((kt_set_type)type), again, first, (size_t)l.nv);
+        (void)linkage_fine(
+            "first", kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, first, &e), &e);
+        (void)linkage_fine("other",
+                           kt_constraint_formulation_evaluate(set, l.data, 0.0, q, v, NULL, NULL, NULL, other, &e), &e);
+        (void)linkage_fine(
+            "again", kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, again, &e), &e);
+        kt_check_equal_bits(kt_constraint_formulation_name((kt_constraint_formulation_type)type), again, first,
+                            (size_t)l.nv);
         kt_check_true("elsewhere it is another", memcmp(other, first, (size_t)l.nv * sizeof *other) != 0);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     linkage_free(&l);
 }
 
-static void check_refusal(const linkage *l, const kt_set_options *options, size_t size, size_t shift, kt_status code,
-                          const char *where, const char *words) {
-    char *memory = aligned_alloc(KT_ALIGNMENT, kt_set_size(l->model) + KT_ALIGNMENT);
-    kt_set *set = NULL;
+static void check_refusal(const linkage *l, const kt_constraint_formulation_options *options, size_t size, size_t shift,
+                          kt_status code, const char *where, const char *words) {
+    char *memory = aligned_alloc(KT_ALIGNMENT, kt_constraint_formulation_size(l->model) + KT_ALIGNMENT);
+    kt_constraint_formulation *set = NULL;
     kt_error e = {0};
-    kt_check_equal_int(words, kt_set_place(l->model, l->data, options, memory + shift, size, &set, &e), code);
+    kt_check_equal_int(
+        words, kt_constraint_formulation_init(l->model, l->data, options, memory + shift, size, &set, &e), code);
     kt_check_text("where", e.where, where);
     kt_check_contains("message", e.message, words);
     kt_check_true("no set", set == NULL);
@@ -298,17 +314,18 @@ static void check_refusal(const linkage *l, const kt_set_options *options, size_
 
 KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
     linkage l;
-    const kt_set_options fine = kt_set_options_default(KT_SET_BAUMGARTE, 0.01);
-    kt_set_options o = fine;
+    const kt_constraint_formulation_options fine =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
+    kt_constraint_formulation_options o = fine;
     if (!make_four_bar(&l))
         return;
-    const size_t size = kt_set_size(l.model);
-    o.type = KT_SET_TYPE_COUNT;
+    const size_t size = kt_constraint_formulation_size(l.model);
+    o.type = KT_CONSTRAINT_FORMULATION_COUNT;
     check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no coordinate set");
     o = fine;
     o.alpha = -1.0;
     check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "zero or more");
-    o = kt_set_options_default(KT_SET_BAUMGARTE, 0.0);
+    o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.0);
     check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "inf");
     o = fine;
     o.penalty = 0.0;
@@ -316,11 +333,12 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
     o = fine;
     o.iterations = 0;
     check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "iterations", "one or more");
-    check_refusal(&l, &fine, size - 1, 0, KT_ERROR_MEMORY, "kt_set_place", "bytes");
-    check_refusal(&l, &fine, size, 8, KT_ERROR_MEMORY, "kt_set_place", "misaligned");
-    kt_set *none = NULL;
-    kt_check_equal_int("no memory", kt_set_place(l.model, l.data, &fine, NULL, size, &none, NULL), KT_ERROR_MEMORY);
-    kt_check_true("a name of none", kt_set_type_name(KT_SET_TYPE_COUNT) == NULL);
+    check_refusal(&l, &fine, size - 1, 0, KT_ERROR_MEMORY, "kt_constraint_formulation_init", "bytes");
+    check_refusal(&l, &fine, size, 8, KT_ERROR_MEMORY, "kt_constraint_formulation_init", "misaligned");
+    kt_constraint_formulation *none = NULL;
+    kt_check_equal_int("no memory", kt_constraint_formulation_init(l.model, l.data, &fine, NULL, size, &none, NULL),
+                       KT_ERROR_MEMORY);
+    kt_check_true("a name of none", kt_constraint_formulation_name(KT_CONSTRAINT_FORMULATION_COUNT) == NULL);
     linkage_free(&l);
 }
 
@@ -328,16 +346,17 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
 KT_TEST(sets_say_that_they_need_inertia_along_every_joint) {
     linkage l;
     const four_bar f = four_bar_default();
-    const kt_set_options o = kt_set_options_default(KT_SET_GAUSS, 0.01);
+    const kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     linkage_four_bar(&l, &f);
     l.body[l.description.body_count - 1].mass = 0.0;
     l.body[l.description.body_count - 1].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     if (linkage_build(&l, 0.0)) {
         double a[8];
-        kt_set *set = NULL;
+        kt_constraint_formulation *set = NULL;
         kt_error e = {0};
         (void)linkage_accelerate(&l, 0.0, a);
-        kt_check_equal_int("gauss", kt_set_create(l.model, &o, &set, &e), KT_ERROR_SINGULAR);
+        kt_check_equal_int("gauss", kt_constraint_formulation_create(l.model, &o, &set, &e), KT_ERROR_SINGULAR);
         kt_check_contains("message", e.message, "inertia along every joint");
     }
     linkage_free(&l);
@@ -346,18 +365,19 @@ KT_TEST(sets_say_that_they_need_inertia_along_every_joint) {
 /* A set of another model in a simulation. */
 KT_TEST(a_simulation_refuses_the_set_of_another_model) {
     linkage l, other;
-    const kt_set_options o = kt_set_options_default(KT_SET_GAUSS, 0.01);
+    const kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     if (make_four_bar(&l) && make_four_bar(&other)) {
         kt_simulation_options options = kt_simulation_options_default();
         kt_simulation *simulation = NULL;
         kt_error e = {0};
-        kt_set *set = closure_set(other.model, &o);
-        kt_set_use(set, &options);
+        kt_constraint_formulation *set = closure_set(other.model, &o);
+        kt_constraint_formulation_use(set, &options);
         (void)linkage_fine("simulation", kt_simulation_create(l.model, NULL, &options, &simulation, &e), &e);
         kt_check_true("a step fails", kt_simulation_step(simulation, 1.0, &e) != KT_OK);
         kt_check_contains("message", e.message, "another model");
         kt_simulation_free(simulation);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     linkage_free(&other);
     linkage_free(&l);

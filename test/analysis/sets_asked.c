@@ -30,26 +30,30 @@ KT_TEST(sets_of_what_has_no_loops_accelerate_as_the_tree) {
         if (!linkage_compile(&l))
             return;
         if (kind == 2)
-            kt_check_equal_int("rank", kt_model_freedom(l.model).rank, 0);
-        for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
-            const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
-            kt_set *set = NULL;
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 0);
+        for (int type = 0; type < (int)KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+            const kt_constraint_formulation_options options =
+                kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
+            kt_constraint_formulation *set = NULL;
             kt_error e = {KT_OK, "", ""};
             double a = 77.0, expected = 77.0, rate = 77.0;
-            if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
+            if (!linkage_fine(kt_constraint_formulation_name((kt_constraint_formulation_type)type),
+                              kt_constraint_formulation_create(l.model, &options, &set, &e), &e))
                 continue;
-            (void)linkage_fine("set", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, &rate, &a, &e), &e);
+            (void)linkage_fine(
+                "set", kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, &rate, &a, &e), &e);
             if (!fixed) {
                 (void)linkage_accelerate(&l, 0.0, &expected);
                 kt_check_near("rate", rate, 1.0, 0.0);
             }
             kt_check_near("acceleration", a, expected, 16.0 * DBL_EPSILON * fabs(expected));
-            (void)linkage_fine("verdict", kt_set_verdict(set, &e), &e);
-            kt_set_free(set);
+            (void)linkage_fine("verdict", kt_constraint_formulation_verdict(set, &e), &e);
+            kt_constraint_formulation_free(set);
         }
         linkage_free(&l);
     }
-    kt_check_true("no name", kt_set_type_name(KT_SET_TYPE_COUNT) == NULL && kt_set_type_name((kt_set_type)-1) == NULL);
+    kt_check_true("no name", kt_constraint_formulation_name(KT_CONSTRAINT_FORMULATION_COUNT) == NULL &&
+                                 kt_constraint_formulation_name((kt_constraint_formulation_type)-1) == NULL);
 }
 
 KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
@@ -58,30 +62,36 @@ KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
     linkage_four_bar(&l, &f);
     if (!linkage_build(&l, 0.0))
         return;
-    for (int type = 0; type < (int)KT_SET_TYPE_COUNT; type++) {
-        kt_set_options options = kt_set_options_default((kt_set_type)type, 0.01);
-        kt_set *set = NULL;
+    for (int type = 0; type < (int)KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+        kt_constraint_formulation_options options =
+            kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
+        kt_constraint_formulation *set = NULL;
         kt_error e = {KT_OK, "", ""};
         double v[3] = {1e200, 0.0, 0.0}, a[3] = {77.0, 77.0, 77.0};
-        if (!linkage_fine(kt_set_type_name((kt_set_type)type), kt_set_create(l.model, &options, &set, &e), &e))
+        if (!linkage_fine(kt_constraint_formulation_name((kt_constraint_formulation_type)type),
+                          kt_constraint_formulation_create(l.model, &options, &set, &e), &e))
             return;
-        kt_check_equal_int("overflow", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
+        kt_check_equal_int("overflow",
+                           kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
                            KT_ERROR_NOT_FINITE);
         kt_note("%s: %s", e.where, e.message);
         v[0] = (double)NAN;
-        kt_check_equal_int("NaN", kt_set_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
+        kt_check_equal_int("NaN", kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, v, NULL, NULL, NULL, a, &e),
                            KT_ERROR_NOT_FINITE);
         const double tau[3] = {DBL_MAX, 0.0, 0.0};
-        kt_check_equal_int("torque", kt_set_evaluate(set, l.data, 0.0, l.q, l.v, tau, NULL, NULL, a, &e),
+        kt_check_equal_int("torque",
+                           kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, tau, NULL, NULL, a, &e),
                            KT_ERROR_NOT_FINITE);
         kt_note("%s: %s", e.where, e.message);
         kt_check_near("nothing is written", a[0], 77.0, 0.0);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
         set = NULL;
         options.penalty = HUGE_VAL;
-        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
+        check_words("penalty", kt_constraint_formulation_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT,
+                    "must be above zero");
         options.penalty = 0.0;
-        check_words("penalty", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT, "must be above zero");
+        check_words("penalty", kt_constraint_formulation_create(l.model, &options, &set, &e), &e, KT_ERROR_ARGUMENT,
+                    "must be above zero");
         kt_check_true("no set", set == NULL);
     }
     linkage_free(&l);
@@ -91,13 +101,15 @@ KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
 KT_TEST(set_of_what_cannot_be_assembled_is_refused) {
     static linkage l;
     four_bar f = four_bar_default();
-    const kt_set_options options = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
-    kt_set *set = NULL;
+    const kt_constraint_formulation_options options =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
+    kt_constraint_formulation *set = NULL;
     kt_error e = {KT_OK, "", ""};
     f.ground = 10.0;
     linkage_four_bar(&l, &f);
     if (linkage_compile(&l))
-        check_words("out of reach", kt_set_create(l.model, &options, &set, &e), &e, KT_ERROR_CONSTRAINT, "'close' by ");
+        check_words("out of reach", kt_constraint_formulation_create(l.model, &options, &set, &e), &e,
+                    KT_ERROR_CONSTRAINT, "'close' by ");
     kt_check_true("no set", set == NULL);
     linkage_free(&l);
 }

@@ -31,16 +31,16 @@ static double decayed(double alpha, double beta, double x, double v, double t) {
     return exp(-alpha * t) * (x + (v + alpha * x) * t);
 }
 
-static void check_decay(kt_set_type type, double alpha, double beta, double bound) {
+static void check_decay(kt_constraint_formulation_type type, double alpha, double beta, double bound) {
     linkage l;
     double phi[2][ROWS_MAX], slip[2][ROWS_MAX];
-    kt_set_options o = kt_set_options_default(type, 1.0);
+    kt_constraint_formulation_options o = kt_constraint_formulation_options_default(type, 1.0);
     o.alpha = alpha;
     o.beta = beta;
-    kt_worst worst = kt_worst_make(kt_set_type_name(type));
+    kt_worst worst = kt_worst_make(kt_constraint_formulation_name(type));
     kt_note("alpha %g, beta %g", alpha, beta);
     if (make_open(&l, 0.05, 0.3)) {
-        kt_set *set = closure_set(l.model, &o);
+        kt_constraint_formulation *set = closure_set(l.model, &o);
         closure_run run = {0};
         (void)closure_at(&l, 0.0, l.q, l.v, phi[0], slip[0]);
         if (closure_start(&run, &l, set, "dop853", 0.0, 1e-13))
@@ -52,7 +52,7 @@ static void check_decay(kt_set_type type, double alpha, double beta, double boun
                                   "t = %g, row %d", t, r);
             }
         closure_stop(&run);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_check_worst(&worst);
     linkage_free(&l);
@@ -62,10 +62,10 @@ static void check_decay(kt_set_type type, double alpha, double beta, double boun
 KT_TEST(closure_errors_decay_as_the_gains_say) {
     static const double gains[][2] = {{0.0, 0.0}, {3.0, 3.0}, {8.0, 8.0}, {2.0, 9.0}, {9.0, 2.0}};
     for (int i = 0; i < 5; i++) {
-        check_decay(KT_SET_BAUMGARTE, gains[i][0], gains[i][1], 1e-13);
-        check_decay(KT_SET_AUGMENTED, gains[i][0], gains[i][1], 1e-13);
+        check_decay(KT_CONSTRAINT_FORMULATION_BAUMGARTE, gains[i][0], gains[i][1], 1e-13);
+        check_decay(KT_CONSTRAINT_FORMULATION_AUGMENTED, gains[i][0], gains[i][1], 1e-13);
     }
-    check_decay(KT_SET_GAUSS, 0.0, 0.0, 1e-13); /* phi grows as phi0 + phi0' t */
+    check_decay(KT_CONSTRAINT_FORMULATION_GAUSS, 0.0, 0.0, 1e-13); /* phi grows as phi0 + phi0' t */
 }
 
 /* ---- rolling ----------------------------------------------------------------------------------------------------- */
@@ -87,10 +87,11 @@ KT_TEST(slip_of_a_wheel_decays_at_twice_alpha) {
     loop->axis2 = kt_vec3_make(0.0, 1.0, 0.0);
     loop->radius = 0.5;
     if (linkage_build(&l, 0.0)) {
-        kt_set_options o = kt_set_options_default(KT_SET_BAUMGARTE, 1.0);
+        kt_constraint_formulation_options o =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 1.0);
         o.alpha = 1.5;
         o.beta = 4.0;
-        kt_set *set = closure_set(l.model, &o);
+        kt_constraint_formulation *set = closure_set(l.model, &o);
         closure_run run = {0};
         l.v[1] += 0.7; /* the wheel spins */
         (void)closure_at(&l, 0.0, l.q, l.v, phi, slip[0]);
@@ -106,7 +107,7 @@ KT_TEST(slip_of_a_wheel_decays_at_twice_alpha) {
                     kt_worst_near(&worst, slip[1][r], exp(-3.0 * t) * slip[0][r], 2e-14, "t = %g, row %d", t, r);
             }
         closure_stop(&run);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_check_worst(&worst);
     linkage_free(&l);
@@ -128,7 +129,8 @@ static double growth(const char *method, double reach) {
     double phi[2][ROWS_MAX] = {{0.0}}, slip[ROWS_MAX], times = 0.0;
     const double h = 2e-4;
     const four_bar f = four_bar_default();
-    kt_set_options o = kt_set_options_default(KT_SET_BAUMGARTE, h);
+    kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, h);
     o.alpha = o.beta = reach / h;
     linkage_four_bar(&l, &f);
     l.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
@@ -136,7 +138,7 @@ static double growth(const char *method, double reach) {
         for (int i = 0; i < l.nv; i++)
             l.v[i] = 0.0;
         l.q[l.nq - 1] += 1e-9;
-        kt_set *set = closure_set(l.model, &o);
+        kt_constraint_formulation *set = closure_set(l.model, &o);
         closure_run run = {0};
         (void)closure_at(&l, 0.0, l.q, l.v, phi[0], slip);
         bool goes = closure_start(&run, &l, set, method, h, 0.0);
@@ -145,7 +147,7 @@ static double growth(const char *method, double reach) {
             times = largest(phi[1], l.rows) / largest(phi[0], l.rows);
         }
         closure_stop(&run);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     linkage_free(&l);
     return times;
@@ -192,8 +194,9 @@ KT_TEST(velocity_error_of_force_projection_goes_with_the_size_of_the_equation) {
     (void)linkage_close(&l, "tie", KT_LOOP_DISTANCE, "lower", kt_vec3_make(0.8, 0.0, 0.0), NULL,
                         kt_vec3_make(0.5, -1.5, 0.0));
     if (linkage_build(&l, 0.0)) {
-        const kt_set_options o = kt_set_options_default(KT_SET_PROJECTION, 0.01);
-        kt_set *set = closure_set(l.model, &o);
+        const kt_constraint_formulation_options o =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
+        kt_constraint_formulation *set = closure_set(l.model, &o);
         closure_run run = {0};
         l.v[0] += 0.2;
         (void)closure_at(&l, 0.0, l.q, l.v, phi, slip[0]);
@@ -212,7 +215,7 @@ KT_TEST(velocity_error_of_force_projection_goes_with_the_size_of_the_equation) {
             }
         kt_check_above("|A| changes by a factor", most / least, 1.5);
         closure_stop(&run);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_check_worst(&worst);
     kt_check_worst(&closed);

@@ -19,10 +19,11 @@ static const char *const loop_scenes[] = {
 
 enum { NUMBERS = 600, RECORDS = 20 };
 
-static kt_set *make_set(const kt_model *model, const kt_set_options *options) {
+static kt_constraint_formulation *make_set(const kt_model *model, const kt_constraint_formulation_options *options) {
     kt_error e = {0};
-    kt_set *set = NULL;
-    (void)kt_fine(kt_set_type_name(options->type), kt_set_create(model, options, &set, &e), &e);
+    kt_constraint_formulation *set = NULL;
+    (void)kt_fine(kt_constraint_formulation_name(options->type),
+                  kt_constraint_formulation_create(model, options, &set, &e), &e);
     return set;
 }
 
@@ -40,23 +41,24 @@ static void compare_at(const kt_model *model, const char *scene, const double *q
         kt_fine("reduction", kt_acceleration_evaluate(model, data, t, q, v, NULL, NULL, expected, &e), &e))
         for (int i = 0; i < kt_model_nv(model); i++)
             size = fmax(size, fmax(fabs(a[i]), fabs(expected[i])));
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
-        const kt_set_options options = kt_set_options_default((kt_set_type)type, 0.1);
-        kt_set *set = make_set(model, &options);
-        if (set && kt_fine(scene, kt_set_evaluate(set, data, t, q, v, NULL, NULL, NULL, a, &e), &e))
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+        const kt_constraint_formulation_options options =
+            kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.1);
+        kt_constraint_formulation *set = make_set(model, &options);
+        if (set && kt_fine(scene, kt_constraint_formulation_evaluate(set, data, t, q, v, NULL, NULL, NULL, a, &e), &e))
             for (int i = 0; i < kt_model_nv(model); i++)
-                kt_worst_near(&worst[type], a[i], expected[i], (type == KT_SET_AUGMENTED ? 1e-9 : 1e-12) * size,
-                              "%s, %d", scene, i);
-        kt_set_free(set);
+                kt_worst_near(&worst[type], a[i], expected[i],
+                              (type == KT_CONSTRAINT_FORMULATION_AUGMENTED ? 1e-9 : 1e-12) * size, "%s, %d", scene, i);
+        kt_constraint_formulation_free(set);
     }
     kt_data_free(data);
 }
 
 /* At the start and 5% into the run; springs, motors, forces and driven loops included. */
 KT_TEST(every_set_accelerates_every_bundled_scene_with_loops_as_the_reduction_does) {
-    kt_worst worst[KT_SET_TYPE_COUNT];
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
-        worst[type] = kt_worst_make(kt_set_type_name((kt_set_type)type));
+    kt_worst worst[KT_CONSTRAINT_FORMULATION_COUNT];
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
+        worst[type] = kt_worst_make(kt_constraint_formulation_name((kt_constraint_formulation_type)type));
     for (size_t i = 0; i < COUNT_OF(loop_scenes); i++) {
         kt_case c;
         kt_simulation *simulation = NULL;
@@ -74,7 +76,7 @@ KT_TEST(every_set_accelerates_every_bundled_scene_with_loops_as_the_reduction_do
         kt_simulation_free(simulation);
         kt_case_close(&c);
     }
-    for (int type = 0; type < KT_SET_TYPE_COUNT; type++)
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         kt_check_worst(&worst[type]);
 }
 
@@ -109,7 +111,8 @@ static int follow(const kt_record *record, void *user) {
 }
 
 /* One run: a method, and a set (or NULL for the reduction). */
-static void go(const kt_case *c, motion *m, const char *method, double step, double tolerance, kt_set *set) {
+static void go(const kt_case *c, motion *m, const char *method, double step, double tolerance,
+               kt_constraint_formulation *set) {
     kt_run run = c->scene.run;
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
@@ -122,7 +125,7 @@ static void go(const kt_case *c, motion *m, const char *method, double step, dou
     run.marker_count = 0;
     options.max_steps = 300000;
     if (set)
-        kt_set_use(set, &options);
+        kt_constraint_formulation_use(set, &options);
     m->model = c->model;
     m->error = m->open = m->slip = m->energy = 0.0;
     m->evaluations = 0;
@@ -152,9 +155,9 @@ static bool open_scene(kt_case *c, motion *m, const char *name, double duration)
 }
 
 /* What the set says of its run; words: of the message, or NULL where it has nothing to say. */
-static void check_verdict(const kt_set *set, kt_status status, const char *words) {
+static void check_verdict(const kt_constraint_formulation *set, kt_status status, const char *words) {
     kt_error e = {0};
-    kt_check_equal_int("verdict", kt_set_verdict(set, &e), status);
+    kt_check_equal_int("verdict", kt_constraint_formulation_verdict(set, &e), status);
     if (words)
         kt_check_contains("verdict", e.message, words);
 }
@@ -164,18 +167,20 @@ KT_TEST(rk4_keeps_its_order_with_every_set) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "slider-crank", 1.0))
-        for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
+        for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
             double error[2], energy[2];
             for (int k = 0; k < 2; k++) {
-                const kt_set_options options = kt_set_options_default((kt_set_type)type, 4e-3);
-                kt_set *set = make_set(c.model, &options);
+                const kt_constraint_formulation_options options =
+                    kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 4e-3);
+                kt_constraint_formulation *set = make_set(c.model, &options);
                 go(&c, &m, "rk4", 1e-3 / (1 << k), 0.0, set);
                 error[k] = m.error;
                 energy[k] = m.energy;
                 check_verdict(set, KT_OK, NULL);
-                kt_set_free(set);
+                kt_constraint_formulation_free(set);
             }
-            kt_check_near(kt_set_type_name((kt_set_type)type), log2(energy[0] / energy[1]), 4.0, 0.3);
+            kt_check_near(kt_constraint_formulation_name((kt_constraint_formulation_type)type),
+                          log2(energy[0] / energy[1]), 4.0, 0.3);
             kt_check_above("order of the positions", log2(error[0] / error[1]), 3.7); /* some signs change meanwhile */
         }
     kt_case_close(&c);
@@ -186,18 +191,20 @@ KT_TEST(force_projection_stays_closed_where_gauss_drifts) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "four-bar", 2.0)) {
-        const kt_set_options gauss = kt_set_options_default(KT_SET_GAUSS, 0.01);
-        const kt_set_options projection = kt_set_options_default(KT_SET_PROJECTION, 0.01);
-        kt_set *set = make_set(c.model, &gauss);
+        const kt_constraint_formulation_options gauss =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
+        const kt_constraint_formulation_options projection =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
+        kt_constraint_formulation *set = make_set(c.model, &gauss);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         const double drift = m.open;
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
         set = make_set(c.model, &projection);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         kt_check_below("open", m.open, 1e-13);
         kt_check_above("times that of gauss", drift / m.open, 1e9);
         kt_check_above("drift of the velocities", m.slip, 1e-4);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_case_close(&c);
 }
@@ -207,11 +214,12 @@ KT_TEST(a_set_whose_loops_came_apart_says_so) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "four-bar", 2.0)) {
-        const kt_set_options o = kt_set_options_default(KT_SET_BAUMGARTE, 0.1 * 0.01 / 5.0);
-        kt_set *set = make_set(c.model, &o);
+        const kt_constraint_formulation_options o =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 * 0.01 / 5.0);
+        kt_constraint_formulation *set = make_set(c.model, &o);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         check_verdict(set, KT_ERROR_CONSTRAINT, "came apart by");
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_case_close(&c);
 }
@@ -228,13 +236,15 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
         options.formulation = KT_FORMULATION_ABSOLUTE;
         c.scene.run.formulation = KT_FORMULATION_ABSOLUTE;
         if (kt_fine("model", kt_model_compile(&c.scene.description, &options, &c.model, &e), &e))
-            for (int type = 0; type < KT_SET_TYPE_COUNT; type++) {
-                const kt_set_options o = kt_set_options_default((kt_set_type)type, 1e-3);
-                kt_set *set = make_set(kt_model_absolute(c.model), &o);
+            for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+                const kt_constraint_formulation_options o =
+                    kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 1e-3);
+                kt_constraint_formulation *set = make_set(kt_model_absolute(c.model), &o);
                 go(&c, &m, "rk4", 1e-3, 0.0, set);
-                kt_check_equal_int(kt_set_type_name((kt_set_type)type), m.status, KT_OK);
+                kt_check_equal_int(kt_constraint_formulation_name((kt_constraint_formulation_type)type), m.status,
+                                   KT_OK);
                 kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
-                kt_set_free(set);
+                kt_constraint_formulation_free(set);
             }
     }
     kt_case_close(&c);
@@ -248,35 +258,37 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "bricard", 2.0)) {
-        kt_set_options o = kt_set_options_default(KT_SET_BAUMGARTE, 0.01);
-        kt_set *set = make_set(c.model, &o);
+        kt_constraint_formulation_options o =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
+        kt_constraint_formulation *set = make_set(c.model, &o);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         const double right = m.error;
         kt_check_equal_int("run", m.status, KT_OK);
         kt_check_below("error", right, 1e-6);
         check_verdict(set, KT_OK, NULL);
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
         o.uncapped = true;
         set = make_set(c.model, &o);
         go(&c, &m, "rk4", 0.01, 0.0, set);
         kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
-        kt_check_above("evaluations that trusted it", (double)kt_set_findings_get(set).trusted, 1.0);
+        kt_check_above("evaluations that trusted it", (double)kt_constraint_formulation_statistics_get(set).trusted,
+                       1.0);
         check_verdict(set, KT_ERROR_CONSTRAINT, "were trusted in");
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_case_close(&c);
 }
 
 /* Runs with dopri5 at tolerances from 1e-5 to 1e-9 that do not arrive, or elsewhere, which a verdict says, and of the
  * others the largest error over the reduction's. (These are warned of only where a stage came near to a crossing.) */
-static int lost_ways(const kt_case *c, motion *m, const kt_set_options *o, double *worst) {
+static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulation_options *o, double *worst) {
     int lost = 0;
     *worst = 0.0;
     /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double tolerance = 1e-5; tolerance > 5e-10; tolerance *= 0.1) {
         go(c, m, "dopri5", 0.0, tolerance, NULL);
         const double right = m->error;
-        kt_set *set = make_set(c->model, o);
+        kt_constraint_formulation *set = make_set(c->model, o);
         go(c, m, "dopri5", 0.0, tolerance, set);
         if (m->status != KT_OK || m->error > 0.3) {
             check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
@@ -284,7 +296,7 @@ static int lost_ways(const kt_case *c, motion *m, const kt_set_options *o, doubl
         } else {
             *worst = fmax(*worst, m->error / right);
         }
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     return lost;
 }
@@ -298,13 +310,14 @@ KT_TEST(sets_that_drift_lose_the_n_four_bar_at_every_tolerance_and_stiff_gains_o
     kt_case c;
     if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
         double worst;
-        kt_set_options o = kt_set_options_default(KT_SET_GAUSS, 0.01);
+        kt_constraint_formulation_options o =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
         kt_check_equal_int("gauss: lost", lost_ways(&c, &m, &o, &worst), 5);
         kt_check_below("loops at the last tolerance", m.open, 1e-9);
-        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.05);
+        o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.05);
         kt_check_equal_int("soft gains: lost", lost_ways(&c, &m, &o, &worst), 5);
         kt_check_below("loops at the last tolerance", m.open, 1e-9);
-        o = kt_set_options_default(KT_SET_BAUMGARTE, 0.1 / 24.0);
+        o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 / 24.0);
         kt_check_below("stiff gains: lost", lost_ways(&c, &m, &o, &worst), 3.0);
         kt_check_below("errors over the reduction's", worst, 2.0);
     }
@@ -317,18 +330,19 @@ KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digi
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
-        kt_set_options o = kt_set_options_default(KT_SET_PROJECTION, 0.01);
-        kt_set *set = make_set(c.model, &o);
+        kt_constraint_formulation_options o =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
+        kt_constraint_formulation *set = make_set(c.model, &o);
         go(&c, &m, "dopri5", 0.0, 1e-8, set);
         kt_check_below("projection: error", m.error, 5e-5);
         check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
-        kt_set_free(set);
-        o = kt_set_options_default(KT_SET_AUGMENTED, 0.01);
+        kt_constraint_formulation_free(set);
+        o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
         set = make_set(c.model, &o);
         go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_above("augmented: equations left open", kt_set_findings_get(set).residual, 0.5);
+        kt_check_above("augmented: equations left open", kt_constraint_formulation_statistics_get(set).residual, 0.5);
         check_verdict(set, KT_ERROR_SINGULAR, "still off by");
-        kt_set_free(set);
+        kt_constraint_formulation_free(set);
     }
     kt_case_close(&c);
 }

@@ -96,10 +96,9 @@ KT_TEST(a_full_spectrum_takes_no_more_and_stays_as_it_was) {
         kt_spectrum *spectrum = NULL;
         const size_t size = kt_spectrum_size(t.model, 2);
         void *memory = aligned_alloc(KT_ALIGNMENT, size);
-        kt_check_equal_int("none", kt_spectrum_place(t.model, 0, memory, size, &spectrum, &error), KT_ERROR_ARGUMENT);
-        kt_check_equal_int("small", kt_spectrum_place(t.model, 2, memory, size - 1, &spectrum, &error),
-                           KT_ERROR_MEMORY);
-        kt_check_equal_int("placed", kt_spectrum_place(t.model, 2, memory, size, &spectrum, &error), KT_OK);
+        kt_check_equal_int("none", kt_spectrum_init(t.model, 0, memory, size, &spectrum, &error), KT_ERROR_ARGUMENT);
+        kt_check_equal_int("small", kt_spectrum_init(t.model, 2, memory, size - 1, &spectrum, &error), KT_ERROR_MEMORY);
+        kt_check_equal_int("placed", kt_spectrum_init(t.model, 2, memory, size, &spectrum, &error), KT_OK);
         kt_check_equal_int("nothing is fastest", kt_spectrum_fastest(spectrum), -1);
         kt_check_equal_int("one", kt_spectrum_add(spectrum, 0.0, q, q, NULL, &error), KT_OK);
         kt_check_true("not a number", kt_spectrum_add(spectrum, 0.0, bad, q, NULL, &error) != KT_OK);

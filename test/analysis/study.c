@@ -234,10 +234,10 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
         variants[i] = kt_variant_default(&b.run);
     variants[1].label = "gauss";
     variants[1].has_set = true;
-    variants[1].set = KT_SET_GAUSS;
+    variants[1].set = KT_CONSTRAINT_FORMULATION_GAUSS;
     variants[2].label = "half of Baumgarte's gains, with records";
     variants[2].has_set = variants[2].records = true;
-    variants[2].set = KT_SET_BAUMGARTE;
+    variants[2].set = KT_CONSTRAINT_FORMULATION_BAUMGARTE;
     variants[2].gain = 0.5;
     variants[3].label = "gauss, of free bodies";
     variants[3].has_set = true;

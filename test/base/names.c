@@ -14,7 +14,7 @@ KT_TEST(table_finds_every_name_in_its_scope) {
     static char names[MANY][16];
     kt_names table;
     void *memory = malloc(kt_names_size(2 * MANY));
-    kt_names_place(&table, 2 * MANY, memory);
+    kt_names_init(&table, 2 * MANY, memory);
     for (int i = 0; i < MANY; i++)
         snprintf(names[i], sizeof names[i], "link%d", i);
     long wrong = 0;
@@ -46,7 +46,7 @@ KT_TEST(table_spreads_names_that_count_up) {
     kt_names table;
     const int count = 43690; /* two thirds of 65536: as full as a table gets */
     void *memory = malloc(kt_names_size((size_t)count));
-    kt_names_place(&table, (size_t)count, memory);
+    kt_names_init(&table, (size_t)count, memory);
     for (int i = 0; i < count; i++) {
         snprintf(names[i], sizeof names[i], "link%d", i);
         (void)kt_names_add(&table, -1, names[i], i);
@@ -72,7 +72,7 @@ KT_TEST(table_needs_at_most_three_slots_a_name) {
     kt_names table;
     char memory[4 * sizeof(kt_name_slot)] __attribute__((aligned(8)));
     kt_check_equal_int("bytes for none", (long long)kt_names_size(0), sizeof memory);
-    kt_names_place(&table, 0, memory);
+    kt_names_init(&table, 0, memory);
     kt_check_equal_int("in an empty table", kt_names_find(&table, 0, "a"), -1);
 }
 

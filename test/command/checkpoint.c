@@ -111,13 +111,15 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
               options, resume);
     kt_expect(1, "No such file", "$K run chain.yaml %s %s none", options, resume);
     kt_expect(1, "it is not a file", "$K run chain.yaml %s %s .", options, resume);
-    kt_expect(1, "these are not the records until the checkpoint",
-              "head -c 2000 part.csv.partial >short.csv; $K run chain.yaml %s --out short.csv --summary s.json --resume good",
-              options);
-    kt_expect(1, "these are not the records until the checkpoint",
-              "sed s/time/Time/ part.csv.partial >other.csv; $K run chain.yaml %s --out other.csv --summary s.json --resume "
-              "good",
-              options);
+    kt_expect(
+        1, "these are not the records until the checkpoint",
+        "head -c 2000 part.csv.partial >short.csv; $K run chain.yaml %s --out short.csv --summary s.json --resume good",
+        options);
+    kt_expect(
+        1, "these are not the records until the checkpoint",
+        "sed s/time/Time/ part.csv.partial >other.csv; $K run chain.yaml %s --out other.csv --summary s.json --resume "
+        "good",
+        options);
     kt_expect(0, NULL, "cmp part.csv.partial before.csv");
     kt_expect(1, "standard output cannot be taken up again", "$K run chain.yaml --out - --checkpoint x");
     kt_expect(1, "--plot would not show", "$K run chain.yaml --resume x --plot x.svg");

@@ -271,7 +271,7 @@ KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
 
 /* Two links of 0.1 m, the lower of one unit of mass at its end, the upper nearly without mass: where they are almost
  * stretched, a small turn of the lower moves the accelerations by several times what they are. */
-static bool grow_whip(kt_tree *tree, kt_level level, double unit) {
+static bool grow_whip(kt_tree *tree, kt_isa level, double unit) {
     const double mass[2] = {1e-3 * unit, unit};
     memset(tree, 0, sizeof *tree);
     tree->description = kt_description_default();
@@ -297,10 +297,10 @@ KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
     const double q[2] = {0.3, 0.1}, rest[2] = {2e307, 5e307}, fast[2] = {1e153, 1e153};
     for (int i = 0; i < 3 * 4; i++)
         out[i] = before[i] = i;
-    for (kt_level level = KT_LEVEL_BASE; level <= KT_LEVEL_V4; level++) {
+    for (kt_isa level = KT_ISA_BASE; level <= KT_ISA_V4; level++) {
         kt_tree tree;
         kt_error e = {0};
-        if (kt_level_resolve(level) == KT_LEVEL_AUTO || !grow_whip(&tree, level, 1.0))
+        if (kt_isa_resolve(level) == KT_ISA_AUTO || !grow_whip(&tree, level, 1.0))
             continue;
         const kt_model *m = tree.model;
         const size_t size = kt_derivative_work_size(m);

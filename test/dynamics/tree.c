@@ -82,7 +82,7 @@ static kt_vec3 draw_second_axis(kt_random *random, kt_vec3 axis) {
     return kt_vec3_scale(kt_random_uniform(random, 0.5, 3.0), other);
 }
 
-static int freedoms(kt_joint_type type) {
+static int dofs(kt_joint_type type) {
 #define NV(id, name, nq, nv) nv,
     static const int nv[] = {KT_JOINT_LIST(NV)};
     return nv[type];
@@ -132,7 +132,7 @@ static void take_mass(kt_tree *tree, const int *parent, int count, kt_random *ra
     bool bears[KT_TREE_BODIES] = {false};
     for (int i = count - 1; i >= 0; i--) {
         kt_body *body = &tree->body[i];
-        const int nv = freedoms(body->joint.type);
+        const int nv = dofs(body->joint.type);
         const int chance = kt_random_int(random, 0, 3);
         if (nv == 1 && bears[i] && chance < 2) {
             body->mass = 0.0;

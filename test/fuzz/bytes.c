@@ -74,7 +74,7 @@ kt_vec3 kt_bytes_vector(kt_bytes *bytes, kt_wildness wild) {
 kt_model_options kt_fuzz_options(kt_bytes *bytes) {
     const unsigned chosen = kt_bytes_next(bytes);
     kt_model_options options = kt_model_options_default();
-    options.level = (chosen & 1U) != 0 ? KT_LEVEL_BASE : KT_LEVEL_AUTO;
+    options.level = (chosen & 1U) != 0 ? KT_ISA_BASE : KT_ISA_AUTO;
     options.reduction = (kt_reduction)((chosen >> 1) % 3);
     options.metric = (chosen & 16U) != 0 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
     options.formulation = (chosen & 32U) != 0 ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;

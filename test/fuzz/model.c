@@ -54,7 +54,7 @@ static void check_model(const kt_description *d, const kt_model *model) {
     kt_fuzz_must(positions == nq && velocities == nv, "coordinates add up");
     kt_model_initial(model, q, v);
     kt_fuzz_must(all_finite(q, nq) && all_finite(v, nv), "the initial state is finite");
-    const kt_freedom f = kt_model_freedom(model);
+    const kt_mobility f = kt_model_mobility(model);
     kt_fuzz_must(f.tree == nv && f.rank >= 0 && f.rank <= f.equations && f.rank <= nv && f.minimal == f.tree - f.rank,
                  "freedoms add up: %d tree, %d equations, %d rank", f.tree, f.equations, f.rank);
     kt_fuzz_must(kt_loop_count(model) == d->loop_count, "every loop is there");
@@ -68,9 +68,9 @@ static void check_data(const kt_model *model) {
     const size_t size = kt_data_size(model);
     void *memory = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     kt_fuzz_must(memory != NULL, "there is memory");
-    kt_fuzz_must(kt_data_place(model, memory, size - 1, &data, NULL) == KT_ERROR_MEMORY && data == NULL,
+    kt_fuzz_must(kt_data_init(model, memory, size - 1, &data, NULL) == KT_ERROR_MEMORY && data == NULL,
                  "too little memory is refused");
-    kt_fuzz_must(kt_data_place(model, memory, size, &data, NULL) == KT_OK, "memory of the size told will do");
+    kt_fuzz_must(kt_data_init(model, memory, size, &data, NULL) == KT_OK, "memory of the size told will do");
     free(memory);
 }
 

@@ -102,7 +102,7 @@ static void check_closed(const scene *s) {
     if (kt_loop_residual(s->model, s->data, s->t, s->q, s->v, &residual, NULL) != KT_OK)
         return; /* too large to be had */
     scale = fmax(scale, sum * unit);
-    kt_fuzz_must(residual.position <= 2.0 * KT_CLOSED_FAR * scale, "assembled loops are closed: %g of %g",
+    kt_fuzz_must(residual.position <= 2.0 * KT_CLOSED_ASSEMBLED * scale, "assembled loops are closed: %g of %g",
                  residual.position, scale);
 }
 
@@ -172,7 +172,7 @@ static void check_forces(scene *s) {
         kt_reaction_evaluate(s->model, s->data, s->t, s->q, s->v, s->tau, s->external, s->joints, s->reactions, NULL);
     check_wrenches(s->joints, s->bodies, reaction == KT_OK, "reactions in joints");
     check_wrenches(s->reactions, s->loops, reaction == KT_OK, "reactions in loops");
-    const int rows = kt_model_freedom(s->model).equations;
+    const int rows = kt_model_mobility(s->model).equations;
     drift = take_numbers(rows);
     jacobian = take_numbers(rows * s->nv);
     const kt_status equations =
@@ -207,7 +207,7 @@ static void place_scene(scene *s, const kt_model *model) {
     s->loops = kt_loop_count(model);
     const size_t size = kt_data_size(model);
     s->memory = kt_fuzz_take(size);
-    kt_fuzz_must(kt_data_place(model, s->memory, size, &s->data, NULL) == KT_OK, "data are placed");
+    kt_fuzz_must(kt_data_init(model, s->memory, size, &s->data, NULL) == KT_OK, "data are placed");
     s->q = take_numbers(s->nq);
     s->v = take_numbers(s->nv);
     s->a = take_numbers(s->nv);

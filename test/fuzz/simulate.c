@@ -94,7 +94,7 @@ void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model) {
     kt_error error = {KT_OK, "", ""};
     const size_t size = kt_simulation_size(model, &run, &options);
     void *memory = kt_fuzz_take(size);
-    const kt_status placed = kt_simulation_place(model, &run, &options, memory, size, &simulation, &error);
+    const kt_status placed = kt_simulation_init(model, &run, &options, memory, size, &simulation, &error);
     kt_fuzz_must(size > 0 || placed != KT_OK, "what has no size cannot be placed");
     kt_fuzz_must(placed == KT_OK || (error.code == placed && error.message[0] != '\0'), "what fails is said in words");
     if (placed == KT_OK) {

@@ -130,7 +130,7 @@ bool kt_hard_compile(kt_hard *h, const kt_hard_motion *motion) {
         return false;
     for (int b = 1; b < kt_model_body_count(h->model); b++)
         h->parent[kt_body_source(h->model, b)] = kt_body_source(h->model, kt_body_parent(h->model, b));
-    const int rank = kt_model_freedom(h->model).rank;
+    const int rank = kt_model_mobility(h->model).rank;
     if (motion->rank == 0 || motion->rank == rank)
         return true;
     kt_hard_say(h, "rank %d, not %d", rank, motion->rank);

@@ -314,7 +314,7 @@ KT_TEST(a_callers_table_is_checked_and_used) {
 
     m.order = 5;
     void *memory = malloc(kt_integrator_size(&m, 4));
-    kt_check_equal_int("refused", kt_integrator_place(memory, kt_integrator_size(&m, 4), &m, 4, &options, &it, &error),
+    kt_check_equal_int("refused", kt_integrator_init(memory, kt_integrator_size(&m, 4), &m, 4, &options, &it, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_text("where", error.where, "fehlberg");
     kt_check_contains("words", error.message, "b: the condition of order 5");

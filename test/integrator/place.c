@@ -53,7 +53,7 @@ KT_TEST(memory_may_begin_anywhere_and_is_not_overrun) {
             memset(block, 0xA5, size + 64 + 2 * GUARD);
             unsigned char *memory = block + GUARD + offset;
             kt_integrator *it = NULL;
-            is_ok("place", kt_integrator_place(memory, size, m, 4, &options, &it, &error), &error);
+            is_ok("place", kt_integrator_init(memory, size, m, 4, &options, &it, &error), &error);
             const double *last = it->slopes + it->sizes.slots * it->sizes.stride;
             aligned = aligned && (uintptr_t)it % 64 == 0 && (uintptr_t)it->slopes % 64 == 0;
             inside = inside && (const unsigned char *)(const void *)last <= memory + size;
@@ -84,7 +84,7 @@ KT_TEST(nothing_is_allocated) {
     double start[4], value[4];
     problem_kepler.solution(0.0, start);
     kt_interpose_start();
-    kt_status status = kt_integrator_place(memory, size, kt_method_find("dop853"), 4, &options, &it, &error);
+    kt_status status = kt_integrator_init(memory, size, kt_method_find("dop853"), 4, &options, &it, &error);
     if (status == KT_OK)
         status = kt_integrator_start(it, 0.0, start, &callbacks, &error);
     for (int k = 0; k < 20 && status == KT_OK; k++)
@@ -135,7 +135,7 @@ static kt_status place_status(const char *method, size_t n, const kt_integrator_
     const size_t size = kt_integrator_size(m, n == 0 ? 1 : n);
     void *memory = malloc(size);
     kt_integrator *it = NULL;
-    const kt_status status = kt_integrator_place(memory, size - missing, m, n, options, &it, error);
+    const kt_status status = kt_integrator_init(memory, size - missing, m, n, options, &it, error);
     kt_check_true("integrator is set on success only", (status == KT_OK) == (it != NULL));
     free(memory);
     return status;

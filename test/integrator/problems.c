@@ -74,7 +74,7 @@ kt_integrator *integrator_make(const kt_method *method, size_t n, const kt_integ
     kt_integrator *integrator = NULL;
     const size_t size = (kt_integrator_size(method, n) + 63) / 64 * 64;
     void *memory = aligned_alloc(64, size);
-    if (!is_ok("placed", kt_integrator_place(memory, size, method, n, options, &integrator, &error), &error)) {
+    if (!is_ok("placed", kt_integrator_init(memory, size, method, n, options, &integrator, &error), &error)) {
         free(memory);
         return NULL;
     }

@@ -81,7 +81,7 @@ KT_TEST(a_coefficient_that_is_not_finite_is_refused_wherever_it_stands) {
 static kt_status place(const kt_method *m, const kt_integrator_options *options, kt_error *error) {
     static char memory[8192];
     kt_integrator *it = NULL;
-    return kt_integrator_place(memory, sizeof memory, m, 2, options, &it, error);
+    return kt_integrator_init(memory, sizeof memory, m, 2, options, &it, error);
 }
 
 KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
@@ -132,16 +132,16 @@ KT_TEST(what_is_missing_is_named) {
     kt_check_contains("words", error.message, "method '' has no error estimate");
     kt_check_equal_int("no method", place(NULL, &o, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "no method is given");
-    kt_check_equal_int("no options", kt_integrator_place(memory, sizeof memory, rk4, 1, NULL, &it, &error),
+    kt_check_equal_int("no options", kt_integrator_init(memory, sizeof memory, rk4, 1, NULL, &it, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "options and the integrator to be set must be given");
     o.step = 0.1;
-    kt_check_equal_int("no place for it", kt_integrator_place(memory, sizeof memory, rk4, 1, &o, NULL, &error),
+    kt_check_equal_int("no place for it", kt_integrator_init(memory, sizeof memory, rk4, 1, &o, NULL, &error),
                        KT_ERROR_ARGUMENT);
-    kt_check_equal_int("no memory", kt_integrator_place(NULL, sizeof memory, rk4, 1, &o, &it, &error), KT_ERROR_MEMORY);
+    kt_check_equal_int("no memory", kt_integrator_init(NULL, sizeof memory, rk4, 1, &o, &it, &error), KT_ERROR_MEMORY);
     kt_check_contains("words", error.message, "0 bytes were given");
     kt_check_true("nothing was set", it == NULL);
-    kt_check_equal_int("place", kt_integrator_place(memory, sizeof memory, rk4, 1, &o, &it, &error), KT_OK);
+    kt_check_equal_int("place", kt_integrator_init(memory, sizeof memory, rk4, 1, &o, &it, &error), KT_OK);
     kt_check_equal_int("no callbacks", kt_integrator_start(it, 0.0, (double[]){1.0}, NULL, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "a right-hand side must be given");
 }
@@ -221,7 +221,7 @@ static kt_status take_step(const kt_integrator_options *options, double t, doubl
     static char memory[8192];
     const kt_integrator_callbacks callbacks = {turn, NULL, NULL};
     kt_integrator *it = NULL;
-    kt_status status = kt_integrator_place(memory, sizeof memory, kt_method_find("dopri5"), 2, options, &it, error);
+    kt_status status = kt_integrator_init(memory, sizeof memory, kt_method_find("dopri5"), 2, options, &it, error);
     if (status == KT_OK)
         status = kt_integrator_start(it, t, (double[]){y0, 1.0}, &callbacks, error);
     while (status == KT_OK && steps-- > 0 && kt_integrator_time(it) < limit)

@@ -27,7 +27,7 @@ static traced trace(const kt_method *method, const kt_integrator_options *option
     for (int k = 0; k < STEPS; k++) {
         double expected[PROBLEM_MAX];
         const double *slope = NULL;
-        if (look.slope && is_ok("slope", kt_integrator_slope(it, &slope, &error), &error)) {
+        if (look.slope && is_ok("slope", kt_integrator_derivative(it, &slope, &error), &error)) {
             (void)p->rhs(kt_integrator_time(it), kt_integrator_state(it), expected, NULL);
             out.wrong += !same_bits(slope, expected, p->n);
         }
@@ -35,7 +35,7 @@ static traced trace(const kt_method *method, const kt_integrator_options *option
             break;
         const double mid = 0.5 * (kt_integrator_previous_time(it) + kt_integrator_time(it));
         if (look.slope && k % 2 == 1) /* before the values, too */
-            out.wrong += !is_ok("slope", kt_integrator_slope(it, &slope, &error), &error);
+            out.wrong += !is_ok("slope", kt_integrator_derivative(it, &slope, &error), &error);
         if (look.within)
             (void)is_ok("value", kt_integrator_interpolate(it, mid, out.within[k], &error), &error);
     }
@@ -87,9 +87,9 @@ KT_TEST(slope_that_cannot_be_had_leaves_the_integrator_as_it_was) {
     kt_error error;
     const kt_integrator_callbacks callbacks = {refuse, NULL, &answer};
     kt_integrator *it = integrator_make(kt_method_find("rk4"), 1, &options);
-    kt_check_equal_int("not started", kt_integrator_slope(it, &slope, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("not started", kt_integrator_derivative(it, &slope, &error), KT_ERROR_ARGUMENT);
     (void)is_ok("start", kt_integrator_start(it, 0.0, &start, &callbacks, &error), &error);
-    kt_check_equal_int("refused", kt_integrator_slope(it, &slope, &error), KT_ERROR_CALLBACK);
+    kt_check_equal_int("refused", kt_integrator_derivative(it, &slope, &error), KT_ERROR_CALLBACK);
     kt_check_contains("code", error.message, "-3");
     kt_check_true("untouched", slope == NULL);
     answer = 0;

@@ -318,7 +318,7 @@ KT_TEST(a_callers_table_cannot_be_stabilised) {
     const kt_integrator_options options = fixed_step(0.1);
     char memory[4096];
     kt_integrator *it = NULL;
-    kt_check_equal_int("status", kt_integrator_place(memory, sizeof memory, &own, 1, &options, &it, &error),
+    kt_check_equal_int("status", kt_integrator_init(memory, sizeof memory, &own, 1, &options, &it, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "rkc2");
 }

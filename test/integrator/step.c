@@ -347,7 +347,7 @@ KT_TEST(quadratures_alone_are_refused) {
     static double memory[2000];
     kt_integrator *it = NULL;
     kt_check_equal_int("status",
-                       kt_integrator_place(memory, sizeof memory, kt_method_find("dopri5"), 2, &options, &it, &error),
+                       kt_integrator_init(memory, sizeof memory, kt_method_find("dopri5"), 2, &options, &it, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "quadratures");
 }

@@ -7,13 +7,13 @@
 
 /* Which of x, y, z may slide; orientation: any, none, about z (Z), or any that keeps the second z normal to the first
  * (N). */
-typedef struct freedom {
+typedef struct dof {
     int equations; /* SCENE, "Loops" */
     bool slides[3];
     char turns;
-} freedom;
+} dof;
 
-static const freedom freedoms[KT_LOOP_TYPE_COUNT] = {
+static const dof dofs[KT_LOOP_TYPE_COUNT] = {
     [KT_LOOP_SPHERICAL] = {3, {false, false, false}, '*'},  [KT_LOOP_INLINE] = {2, {false, false, true}, '*'},
     [KT_LOOP_INPLANE] = {1, {true, true, false}, '*'},      [KT_LOOP_DISTANCE] = {1, {true, true, true}, '*'},
     [KT_LOOP_PARALLEL] = {3, {true, true, true}, '0'},      [KT_LOOP_COAXIAL] = {2, {true, true, true}, 'Z'},
@@ -33,7 +33,7 @@ static void turn_by(moving *m, int k, jet angle) {
 
 /* A relative pose that the type allows, from six free numbers: three to slide, three to turn. */
 static moving allowed(const kt_loop_record *loop, double t, const jet free[6]) {
-    const freedom *f = &freedoms[loop->type];
+    const dof *f = &dofs[loop->type];
     const jet zero = jet_constant(0.0L);
     moving m = {{zero, zero, zero}, {jet_constant(1.0L), zero, zero, zero}};
     for (int k = 0; k < 3; k++)
@@ -190,9 +190,9 @@ KT_TEST(independent_rows_and_freedoms_left_make_six) {
             left_least = left < left_least ? left : left_least;
             shortest = fmin(shortest, relative);
         }
-        kt_check_equal_int(kt_loop_type_name((kt_loop_type)type), least, freedoms[type].equations);
-        kt_check_equal_int("  freedoms left, most", left_most, 6 - freedoms[type].equations);
-        kt_check_equal_int("  freedoms left, least", left_least, 6 - freedoms[type].equations);
+        kt_check_equal_int(kt_loop_type_name((kt_loop_type)type), least, dofs[type].equations);
+        kt_check_equal_int("  freedoms left, most", left_most, 6 - dofs[type].equations);
+        kt_check_equal_int("  freedoms left, least", left_least, 6 - dofs[type].equations);
         kt_note("shortest independent row, relative: %.2g", shortest);
     }
 }
@@ -203,9 +203,9 @@ KT_TEST(counts_are_those_of_the_scene_format) {
         kt_loop loop = kt_loop_default();
         loop.type = (kt_loop_type)type;
         loop.holonomic = false;
-        kt_check_equal_int(kt_loop_type_name(loop.type), kt_loop_row_count(&loop), freedoms[type].equations);
+        kt_check_equal_int(kt_loop_type_name(loop.type), kt_loop_row_count(&loop), dofs[type].equations);
         loop.holonomic = true;
-        const int most = freedoms[type].equations + (type == KT_LOOP_ROLLING);
+        const int most = dofs[type].equations + (type == KT_LOOP_ROLLING);
         kt_check_equal_int("  with contact", kt_loop_row_count(&loop), most);
         const kt_loop_kind *kind = kt_loop_kinds_baseline[type];
         kt_check_equal_int("  rows at most", kind->rows, kind->relate ? 0 : most);
@@ -218,7 +218,6 @@ KT_TEST(counts_are_those_of_the_scene_format) {
         kt_loop_row rows[KT_LOOP_ROW_MAX];
         kt_check_equal_int("  rows written", kind->evaluate(&record, numbers, end, 0.0, rows), most);
         record.contact = false;
-        kt_check_equal_int("  without contact", kind->evaluate(&record, numbers, end, 0.0, rows),
-                           freedoms[type].equations);
+        kt_check_equal_int("  without contact", kind->evaluate(&record, numbers, end, 0.0, rows), dofs[type].equations);
     }
 }

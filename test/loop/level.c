@@ -3,14 +3,14 @@
 
 #include <string.h>
 
-static const kt_loop_kind *const *kinds_of(kt_level level) {
-#ifdef KT_LEVELS
-    if (level == KT_LEVEL_V4)
+static const kt_loop_kind *const *kinds_of(kt_isa level) {
+#ifdef KT_ISAS
+    if (level == KT_ISA_V4)
         return kt_loop_kinds_v4;
-    if (level == KT_LEVEL_V3)
+    if (level == KT_ISA_V3)
         return kt_loop_kinds_v3;
 #endif
-    return level == KT_LEVEL_BASE ? kt_loop_kinds_baseline : NULL;
+    return level == KT_ISA_BASE ? kt_loop_kinds_baseline : NULL;
 }
 
 /* Every number of the rows: 11 a row. */
@@ -32,10 +32,10 @@ KT_TEST(every_level_gives_the_same_bits) {
     enum { MANY = 100, ROW = 11 };
     static double expected[KT_LOOP_TYPE_COUNT * MANY * KT_LOOP_ROW_MAX * ROW];
     static double observed[KT_LOOP_TYPE_COUNT * MANY * KT_LOOP_ROW_MAX * ROW];
-    const kt_level levels[3] = {KT_LEVEL_BASE, KT_LEVEL_V3, KT_LEVEL_V4};
+    const kt_isa levels[3] = {KT_ISA_BASE, KT_ISA_V3, KT_ISA_V4};
     for (int i = 0; i < 3; i++) {
-        if (kt_level_resolve(levels[i]) != levels[i] || !kinds_of(levels[i])) {
-            kt_skip(levels[i] == KT_LEVEL_V3 ? "v3" : "v4", KT_NO_LEVEL);
+        if (kt_isa_resolve(levels[i]) != levels[i] || !kinds_of(levels[i])) {
+            kt_skip(levels[i] == KT_ISA_V3 ? "v3" : "v4", KT_NO_LEVEL);
             continue;
         }
         kt_random random = kt_random_of_test();

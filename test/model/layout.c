@@ -30,21 +30,21 @@ KT_TEST(memory_that_is_too_small_or_misaligned_is_refused) {
     kt_data *data = NULL;
     kt_error e;
     memset(memory, 0xAB, size + KT_ALIGNMENT);
-    kt_check_equal_int("a byte short", kt_data_place(tree.model, memory, size - 1, &data, &e), KT_ERROR_MEMORY);
-    kt_check_text("where", e.where, "kt_data_place");
+    kt_check_equal_int("a byte short", kt_data_init(tree.model, memory, size - 1, &data, &e), KT_ERROR_MEMORY);
+    kt_check_text("where", e.where, "kt_data_init");
     kt_check_contains("message", e.message, "are needed (kt_data_size)");
-    kt_check_equal_int("nothing", kt_data_place(tree.model, memory, 0, &data, &e), KT_ERROR_MEMORY);
+    kt_check_equal_int("nothing", kt_data_init(tree.model, memory, 0, &data, &e), KT_ERROR_MEMORY);
     for (int shift = 1; shift < KT_ALIGNMENT; shift *= 2) {
-        kt_check_equal_int("misaligned", kt_data_place(tree.model, memory + shift, size, &data, &e), KT_ERROR_MEMORY);
+        kt_check_equal_int("misaligned", kt_data_init(tree.model, memory + shift, size, &data, &e), KT_ERROR_MEMORY);
         kt_check_contains("message", e.message, "bytes, misaligned");
     }
-    kt_check_equal_int("no memory", kt_data_place(tree.model, NULL, size, &data, &e), KT_ERROR_MEMORY);
+    kt_check_equal_int("no memory", kt_data_init(tree.model, NULL, size, &data, &e), KT_ERROR_MEMORY);
     kt_check_true("no data", data == NULL);
     int touched = 0;
     for (size_t i = 0; i < size + KT_ALIGNMENT; i++)
         touched += memory[i] != 0xAB;
     kt_check_equal_int("bytes touched", touched, 0);
-    kt_check_equal_int("as much as it takes", kt_data_place(tree.model, memory, size, &data, &e), KT_OK);
+    kt_check_equal_int("as much as it takes", kt_data_init(tree.model, memory, size, &data, &e), KT_OK);
     kt_data_free(data); /* the memory is not its own */
     free(memory);
     kt_tree_free(&tree);
@@ -64,7 +64,7 @@ KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
     const size_t size = kt_data_size(tree.model);
     unsigned char *memory = take(size + 2 * GUARD);
     memset(memory, 0xAB, size + 2 * GUARD);
-    if (!kt_check_equal_int("placed", kt_data_place(tree.model, memory + GUARD, size, &tree.data, &e), KT_OK))
+    if (!kt_check_equal_int("placed", kt_data_init(tree.model, memory + GUARD, size, &tree.data, &e), KT_OK))
         return;
     kt_check_true("it begins there", (unsigned char *)tree.data == memory + GUARD);
     kt_check_true("in the caller's",

@@ -147,7 +147,7 @@ KT_TEST(name_gravity_and_level_are_kept) {
     const kt_vec3 g = kt_model_gravity(tree.model);
     kt_check_text("name", kt_model_name(tree.model), "cart and pendulum");
     kt_check_equal_bits("gravity", &g.x, (double[]){0.0, -9.81, 0.5}, 3);
-    kt_check_true("a level that is one", kt_model_level(tree.model) != KT_LEVEL_AUTO);
+    kt_check_true("a level that is one", kt_model_isa(tree.model) != KT_ISA_AUTO);
     kt_tree_free(&tree);
     tree.description.name = NULL;
     if (!kt_tree_compile(&tree, NULL))

@@ -19,7 +19,7 @@ typedef struct subject {
 static int open_subject(subject *s, const char *path) {
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
-    options.level = KT_LEVEL_BASE; /* valgrind knows no AVX-512 */
+    options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
     if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
         return fprintf(stderr, "%s: %s\n", error.where, error.message);
     options.reduction = s->scene.run.reduction;

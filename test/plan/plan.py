@@ -77,7 +77,7 @@ note(f"bare {bare.instructions}, with every effect {everything.instructions}, bo
 claim("effects_of_another_scene_cost_nothing",
       [] if both.instructions == bare.instructions + everything.instructions else ["the sum differs"])
 claim("scene_without_effects_runs_nothing_of_them", files(bare, "/lib/effect/") + [name for name in bare.instructions_of
-      if name.startswith(("kt_effects", "kt_bearers")) and bare.instructions_of[name]])
+      if name.startswith(("kt_effects", "kt_force_links")) and bare.instructions_of[name]])
 
 problems = []
 one = {name: counted(scene(effects=[name])) for name in EFFECTS}
@@ -88,7 +88,7 @@ for name, c in one.items():
 claim("scene_runs_the_effect_types_that_it_names_and_no_others", problems)
 
 on_joints = [name for name in EFFECTS if name.startswith("joint_") or name == "motor"]
-claim("effects_on_joints_move_no_links", [name for name in on_joints if any(f.startswith("kt_bearers") for f in one[name].instructions_of)])
+claim("effects_on_joints_move_no_links", [name for name in on_joints if any(f.startswith("kt_force_links") for f in one[name].instructions_of)])
 sums = counted(*(scene(effects=[name]) for name in EFFECTS)).instructions
 claim("each_scene_pays_for_its_own_effect_alone",
       [] if sums == sum(c.instructions for c in one.values()) else [f"{sums} together, {sum(c.instructions for c in one.values())} one by one"])
@@ -114,7 +114,7 @@ plain = counted(scene(effects=EFFECTS), function="kt_simulation_run", what="run"
 kept = counted(scene(effects=EFFECTS, record="[position, balance]"), function="kt_simulation_run", what="run")
 claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/reduction/power.c"))
 claim("run_with_balance_does", [] if files(kept, "/lib/reduction/power.c") else ["nothing of power.c"])
-claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/reduction/reaction.c") + files(plain, "/lib/reduction/react.c"))
+claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/reduction/reaction.c") + files(plain, "/lib/reduction/loop_wrenches.c"))
 
 # ---- what the plan says ------------------------------------------------------------------------------------------------
 

@@ -48,7 +48,7 @@ static bool compare(const tangle *g, double times, kt_worst *worst, kt_worst *cl
         return false;
     const tangle_way way = {.mixes = g->tree.model->reduction != KT_REDUCTION_PARTITION};
     const int found = tangle_solve(g, &s, way, expected, moved);
-    kt_worst_near(rank, kt_model_freedom(g->tree.model).rank, found, 0.5, "nv %d", g->tree.nv);
+    kt_worst_near(rank, kt_model_mobility(g->tree.model).rank, found, 0.5, "nv %d", g->tree.nv);
     const double least = 16.0 * DBL_EPSILON * kt_tree_largest(expected, g->tree.nv);
     /* an equation that depends on others is a sum of them, times up to this */
     const double share = found < g->rows ? fmax(1.0, tangle_reach(g, false)) : 1.0;

@@ -100,7 +100,7 @@ static void assemble_one(tangle *g, const tangle_plan *plan, kt_random *random, 
     memcpy(from_v, v, sizeof v);
     if (kt_state_assemble(g->tree.model, g->tree.data, g->t, q, v, &e) != KT_OK) {
         o->refused++;
-        o->wrongly += rank_of(g, held) == kt_model_freedom(g->tree.model).rank;
+        o->wrongly += rank_of(g, held) == kt_model_mobility(g->tree.model).rank;
         return;
     }
     o->assembled++;
@@ -240,7 +240,7 @@ KT_TEST(stretched_chain_folds_to_close) {
     if (linkage_build(&l, 0.0)) {
         kt_check_below("closed", linkage_residual(&l, 0.0).position, 1e-14);
         kt_check_above("folded", fabs(l.q[0]), 0.3);
-        kt_check_equal_int("rank", kt_model_freedom(l.model).rank, 2);
+        kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
     }
     linkage_free(&l);
 }
@@ -254,9 +254,9 @@ KT_TEST(loop_given_twice_is_accepted) {
     l.loop[1].name = "again";
     l.description.loop_count = 2;
     if (linkage_build(&l, 0.0)) {
-        const kt_freedom freedom = kt_model_freedom(l.model);
-        kt_check_equal_int("equations", freedom.equations, 10);
-        kt_check_equal_int("rank", freedom.rank, 2);
+        const kt_mobility dof = kt_model_mobility(l.model);
+        kt_check_equal_int("equations", dof.equations, 10);
+        kt_check_equal_int("rank", dof.rank, 2);
         kt_check_below("closed", linkage_residual(&l, 0.0).position, 1e-15);
         double q[3], v[3];
         memcpy(q, l.q, sizeof q);

@@ -58,7 +58,7 @@ int main(int argc, char **argv) {
     d.loop_count = strcmp(argv[1], "tree") == 0 ? 0 : n;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-    options.level = KT_LEVEL_BASE; /* valgrind knows no AVX-512 */
+    options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
     kt_model *model = NULL;
     kt_data *data = NULL;
     kt_error error;

@@ -105,7 +105,7 @@ static void compare(const tangle *g, input what, const double *matrix, kt_worst 
 
 /* Every equation is independent of the others, so that the accelerations off the manifold are defined. */
 static bool is_plain(const kt_model *model) {
-    const kt_freedom f = kt_model_freedom(model);
+    const kt_mobility f = kt_model_mobility(model);
     int rows = 0;
     for (size_t g = 0; g < model->n.group; g++)
         rows += model->group[g].count[KT_ROWS_ALL];

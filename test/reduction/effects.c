@@ -398,8 +398,8 @@ KT_TEST(effects_lie_in_batches_of_one_type_and_only_what_bears_them_moves) {
     kt_check_equal_int("out of order", wrong, 0);
     kt_check_equal_int("batches", (long long)m->n.batch, 4);
     kt_check_equal_int("those on joints first", m->batch[0].ends, 0);
-    kt_check_equal_int("ground, a, b and the ball", (long long)m->n.bearer, 4);
-    kt_check_equal_int("angles", (long long)m->n.bearer_angle, 2);
+    kt_check_equal_int("ground, a, b and the ball", (long long)m->n.force_link, 4);
+    kt_check_equal_int("angles", (long long)m->n.force_link_angle, 2);
     stage_close(&s);
 }
 

@@ -149,7 +149,7 @@ KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
                     "equations",
                     kt_loop_equations(model, data, g.t, g.q, g.v, one.jacobian, one.residual, one.rate, one.drift, &e),
                     &e)) {
-                const int count = kt_model_freedom(model).equations;
+                const int count = kt_model_mobility(model).equations;
                 const kt_loop_rows stand = kt_loop_rows_of(g.tree.model, l);
                 astray += stand.first != row || stand.count != count;
                 astray += kt_loop_find(g.tree.model, g.loop[l].name) != l;

@@ -62,7 +62,7 @@ bool linkage_compile(linkage *l) {
         return false;
     l->nq = kt_model_nq(l->model);
     l->nv = kt_model_nv(l->model);
-    l->rows = kt_model_freedom(l->model).equations;
+    l->rows = kt_model_mobility(l->model).equations;
     kt_model_initial(l->model, l->q, l->v);
     return true;
 }
@@ -176,7 +176,7 @@ bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double st
     memcpy(y, l->q, (size_t)l->nq * sizeof *y);
     memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
     const kt_integrator_callbacks callbacks = {slope, loose ? NULL : project, r};
-    return linkage_fine("places", kt_integrator_place(r->memory, size, m, n, &options, &r->integrator, &error),
+    return linkage_fine("places", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error),
                         &error) &&
            linkage_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
 }

@@ -9,7 +9,7 @@ static const double guard = 1234.5;
 
 void matrix_set_up(matrix_bench *b, int m, int k) {
     kt_group group = {.v_count = m, .row_count = k, .count = {k, k}};
-    b->count = kt_group_lay_out(&group);
+    b->count = kt_group_layout(&group);
     b->memory = aligned_alloc(64, (b->count + CANARY) * sizeof(double));
     for (size_t i = 0; i < b->count + CANARY; i++)
         b->memory[i] = i < b->count ? (double)NAN : guard; /* nothing that has not been written may be read */

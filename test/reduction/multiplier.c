@@ -146,7 +146,7 @@ KT_TEST(null_space_is_whole_and_does_not_move_the_loops) {
             const int nv = g.tree.nv;
             const double size = kt_tree_largest(basis, nv * columns);
             taken++;
-            miscounted += columns != kt_model_freedom(g.tree.model).minimal;
+            miscounted += columns != kt_model_mobility(g.tree.model).minimal;
             for (int c = 0; c < columns; c++)
                 for (int r = 0; r < g.rows; r++) {
                     double sum = 0.0, terms = 1.0;

@@ -95,7 +95,7 @@ KT_TEST(equations_of_rounding_alone_are_contradicted_and_not_solved) {
                 kt_note("%s, %s, %s, lengths of %g m", stand_names[how], kt_reduction_name(ways[way]),
                         k < 3 ? "in space" : "in a plane", size);
                 if (linkage_compile(&l)) {
-                    kt_check_equal_int("rank", kt_model_freedom(l.model).rank, how == GEARED ? 1 : 0);
+                    kt_check_equal_int("rank", kt_model_mobility(l.model).rank, how == GEARED ? 1 : 0);
                     check_motion(&l, rate);
                 }
                 linkage_free(&l);

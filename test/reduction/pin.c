@@ -26,7 +26,7 @@ static void note_pins(const kt_model *model, seen *s) {
     s->on_link += group->pin && group->parent != 0;
     s->path[model->loop[0].length[0]] += group->pin;
     for (int l = 0; l < 3; l++)
-        s->slides += group->pin && model->link[model->group_link[group->link + l]].motion == KT_MOTION_SLIDE;
+        s->slides += group->pin && model->link[model->group_link[group->link + l]].motion == KT_MOTION_PRISMATIC;
 }
 
 static kt_vec3 draw_along(kt_random *random, double most) {
@@ -90,7 +90,7 @@ static bool make_others(linkage *l, kt_model *model[WAYS], kt_data *data[WAYS]) 
     for (int k = 1; k < WAYS && fine; k++) {
         kt_model_options options = kt_model_options_default();
         options.plan = k == 1 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-        options.level = k == 2 ? KT_LEVEL_BASE : KT_LEVEL_AUTO;
+        options.level = k == 2 ? KT_ISA_BASE : KT_ISA_AUTO;
         fine = linkage_fine("compiles", kt_model_compile(&l->description, &options, &model[k], &e), &e) &&
                linkage_fine("data", kt_data_create(model[k], &data[k], &e), &e);
     }

@@ -52,7 +52,7 @@ static bool is_plain(const kt_model *model) {
     int rows = 0;
     for (size_t g = 0; g < model->n.group; g++)
         rows += model->group[g].count[KT_ROWS_ALL];
-    return rows == kt_model_freedom(model).rank;
+    return rows == kt_model_mobility(model).rank;
 }
 
 /* Off the manifold by up to `size`. */
@@ -70,7 +70,7 @@ static void disturb(const tangle *g, kt_random *random, double size, double *q, 
 
 static void compare_words(const pair *p, kt_worst *worst) {
     const kt_model *flat = p->g.tree.model;
-    const kt_freedom a = kt_model_freedom(flat), b = kt_model_freedom(p->space);
+    const kt_mobility a = kt_model_mobility(flat), b = kt_model_mobility(p->space);
     kt_worst_below(worst, a.tree != b.tree || a.equations != b.equations || a.rank != b.rank || a.minimal != b.minimal,
                    0.5, "freedoms: %d of %d equations independent, %d of %d in space", a.rank, a.equations, b.rank,
                    b.equations);

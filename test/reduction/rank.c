@@ -12,7 +12,7 @@
 
 static void expect(linkage *l, const char *what, int tree, int equations, int rank, int alive) {
     if (linkage_compile(l)) {
-        const kt_freedom f = kt_model_freedom(l->model);
+        const kt_mobility f = kt_model_mobility(l->model);
         int count = 0;
         kt_note("%s", what);
         for (size_t g = 0; g < l->model->n.group; g++)
@@ -112,7 +112,7 @@ KT_TEST(rolling_counts_at_the_velocity_level_only) {
         const kt_group *group = &l.model->group[0];
         kt_check_equal_int("rank of velocities", group->rank[KT_ROWS_ALL], 3);
         kt_check_equal_int("rank of positions", group->rank[KT_ROWS_CLOSED], 1);
-        kt_check_equal_int("minimal", kt_model_freedom(l.model).minimal, 3);
+        kt_check_equal_int("minimal", kt_model_mobility(l.model).minimal, 3);
     }
     linkage_free(&l);
 }

@@ -46,7 +46,7 @@ KT_TEST(four_bar_is_assembled_alike_at_every_size) {
         enlarge(&l, s);
         if (linkage_build(&l, 0.0)) {
             kt_note("%g m", s);
-            kt_check_equal_int("rank", kt_model_freedom(l.model).rank, 2);
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
             kt_check_below("gap", linkage_residual(&l, 0.0).position, 2e-15 * s);
             if (linkage_accelerate(&l, 0.0, k ? b : a))
                 for (int i = 0; i < 3; i++) {
@@ -89,7 +89,7 @@ KT_TEST(windows_pass_singular_positions_at_every_size) {
         enlarge(&l, sizes[order[k]]);
         if (linkage_build(&l, 0.0) && linkage_run_start(&r, &l, "rk4", 1e-3, 0.0, false, 0.0)) {
             kt_note("%g m", sizes[order[k]]);
-            kt_check_equal_int("rank", kt_model_freedom(l.model).rank, 4);
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 4);
             if (linkage_run_to(&r, 10.0)) {
                 for (int i = 0; i < 5 && k == 0; i++)
                     reference[i] = l.q[i];
@@ -129,7 +129,7 @@ KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
                 kt_worst_near(&place, l.q[2], 2.0 * s * cos(l.q[0]), 3e-10 * s, "t = %g", 0.1 * i);
             }
             linkage_run_stop(&r);
-            kt_check_equal_int("rank", kt_model_freedom(l.model).rank, 2);
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
             kt_check_above("turned", l.q[0], 6.0);
             kt_check_worst(&rod);
             kt_check_worst(&place);

@@ -6,8 +6,8 @@
 
 #include "dynamics/kernel.h"
 #include "model/internal.h"
+#include "reduction/dual.h"
 #include "reduction/evaluate.h"
-#include "reduction/tangent.h"
 
 #include <float.h>
 #include <math.h>
@@ -184,7 +184,7 @@ static void check_all(kt_tree_plan plan) {
     kt_random random = kt_random_of_test();
     static stage s;
     static double d_q[SQUARE], d_v[SQUARE];
-    static kt_way_freedom freedom[KT_TREE_NV];
+    static kt_support_dof dof[KT_TREE_NV];
     static int32_t chain[3 * KT_TREE_SLOTS];
     kt_worst by_q = kt_worst_make("df/dq"), by_v = kt_worst_make("df/dv");
     int types[KT_EFFECT_TYPE_COUNT] = {0}, kinds = 0;
@@ -196,17 +196,17 @@ static void check_all(kt_tree_plan plan) {
                 for (int i = 0; i < s.tree.nv; i++) /* at rest a stop's damping has a kink */
                     s.state.v[i] += copysign(0.1, s.state.v[i]);
             } while (!is_smooth(&s) && ++draws < 100);
-            const kt_tangent at = {.model = s.tree.model,
-                                   .data = s.tree.data,
-                                   .t = 0.3,
-                                   .q = s.state.q,
-                                   .v = s.state.v,
-                                   .a = s.state.a,
-                                   .freedom = freedom,
-                                   .chain = chain};
+            const kt_dual_motion at = {.model = s.tree.model,
+                                       .data = s.tree.data,
+                                       .t = 0.3,
+                                       .q = s.state.q,
+                                       .v = s.state.v,
+                                       .a = s.state.a,
+                                       .dof = dof,
+                                       .chain = chain};
             memset(d_q, 0, sizeof d_q);
             memset(d_v, 0, sizeof d_v);
-            kt_tangent_effects(&at, d_q, d_v);
+            kt_dual_effects(&at, d_q, d_v);
             compare(&s, d_q, false, &by_q, n);
             compare(&s, d_v, true, &by_v, n);
             for (int i = 0; i < s.tree.description.effect_count; i++)

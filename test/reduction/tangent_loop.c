@@ -7,7 +7,7 @@
 #include "tangle.h"
 
 #include "model/internal.h"
-#include "reduction/tangent.h"
+#include "reduction/dual.h"
 
 #include <float.h>
 #include <math.h>
@@ -85,7 +85,7 @@ typedef struct derivatives {
 } derivatives;
 
 static bool derive(const motion *m, derivatives *d) {
-    static kt_way_freedom freedom[KT_TREE_NV];
+    static kt_support_dof dof[KT_TREE_NV];
     static int32_t chain[KT_TREE_SLOTS * 3];
     const kt_model *model = m->g->tree.model;
     kt_error e = {0};
@@ -93,16 +93,16 @@ static bool derive(const motion *m, derivatives *d) {
         return kt_check_true("links fit", false);
     if (!kt_tree_fine("kinematics", kt_kinematics_update(model, m->g->tree.data, m->g->q, NULL, NULL, &e), &e))
         return false;
-    const kt_tangent at = {.model = model,
-                           .data = m->g->tree.data,
-                           .t = m->g->t,
-                           .q = m->g->q,
-                           .v = m->g->v,
-                           .a = m->a,
-                           .freedom = freedom,
-                           .chain = chain};
+    const kt_dual_motion at = {.model = model,
+                               .data = m->g->tree.data,
+                               .t = m->g->t,
+                               .q = m->g->q,
+                               .v = m->g->v,
+                               .a = m->a,
+                               .dof = dof,
+                               .chain = chain};
     memset(d, 0, sizeof *d);
-    kt_tangent_loops(&at, m->lambda, d->force, d->slack_q, d->slack_v);
+    kt_dual_loops(&at, m->lambda, d->force, d->slack_q, d->slack_v);
     return true;
 }
 

@@ -78,8 +78,8 @@ static bool draw_bodies(const tangle *g, const tangle_plan *plan, kt_random *ran
     for (int tries = 0; tries < 300; tries++) {
         body[0] = kt_random_int(random, 0, count - 1);
         body[1] = kt_random_int(random, 0, count - 1);
-        const int freedoms = freedoms_between(g->tree.model, body[0], body[1]);
-        if (freedoms > equations && (!nearby || freedoms < equations + 6))
+        const int dofs = freedoms_between(g->tree.model, body[0], body[1]);
+        if (dofs > equations && (!nearby || dofs < equations + 6))
             return true;
     }
     return false;
@@ -249,9 +249,9 @@ static bool try_to_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
         kt_data_create(g->tree.model, &g->tree.data, &error) != KT_OK)
         return false;
     g->tree.count = kt_model_body_count(g->tree.model);
-    const kt_freedom freedom = kt_model_freedom(g->tree.model);
-    g->rows = freedom.equations;
-    if (freedom.minimal < 1)
+    const kt_mobility dof = kt_model_mobility(g->tree.model);
+    g->rows = dof.equations;
+    if (dof.minimal < 1)
         return false;
     draw_state(g, random);
     return kt_state_assemble(g->tree.model, g->tree.data, g->t, g->q, g->v, &error) == KT_OK;

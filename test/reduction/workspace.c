@@ -131,7 +131,7 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
     }
 }
 
-static void compare_levels(kt_level level, const char *what) {
+static void compare_levels(kt_isa level, const char *what) {
     static tangle g;
     static linkage l;
     static results base, other;
@@ -142,21 +142,21 @@ static void compare_levels(kt_level level, const char *what) {
         if (tangle_grow(&g, &plan, &random)) {
             for (int k = 0; k < 2; k++) {
                 kt_tree_free(&g.tree);
-                const kt_model_options options = {.level = k ? level : KT_LEVEL_BASE,
+                const kt_model_options options = {.level = k ? level : KT_ISA_BASE,
                                                   .reduction = i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION};
                 if (!kt_tree_compile(&g.tree, &options))
                     break;
                 const question ask = ask_tangle(&g);
                 ask_all(&ask, leave, k ? &other : &base);
             }
-            compared += kt_model_level(g.tree.model) == level;
+            compared += kt_model_isa(g.tree.model) == level;
             different += memcmp(&base, &other, sizeof base) != 0;
         }
         tangle_free(&g);
     }
     for (int k = 0; k < 2; k++) { /* and across a singular position */
         linkage_windows(&l, 4, 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
-        l.options.level = k ? level : KT_LEVEL_BASE;
+        l.options.level = k ? level : KT_ISA_BASE;
         if (linkage_build(&l, 0.0)) {
             const question ask = ask_linkage(&l);
             ask_all(&ask, leave, k ? &other : &base);
@@ -169,14 +169,14 @@ static void compare_levels(kt_level level, const char *what) {
 }
 
 KT_TEST(every_level_gives_the_same_bits) {
-    const kt_level best = kt_level_resolve(KT_LEVEL_AUTO);
-    kt_check_true("there is a level", best >= KT_LEVEL_BASE);
-    if (best >= KT_LEVEL_V3)
-        compare_levels(KT_LEVEL_V3, "differ on x86-64-v3");
+    const kt_isa best = kt_isa_resolve(KT_ISA_AUTO);
+    kt_check_true("there is a level", best >= KT_ISA_BASE);
+    if (best >= KT_ISA_V3)
+        compare_levels(KT_ISA_V3, "differ on x86-64-v3");
     else
         kt_skip("v3", KT_NO_LEVEL);
-    if (best >= KT_LEVEL_V4)
-        compare_levels(KT_LEVEL_V4, "differ on x86-64-v4");
+    if (best >= KT_ISA_V4)
+        compare_levels(KT_ISA_V4, "differ on x86-64-v4");
     else
         kt_skip("v4", KT_NO_LEVEL);
 }

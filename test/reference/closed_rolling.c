@@ -36,7 +36,7 @@ KT_TEST(bicycle_has_the_published_accelerations) {
     kt_error error = {KT_OK, "", ""};
     double a[9];
     if (kt_case_open(&c, "bicycle-point") && kt_check_equal_int("tree", kt_model_nv(c.model), 9) &&
-        kt_check_equal_int("freedom", kt_model_freedom(c.model).minimal, 3) &&
+        kt_check_equal_int("freedom", kt_model_mobility(c.model).minimal, 3) &&
         kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, NULL, &simulation, &error), &error) &&
         kt_fine("acceleration", kt_simulation_acceleration(simulation, a, &error), &error)) {
         const int frame = kt_case_v(&c, "frame");

@@ -60,9 +60,9 @@ KT_TEST(forty_windows_pass_their_singular_positions_for_twenty_seconds) {
     static const kt_setting settings[] = {{"tsit5", 0.0, 1e-10, 1e-7}};
     kt_case c;
     if (kt_closed_open(&c, "n-four-bar-40", KT_REDUCTION_QR, KT_METRIC_IDENTITY)) {
-        const kt_freedom freedom = kt_model_freedom(c.model);
-        kt_check_equal_int("tree", freedom.tree, 81);
-        kt_check_equal_int("rank", freedom.rank, 80);
+        const kt_mobility dof = kt_model_mobility(c.model);
+        kt_check_equal_int("tree", dof.tree, 81);
+        kt_check_equal_int("rank", dof.rank, 80);
         kt_check_near("duration", c.scene.run.duration, 20.0, 0.0);
         follow(&c, 40, 0.0, 1.0, settings, COUNT_OF(settings));
     }

@@ -320,7 +320,7 @@ KT_TEST(placed_simulation_stays_within_its_memory_and_allocates_nothing) {
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + guard);
     memset(memory, 0x5A, size + guard);
     kt_interpose_start();
-    kt_status status = kt_simulation_place(s.tree.model, &run, NULL, memory, size, &simulation, &error);
+    kt_status status = kt_simulation_init(s.tree.model, &run, NULL, memory, size, &simulation, &error);
     if (status == KT_OK)
         status = push(simulation, &s, 1.0, &error);
     if (status == KT_OK)

@@ -124,7 +124,7 @@ KT_TEST(accelerations_agree_in_every_scene) { visit_all(100, compare_acceleratio
 /* Freedoms less independent equations, redundant ones included. */
 static void compare_mobility(const char *name, const kt_scene *scene, const kt_model *model) {
     (void)scene;
-    kt_check_equal_int(name, kt_model_freedom(kt_model_absolute(model)).minimal, kt_model_freedom(model).minimal);
+    kt_check_equal_int(name, kt_model_mobility(kt_model_absolute(model)).minimal, kt_model_mobility(model).minimal);
 }
 
 KT_TEST(mobility_agrees_in_every_scene) { visit_all(40, compare_mobility); }
@@ -164,13 +164,13 @@ static double arm_of(const kt_scene *scene) {
  * ways than one. */
 static void compare_motions(const char *name, const kt_scene *scene, const kt_model *model) {
     static kt_both_trace tree, other;
-    const kt_freedom freedom = kt_model_freedom(model);
+    const kt_mobility dof = kt_model_mobility(model);
     const double off = force_of(scene, 1.2e-14, 2e-12);
     const kt_both_bounds bounds = {.position = 1.2e-14,
                                    .velocity = 2e-12,
                                    .acceleration = 5.5e-12 + off / least_inertia(model),
                                    .energy = 2e-13,
-                                   .reaction = freedom.rank == freedom.equations ? (6e-13 + off) * arm_of(scene) : 0.0};
+                                   .reaction = dof.rank == dof.equations ? (6e-13 + off) * arm_of(scene) : 0.0};
     kt_run run = kt_run_fixed("dop853", 2e-5 * scene->run.duration, 4e-3 * scene->run.duration);
     run.interval = 4e-4 * scene->run.duration;
     if (kt_both_run(model, KT_FORMULATION_TREE, run, NULL, &tree) &&

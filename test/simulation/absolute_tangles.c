@@ -21,7 +21,7 @@ static bool accelerate(const tangle *g, kt_data *data, double *a, double *larges
     if (!kt_tree_fine("kinematics", kt_kinematics_update(g->tree.model, g->tree.data, g->q, g->v, NULL, &e), &e))
         return false;
     kt_absolute_spread(g->tree.model, g->tree.data, g->q, g->v, q, v);
-    kt_absolute_push(g->tree.model, q, g->tau, g->external, push);
+    kt_absolute_wrenches(g->tree.model, q, g->tau, g->external, push);
     if (!kt_tree_fine("acceleration", kt_acceleration_evaluate(absolute, data, g->t, q, v, NULL, push, free_a, &e), &e))
         return false;
     kt_absolute_gather(g->tree.model, q, v, free_a, &past, seen_q, seen_v, a);
@@ -47,7 +47,7 @@ KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
         if (tangle_grow(&g, &plan, &random)) {
             const kt_model *absolute = kt_model_absolute(g.tree.model);
             counters += kt_model_body_count(absolute) - g.tree.count;
-            kt_worst_near(&mobility, kt_model_freedom(absolute).minimal, kt_model_freedom(g.tree.model).minimal, 0.5,
+            kt_worst_near(&mobility, kt_model_mobility(absolute).minimal, kt_model_mobility(g.tree.model).minimal, 0.5,
                           "%d", n);
             if (kt_tree_fine("data", kt_data_create(absolute, &data, &e), &e) && accelerate(&g, data, a, &largest) &&
                 tangle_system_of(&g, &s)) {

@@ -39,7 +39,7 @@ static bool pair_move(pair *p, kt_random *random) {
     if (!kt_tree_forward(&p->tree, &p->state, p->state.a) || !kt_tree_kinematics(&p->tree, &p->state))
         return false;
     kt_absolute_spread(p->tree.model, p->tree.data, p->state.q, p->state.v, p->q, p->v);
-    kt_absolute_push(p->tree.model, p->q, p->state.tau, p->state.external, p->push);
+    kt_absolute_wrenches(p->tree.model, p->q, p->state.tau, p->state.external, p->push);
     return true;
 }
 

@@ -29,7 +29,7 @@ KT_TEST(placed_simulation_stays_within_its_memory) {
     size_t size = kt_simulation_size(model, &run, NULL), guard = 4096;
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + guard);
     memset(memory, 0x5A, size + guard);
-    (void)kt_fine("place", kt_simulation_place(model, &run, NULL, memory, size, &simulation, &error), &error);
+    (void)kt_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
     (void)kt_fine("run", kt_simulation_run(simulation, count_records, &records, &error), &error);
     size_t touched = 0;
     for (size_t i = 0; i < guard; i++)
@@ -38,12 +38,12 @@ KT_TEST(placed_simulation_stays_within_its_memory) {
     kt_check_equal_int("records", records, 1001);
 
     kt_simulation *none = NULL;
-    kt_check_equal_int("a byte less", kt_simulation_place(model, &run, NULL, memory, size - 1, &none, &error),
+    kt_check_equal_int("a byte less", kt_simulation_init(model, &run, NULL, memory, size - 1, &none, &error),
                        KT_ERROR_MEMORY);
-    kt_check_equal_int("misaligned", kt_simulation_place(model, &run, NULL, memory + 8, size + 64, &none, &error),
+    kt_check_equal_int("misaligned", kt_simulation_init(model, &run, NULL, memory + 8, size + 64, &none, &error),
                        KT_ERROR_MEMORY);
     kt_check_contains("message", error.message, "misaligned");
-    kt_check_equal_int("none at all", kt_simulation_place(model, &run, NULL, NULL, size, &none, &error),
+    kt_check_equal_int("none at all", kt_simulation_init(model, &run, NULL, NULL, size, &none, &error),
                        KT_ERROR_MEMORY);
     kt_check_contains("message", error.message, "given: 0 bytes");
     kt_check_true("no simulation", none == NULL);
@@ -67,7 +67,7 @@ KT_TEST(nothing_allocates_after_placing) {
     size_t size = kt_simulation_size(model, &run, NULL);
     void *memory = aligned_alloc(KT_ALIGNMENT, size), *block = NULL;
     kt_interpose_start();
-    (void)kt_fine("place", kt_simulation_place(model, &run, NULL, memory, size, &simulation, &error), &error);
+    (void)kt_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
     long placing = kt_interpose_stop();
     block = malloc(kt_simulation_state_size(simulation));
     kt_interpose_start();

@@ -104,7 +104,7 @@ static void collect(const kt_model *model, const kt_record *record, numbers *n) 
     if (record->reactions != NULL) {
         add(n, &record->reactions[0].moment.x, 6 * kt_model_body_count(model));
         add(n, &record->loop_reactions[0].moment.x, 6 * kt_loop_count(model));
-        add(n, record->multipliers, kt_model_freedom(model).equations);
+        add(n, record->multipliers, kt_model_mobility(model).equations);
     }
     if (record->data != NULL)
         add_bodies(n, model, record->data);
@@ -230,7 +230,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
             break;
         beside += data->beside;
         differing += memcmp(multipliers, record.multipliers,
-                            (size_t)kt_model_freedom(model).equations * sizeof *multipliers) != 0;
+                            (size_t)kt_model_mobility(model).equations * sizeof *multipliers) != 0;
         differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
         differing += memcmp(loops, record.loop_reactions, (size_t)kt_loop_count(model) * sizeof *loops) != 0;
         (void)kt_fine("kinematics", kt_kinematics_update(model, data, record.q, record.v, record.a, &error), &error);

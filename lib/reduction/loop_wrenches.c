@@ -20,7 +20,7 @@ static kt_wrench relation_wrench(const kt_model *model, const kt_data *data, con
     const kt_vec3 along = kt_vec3_scale(lambda, kt_v4_vec3(data->motion[term->link].axis));
     if (loop->type != KT_LOOP_MOTION)
         return out;
-    if (model->link[term->link].motion == KT_MOTION_SLIDE)
+    if (model->link[term->link].motion == KT_MOTION_PRISMATIC)
         out.force = along;
     else
         out.moment = along;
@@ -57,7 +57,7 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         for (int i = 0; i < group->loop_count; i++) {
             const int32_t index = model->group_loop[group->loop + i];
             const kt_loop_record *loop = &model->loop[index];

@@ -57,7 +57,7 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
 #undef KT_POISON_KEPT
     it->stages_known = false;
     it->dense_known = false;
-    it->slope_slot = -1;
+    it->derivative_slot = -1;
 }
 
 /* ---- the compiled table ------------------------------------------------------------------------------------------ */
@@ -153,10 +153,10 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
 
 /* ---- place and start --------------------------------------------------------------------------------------------- */
 
-kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method, size_t n,
-                              const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
+kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
+                             const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
     if (options == NULL || integrator == NULL)
-        return refuse(error, "kt_integrator_place", "options and the integrator to be set must be given");
+        return refuse(error, "kt_integrator_init", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK && !kt_method_is_built_in(method))
         status = method->stabilised ? refuse(error, "method", "a stabilised method must be a built-in one: rkc2, rkc4")
@@ -165,7 +165,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
         return status;
     const size_t needed = kt_integrator_size(method, n);
     if (needed == 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_place",
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
                             "%zu equations: there must be at least one, and not "
                             "more than the memory's addresses can hold",
                             n);
@@ -176,7 +176,7 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
     if (options->step == 0.0 && (status = check_adaptive(options, method, n, error)) != KT_OK)
         return status;
     if (memory == NULL || size < needed)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_integrator_place",
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_integrator_init",
                             "%zu bytes were given, kt_integrator_size asks for %zu", memory == NULL ? 0 : size, needed);
 
     kt_integrator *it = (kt_integrator *)(void *)((unsigned char *)memory + (LINE - (uintptr_t)memory % LINE) % LINE);
@@ -186,8 +186,9 @@ kt_status kt_integrator_place(void *memory, size_t size, const kt_method *method
     it->sizes = measure(method, n);
     it->counted = n - options->quadratures;
     it->fresh = (size_t)kt_method_fresh(method);
-    it->slope_slot = -1;
-    it->gives_end_slope = method->fsal && !(method->stabilised && options->step > 0.0); /* which has no use for it */
+    it->derivative_slot = -1;
+    it->gives_end_derivative =
+        method->fsal && !(method->stabilised && options->step > 0.0); /* which has no use for it */
     it->error_order = method->embedded_order_low > 0
                           ? 2 * method->embedded_order - method->embedded_order_low + 1
                           : 1 + (method->embedded_order < method->order ? method->embedded_order : method->order);
@@ -214,7 +215,7 @@ static void set_state(kt_integrator *it, const double *y) {
     memmove(it->y, y, it->sizes.n * sizeof *y);
     it->stages_known = false;
     it->dense_known = false;
-    it->slope_slot = -1;
+    it->derivative_slot = -1;
 }
 
 kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, const kt_integrator_callbacks *callbacks,

@@ -4,7 +4,7 @@
  * the link that carries both is taken to be at rest, as for loops. One with a single end is told from the ground.
  */
 #include "effect/kind.h"
-#include "reduction/way.h"
+#include "reduction/support.h"
 
 /* The deepest link that carries both. */
 static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
@@ -18,14 +18,14 @@ static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
 }
 
 /* Moves along freedom k: the wrenches on the ends. */
-static void evaluate(const kt_way *w, const kt_effect_record *effect, int32_t k, kt_direction along,
-                     kt_pushed pushed[2]) {
-    const kt_way_freedom *by = &w->x->freedom[k];
-    kt_push_end end[2];
-    kt_push_wrench wrench[2];
+static void evaluate(const kt_support *w, const kt_effect_record *effect, int32_t k, kt_direction along,
+                     kt_end_wrench pushed[2]) {
+    const kt_support_dof *by = &w->x->dof[k];
+    kt_effect_frame end[2];
+    kt_effect_wrench wrench[2];
     for (int i = 0; i < effect->ends; i++) {
-        const kt_loop_end m = kt_way_move(&w->end[i], by->end == i ? &by->motion : NULL, along);
-        end[i] = (kt_push_end){
+        const kt_loop_end m = kt_support_end_dual(&w->end[i], by->end == i ? &by->motion : NULL, along);
+        end[i] = (kt_effect_frame){
             .axes = {m.axes[0], m.axes[1], m.axes[2]}, .point = m.point, .omega = m.omega, .velocity = m.velocity};
     }
     kt_effect_kind_of(effect->type)->push(effect, w->x->model->number, end, w->x->t, wrench, NULL);
@@ -35,31 +35,33 @@ static void evaluate(const kt_way *w, const kt_effect_record *effect, int32_t k,
     }
 }
 
-static void push(const kt_tangent *x, const kt_effect_record *effect, double *d_q, double *d_v) {
+static void push(const kt_dual_motion *x, const kt_effect_record *effect, double *d_q, double *d_v) {
     const size_t n = x->model->n.v;
     const int32_t ancestor = effect->ends == 2 ? carrier_of(x->model, effect->link[0], effect->link[1]) : 0;
-    kt_way w = {.x = x};
-    kt_pushed pushed[2];
-    kt_way_find(&w, ancestor, effect->ends, effect->link, effect->frame);
+    kt_support w = {.x = x};
+    kt_end_wrench pushed[2];
+    kt_support_find(&w, ancestor, effect->ends, effect->link, effect->frame);
     for (int32_t k = 0; k < w.count; k++) {
-        const size_t j = (size_t)x->freedom[k].v;
+        const size_t j = (size_t)x->dof[k].v;
         evaluate(&w, effect, k, KT_BY_POSITION, pushed);
-        kt_way_take(&w, k, KT_BY_POSITION, pushed, d_q + j * n);
+        kt_support_subtract(&w, k, KT_BY_POSITION, pushed, d_q + j * n);
         evaluate(&w, effect, k, KT_BY_RATE, pushed);
-        kt_way_take(&w, k, KT_BY_RATE, pushed, d_v + j * n);
+        kt_support_subtract(&w, k, KT_BY_RATE, pushed, d_v + j * n);
     }
 }
 
-static void drive(const kt_tangent *x, const kt_effect_record *effect, double *d_q, double *d_v) {
+static void drive(const kt_dual_motion *x, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const kt_link *link = &x->model->link[effect->link[0]];
     const double q = x->q[link->q], v = x->v[link->v], *numbers = x->model->number;
     const size_t diagonal = (size_t)link->v * (x->model->n.v + 1);
-    d_q[diagonal] -= kt_change(kind->drive(effect, numbers, kt_number_of(q, 1.0), kt_number_of(v, 0.0), x->t, NULL));
-    d_v[diagonal] -= kt_change(kind->drive(effect, numbers, kt_number_of(q, 0.0), kt_number_of(v, 1.0), x->t, NULL));
+    d_q[diagonal] -=
+        kt_derivative_of(kind->drive(effect, numbers, kt_dual_make(q, 1.0), kt_dual_make(v, 0.0), x->t, NULL));
+    d_v[diagonal] -=
+        kt_derivative_of(kind->drive(effect, numbers, kt_dual_make(q, 0.0), kt_dual_make(v, 1.0), x->t, NULL));
 }
 
-void kt_tangent_effects(const kt_tangent *x, double *d_q, double *d_v) {
+void kt_dual_effects(const kt_dual_motion *x, double *d_q, double *d_v) {
     for (size_t i = 0; i < x->model->n.effect; i++) {
         const kt_effect_record *effect = &x->model->effect[i];
         if (effect->type == KT_EFFECT_CUSTOM)

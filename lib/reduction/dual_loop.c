@@ -5,31 +5,31 @@
  *     phi'' = A a - b'',     W = sum lambda_r (moment_r + x_2 x force_r, force_r),
  * W being the wrench on the second end; the first feels the opposite.
  */
-#include "reduction/way.h"
+#include "reduction/support.h"
 
 /* Moves along freedom k: what of b'' - A a changes, into e; and the wrenches on the ends. */
-static void evaluate(const kt_way *w, const kt_loop_record *loop, int32_t k, kt_direction along, const double *lambda,
-                     double *e, kt_pushed pushed[2]) {
-    const kt_way_freedom *by = &w->x->freedom[k];
+static void evaluate(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
+                     const double *lambda, double *e, kt_end_wrench pushed[2]) {
+    const kt_support_dof *by = &w->x->dof[k];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_loop_end end[2];
     for (int i = 0; i < 2; i++)
-        end[i] = kt_way_move(&w->end[i], by->end == i ? &by->motion : NULL, along);
-    const int count = kt_loop_kinds_tangent[loop->type]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
+        end[i] = kt_support_end_dual(&w->end[i], by->end == i ? &by->motion : NULL, along);
+    const int count = kt_loop_kinds_dual[loop->type]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
     const kt_vector apart = end[1].point - end[0].point, alpha = end[1].alpha - end[0].alpha;
     const kt_vector linear = end[1].linear - end[0].linear - kt_cross(end[0].alpha, apart);
-    kt_pushed sum = {kt_vector_zero(), kt_vector_zero()};
+    kt_end_wrench sum = {kt_vector_zero(), kt_vector_zero()};
     for (int r = 0; r < count; r++) {
-        e[r] = -kt_change(rows[r].drift + kt_dot(rows[r].moment, alpha) + kt_dot(rows[r].force, linear));
+        e[r] = -kt_derivative_of(rows[r].drift + kt_dot(rows[r].moment, alpha) + kt_dot(rows[r].force, linear));
         sum.moment += kt_scale(lambda[r], rows[r].moment);
         sum.force += kt_scale(lambda[r], rows[r].force);
     }
     sum.moment += kt_cross(end[1].point, sum.force);
-    pushed[0] = (kt_pushed){-sum.moment, -sum.force};
+    pushed[0] = (kt_end_wrench){-sum.moment, -sum.force};
     pushed[1] = sum;
 }
 
-void kt_tangent_loops(const kt_tangent *x, const double *lambda, double *d_q, double *e_q, double *e_v) {
+void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v) {
     const kt_model *model = x->model;
     const size_t n = model->n.v, p = model->n.row;
     memset(e_q, 0, n * p * sizeof *e_q);
@@ -37,15 +37,15 @@ void kt_tangent_loops(const kt_tangent *x, const double *lambda, double *d_q, do
     for (size_t l = 0; l < model->n.loop; l++) {
         const kt_loop_record *loop = &model->loop[l];
         const size_t row = (size_t)loop->equation;
-        kt_way w = {.x = x};
-        kt_pushed pushed[2];
+        kt_support w = {.x = x};
+        kt_end_wrench pushed[2];
         if (loop->term_count) /* a relation: A is constant, and b'' a function of time */
             continue;
-        kt_way_find(&w, loop->ancestor, 2, loop->link, loop->frame);
+        kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++) {
-            const size_t j = (size_t)x->freedom[k].v;
+            const size_t j = (size_t)x->dof[k].v;
             evaluate(&w, loop, k, KT_BY_POSITION, lambda + row, e_q + j * p + row, pushed);
-            kt_way_take(&w, k, KT_BY_POSITION, pushed, d_q + j * n);
+            kt_support_subtract(&w, k, KT_BY_POSITION, pushed, d_q + j * n);
             evaluate(&w, loop, k, KT_BY_RATE, lambda + row, e_v + j * p + row, pushed);
         }
     }

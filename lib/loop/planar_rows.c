@@ -34,7 +34,7 @@ static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
     const bool level = fabs(rise) <= s->length;
     if (across(e) <= s->direction)
         return level;
-    row->kind = KT_FLAT_ALONG;
+    row->kind = KT_PLANAR_ROW_ALONG;
     row->e[0] = e.x;
     row->e[1] = e.y;
     row->constant = level ? 0.0 : rise;
@@ -44,7 +44,7 @@ static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
 static void lay_turn(const sheet *s, int k, kt_planar_row *row) {
     row->constant = axis_of(&s->end[0], k).z;
     if (fabs(row->constant) > s->direction)
-        row->kind = KT_FLAT_TURN;
+        row->kind = KT_PLANAR_ROW_ROTATION;
 }
 
 /* Both ends' axes z are n (1), lie in the plane (2), or neither (0). */
@@ -92,14 +92,14 @@ static bool lay_normal(const sheet *s, kt_planar_row *row) {
         return (across(e) <= s->direction && fabs(f.z) <= s->direction) ||
                (across(f) <= s->direction && fabs(e.z) <= s->direction);
     take_angle_of_axes(s);
-    row->kind = KT_FLAT_ORTHOGONAL;
+    row->kind = KT_PLANAR_ROW_ORTHOGONAL;
     return true;
 }
 
 static void lay_distance(const sheet *s, kt_planar_row *row) {
     const kt_vec3 x = s->end[0].rotation.x, y = s->end[0].rotation.y;
     const kt_vec3 e = across(x) >= 0.5 ? x : y; /* of two axes at right angles one reaches so far into the plane */
-    row->kind = KT_FLAT_DISTANCE;
+    row->kind = KT_PLANAR_ROW_DISTANCE;
     row->e[0] = e.x / across(e);
     row->e[1] = e.y / across(e);
 }
@@ -110,16 +110,16 @@ static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {
     case KT_PART_Y:
     case KT_PART_Z:
         return lay_along(s, (int)part - KT_PART_X, row);
-    case KT_PART_TURN_X:
-    case KT_PART_TURN_Y:
-    case KT_PART_TURN_Z:
-        return lay_parallel(s, (int)part - KT_PART_TURN_X, row);
+    case KT_PART_ROTATION_X:
+    case KT_PART_ROTATION_Y:
+    case KT_PART_ROTATION_Z:
+        return lay_parallel(s, (int)part - KT_PART_ROTATION_X, row);
     case KT_PART_TILT_X:
     case KT_PART_TILT_Y:
         return lay_tilt(s, (int)part - KT_PART_TILT_X, row);
     case KT_PART_NORMAL:
         return lay_normal(s, row);
-    case KT_PART_LENGTH:
+    case KT_PART_DISTANCE:
         lay_distance(s, row);
         return true;
     case KT_PART_NONE:
@@ -128,23 +128,24 @@ static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {
     return false;
 }
 
-bool kt_loop_flatten(kt_loop_type type, const kt_pose end[2], double direction, double length, kt_planar_loop *flat) {
+bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
+                         kt_planar_loop *flat) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[type];
     const sheet s = {.end = end, .direction = direction, .length = length, .flat = flat};
-    kt_planar_row rows[KT_FLAT_MAX];
+    kt_planar_row rows[KT_PLANAR_ROW_MAX];
     flat->c = 1.0;
     flat->s = 0.0;
     flat->height = end[1].position.z - end[0].position.z;
     flat->count = flat->void_count = 0;
     for (int r = 0; r < kind->rows; r++) {
-        rows[r] = (kt_planar_row){.kind = KT_FLAT_VOID, .row = r};
+        rows[r] = (kt_planar_row){.kind = KT_PLANAR_ROW_VOID, .row = r};
         if (!lay_part(&s, (kt_loop_part)kind->part[r], &rows[r]))
             return false;
-        if (rows[r].kind != KT_FLAT_VOID)
+        if (rows[r].kind != KT_PLANAR_ROW_VOID)
             flat->row[flat->count++] = rows[r];
     }
     for (int r = 0; r < kind->rows; r++)
-        if (rows[r].kind == KT_FLAT_VOID)
+        if (rows[r].kind == KT_PLANAR_ROW_VOID)
             flat->row[flat->count + flat->void_count++] = rows[r];
     return true;
 }

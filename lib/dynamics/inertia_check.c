@@ -24,15 +24,15 @@ static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_ar
     const double turn = kt_v4_dot(n, kt_v4_apply(x->j, n)), slide = kt_v4_dot(n, kt_v4_apply(x->m, n));
     const double both = kt_v4_dot(n, kt_v4_apply(x->h, n)), p = link->pitch;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
+    case KT_MOTION_REVOLUTE:
         s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));
         return turn > KT_NO_INERTIA * (s->trace + s->largest);
-    case KT_MOTION_SLIDE:
+    case KT_MOTION_PRISMATIC:
         return slide > KT_NO_INERTIA * s->mass;
-    case KT_MOTION_HELIX:
+    case KT_MOTION_SCREW:
         s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));
         return turn + p * (2.0 * both + p * slide) > KT_NO_INERTIA * (s->trace + s->largest + p * p * s->mass);
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         return kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(s->trace + s->largest), unused);
     case KT_MOTION_FREE:
         return kt_invert3(x->m, kt_v4_splat(s->mass), unused);
@@ -68,7 +68,7 @@ size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, 
         s.mass += link->mass;
         kt_articulated_add(&x, &data->articulated[i]);
         if (verdict[i] == KT_INERTIA_THERE &&
-            (!is_regular(link, m, &x, &s) || !kt_joint_absorb(model, data, i, model->zero, &x))) {
+            (!is_regular(link, m, &x, &s) || !kt_articulated_project(model, data, i, model->zero, &x))) {
             verdict[i] = KT_INERTIA_NONE;
             found++;
         }
@@ -77,7 +77,7 @@ size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, 
                 verdict[link->parent] = KT_INERTIA_UNKNOWN;
             continue;
         }
-        if (link->motion == KT_MOTION_BALL)
+        if (link->motion == KT_MOTION_SPHERICAL)
             s.trace = s.largest = 0.0;
         if (link->motion == KT_MOTION_FREE || link->parent == 0)
             continue;

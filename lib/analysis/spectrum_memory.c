@@ -43,23 +43,23 @@ size_t kt_spectrum_size(const kt_model *model, int samples) {
     return sizes.samples > 0 ? lay_out(NULL, &sizes) : 0;
 }
 
-kt_status kt_spectrum_place(const kt_model *model, int samples, void *memory, size_t size, kt_spectrum **spectrum,
-                            kt_error *error) {
+kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, size_t size, kt_spectrum **spectrum,
+                           kt_error *error) {
     const kt_spectrum_sizes sizes = measure(model, samples);
     const kt_linearization_options options = nothing_besides();
     if (sizes.samples == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "samples", "%d: at least one state is needed", samples);
     const size_t needed = lay_out(NULL, &sizes);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_spectrum_place", "kt_spectrum_size", memory, size, needed, error);
+        return kt_arena_refuse("kt_spectrum_init", "kt_spectrum_size", memory, size, needed, error);
     kt_spectrum *placed = memory;
     memset(placed, 0, sizeof *placed);
     (void)lay_out(memory, &sizes);
     placed->model = model;
-    kt_status status = kt_linearization_place(model, &options, placed->linearization_memory, sizes.linearization,
-                                              &placed->linearization, error);
+    kt_status status = kt_linearization_init(model, &options, placed->linearization_memory, sizes.linearization,
+                                             &placed->linearization, error);
     if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
-        status = kt_modes_place(model, placed->modes_memory, sizes.system_modes, &placed->modes, error);
+        status = kt_modes_init(model, placed->modes_memory, sizes.system_modes, &placed->modes, error);
     if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: and this */
         *spectrum = placed;
     return status;
@@ -71,7 +71,7 @@ kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **s
     kt_spectrum *placed = NULL;
     if (needed > 0 && memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a spectrum are not to be had", needed);
-    kt_status status = kt_spectrum_place(model, samples, memory, needed, &placed, error);
+    kt_status status = kt_spectrum_init(model, samples, memory, needed, &placed, error);
     if (placed == NULL) {
         free(memory);
         return status;

@@ -13,9 +13,9 @@
  * mechanism, and an explicit method with step h must hold h alpha within its region of stability: gains are bought with
  * steps. And on a mechanism with redundant equations phi is inconsistent as soon as it is not zero.
  */
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 
-void kt_set_stabilize(kt_set *set, double alpha, double beta) {
+void kt_formulation_baumgarte(kt_constraint_formulation *set, double alpha, double beta) {
     for (int r = 0; r < set->k; r++)
         set->target[r] = set->drift[r] - 2.0 * alpha * set->slip[r] - beta * beta * set->phi[r];
 }

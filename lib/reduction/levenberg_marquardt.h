@@ -1,6 +1,6 @@
 /* Closing loops from far off. */
-#ifndef KT_REDUCTION_FAR_H
-#define KT_REDUCTION_FAR_H
+#ifndef KT_REDUCTION_LEVENBERG_MARQUARDT_H
+#define KT_REDUCTION_LEVENBERG_MARQUARDT_H
 
 #include "reduction/project.h"
 
@@ -8,12 +8,13 @@
  * equations there and returns the largest gap against its scale. `stubborn`: where they do not close, other starts are
  * tried. For set-up and assembly: not bounded in time as the projection of a step is, but to a fixed number of
  * evaluations. Uses delta, moved_q and beside_q of the data. */
-double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q);
+double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn,
+                                       double *q);
 
 /* Of one group, whose matrix is filled: the change of its coordinates, in their own units, that makes |A change +
  * gap|^2 in the equations' scales least, changes being damped by mu; into w->base. false: none, the matrix is not
  * finite. */
-bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu);
+bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu);
 
 /* The positions of a group's links from one state into another. */
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to);

@@ -8,7 +8,7 @@
  * Where |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
  */
-#include "reduction/far.h"
+#include "reduction/levenberg_marquardt.h"
 
 #include "reduction/dense.h"
 
@@ -25,7 +25,7 @@ double kt_generic(size_t k) {
 }
 
 static int position_count(const kt_link *link) {
-    return link->motion == KT_MOTION_BALL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
+    return link->motion == KT_MOTION_SPHERICAL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
 }
 
 /* A free link has two parts, x, y, z and the quaternion, of which one alone may be held; others have one. */
@@ -35,7 +35,7 @@ void kt_move(const kt_model *model, const bool *held, const double *q, const dou
         const kt_link *link = &model->link[i];
         const int plain = link->motion == KT_MOTION_FREE ? 3 : 0;
         bool moves = false;
-        for (int k = 0; k < kt_link_freedoms(link); k++)
+        for (int k = 0; k < kt_link_dofs(link); k++)
             moves |= step[link->v + k] != 0.0;
         if (plain && (!moves || (held && held[link->v])))
             memcpy(out + link->q, q + link->q, (size_t)plain * sizeof *q);
@@ -46,7 +46,7 @@ void kt_move(const kt_model *model, const bool *held, const double *q, const dou
 
 static double gap_of(const kt_group_work *w) {
     kt_violation violation = kt_violation_none;
-    kt_group_look_at_positions(w, &violation);
+    kt_group_position_residuals(w, &violation);
     return violation.gap;
 }
 
@@ -60,7 +60,8 @@ static double squares(const kt_group_work *w) {
 /* What an entry in the units of its row and coordinate is lost in (reduce.h). */
 static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
-bool kt_give_way(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu) {
+bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap,
+                    double mu) {
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
     double *row = w->work, trace = 0.0;
@@ -91,7 +92,7 @@ static void damped_step(const kt_model *model, const kt_group *group, const kt_g
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
     double largest = 0.0;
-    if (!kt_give_way(model, group, w, w->residual, mu))
+    if (!kt_damped_step(model, group, w, w->residual, mu))
         return;
     for (size_t i = 0; i < m; i++)
         largest = fmax(largest, fabs(w->base[i]));
@@ -130,7 +131,7 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
     if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, held, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         data->gap[g] = squares(&w);
         data->settled[g] = gap_of(&w) <= KT_CLOSED;
         data->damping[g] = 1e-3;
@@ -146,7 +147,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
-            const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+            const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             all &= data->settled[g];
             if (!data->settled[g])
                 damped_step(model, &model->group[g], &w, data->damping[g], data->delta);
@@ -156,7 +157,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         kt_move(model, held, q, data->delta, data->moved_q);
         (void)kernels->look(model, data, t, data->moved_q, NULL, held, &violation);
         for (size_t g = 0; g < model->n.group; g++) {
-            const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
+            const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
                 continue;
             if (judge(data, g, &w))
@@ -175,8 +176,8 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
     memset(data->delta, 0, model->n.v * sizeof(double));
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_place(model, data, g, KT_ROWS_CLOSED);
-        if (gap_of(&w) <= KT_CLOSED_FAR)
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
+        if (gap_of(&w) <= KT_CLOSED_ASSEMBLED)
             continue;
         kt_take_group(model, group, from, q);
         for (int32_t i = group->v; i < group->v + group->v_count; i++)
@@ -190,9 +191,10 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
     }
 }
 
-double kt_close_from_far(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn, double *q) {
+double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn,
+                                       double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    double *from = data->beside_q;
+    double *from = data->neighbour_q;
     kt_violation violation;
     double least = (double)INFINITY;
     int best = 0;
@@ -205,7 +207,7 @@ double kt_close_from_far(const kt_model *model, kt_data *data, double t, const b
         descend(model, data, t, held, q);
         if (!kernels->look(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
-        if (violation.gap <= KT_CLOSED_FAR || !stubborn)
+        if (violation.gap <= KT_CLOSED_ASSEMBLED || !stubborn)
             break;
         if (violation.gap < 0.999 * least) {
             least = violation.gap;

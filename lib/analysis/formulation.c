@@ -1,7 +1,7 @@
 /* Other coordinate sets behind the right-hand side of a simulation: the tree's equations as matrices, the choice of the
  * set, and what it has met. The sets themselves are in set_*.c.
  */
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 #include "model/internal.h"
 #include "reduction/evaluate.h"
 #include "reduction/reduce.h"
@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-kt_status kt_set_refuse(double t, kt_status status, const char *message, kt_error *error) {
+kt_status kt_formulation_refuse(double t, kt_status status, const char *message, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     return kt_error_set(error, status, where, "%s", message);
@@ -18,8 +18,8 @@ kt_status kt_set_refuse(double t, kt_status status, const char *message, kt_erro
 
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
-static kt_status fill_force(kt_set *set, kt_data *data, double t, const double *q, const double *v, const double *tau,
-                            const kt_wrench *external, kt_error *error) {
+static kt_status fill_force(kt_constraint_formulation *set, kt_data *data, double t, const double *q, const double *v,
+                            const double *tau, const kt_wrench *external, kt_error *error) {
     double *f = set->force;
     kt_status status =
         set->model->n.effect ? kt_effects_apply(set->model, data, t, q, v, &tau, &external, error) : KT_OK;
@@ -30,7 +30,7 @@ static kt_status fill_force(kt_set *set, kt_data *data, double t, const double *
     return status;
 }
 
-static void note_open(kt_set *set, double t) {
+static void note_open(kt_constraint_formulation *set, double t) {
     for (int r = 0; r < set->k; r++)
         if (fabs(set->phi[r]) > set->found.open) {
             set->found.open = fabs(set->phi[r]);
@@ -38,8 +38,8 @@ static void note_open(kt_set *set, double t) {
         }
 }
 
-kt_status kt_set_fill(kt_set *set, kt_data *data, double t, const double *q, const double *v, const double *tau,
-                      const kt_wrench *external, kt_error *error) {
+kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, double t, const double *q, const double *v,
+                              const double *tau, const kt_wrench *external, kt_error *error) {
     const size_t n = (size_t)set->n, k = (size_t)set->k;
     kt_status status =
         kt_loop_equations(set->model, data, t, q, v, set->jacobian, set->phi, set->rate, set->drift, error);
@@ -58,34 +58,36 @@ kt_status kt_set_fill(kt_set *set, kt_data *data, double t, const double *q, con
 /* ---- evaluation -------------------------------------------------------------------------------------------------- */
 
 /* Forces and b'' at u' instead of w. */
-static kt_status fill_projected(kt_set *set, kt_data *data, double t, const double *q, const double *w,
-                                const double *tau, const kt_wrench *external, kt_error *error) {
+static kt_status fill_projected(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
+                                const double *w, const double *tau, const kt_wrench *external, kt_error *error) {
     kt_status status = kt_loop_equations(set->model, data, t, q, w, set->jacobian, NULL, set->rate, NULL, error);
     if (status != KT_OK)
         return status;
-    kt_set_project_velocity(set, t, w);
-    return kt_set_fill(set, data, t, q, set->velocity, tau, external, error);
+    kt_formulation_project_velocity(set, t, w);
+    return kt_formulation_fill(set, data, t, q, set->velocity, tau, external, error);
 }
 
-kt_status kt_set_evaluate(kt_set *set, kt_data *data, double t, const double *q, const double *v, const double *tau,
-                          const kt_wrench *external, double *rate, double *a, kt_error *error) {
-    const kt_set_options *o = &set->options;
-    const bool projects = o->type == KT_SET_PROJECTION;
-    const bool stable = o->type == KT_SET_BAUMGARTE || o->type == KT_SET_AUGMENTED;
+kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
+                                             const double *v, const double *tau, const kt_wrench *external,
+                                             double *rate, double *a, kt_error *error) {
+    const kt_constraint_formulation_options *o = &set->options;
+    const bool projects = o->type == KT_CONSTRAINT_FORMULATION_PROJECTION;
+    const bool stable =
+        o->type == KT_CONSTRAINT_FORMULATION_BAUMGARTE || o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED;
     kt_status status = projects ? fill_projected(set, data, t, q, v, tau, external, error)
-                                : kt_set_fill(set, data, t, q, v, tau, external, error);
+                                : kt_formulation_fill(set, data, t, q, v, tau, external, error);
     if (status != KT_OK)
         return status;
     set->found.evaluations++;
     note_open(set, t);
-    kt_set_stabilize(set, stable ? o->alpha : 0.0, stable ? o->beta : 0.0);
-    status = o->type == KT_SET_AUGMENTED ? kt_set_augment(set, t, set->x, error)
-                                         : kt_set_least_constraint(set, t, set->x, error);
+    kt_formulation_baumgarte(set, stable ? o->alpha : 0.0, stable ? o->beta : 0.0);
+    status = o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED ? kt_formulation_augmented(set, t, set->x, error)
+                                                            : kt_formulation_gauss(set, t, set->x, error);
     double sum = 0.0;
     for (int i = 0; i < set->n; i++)
         sum += set->x[i] - set->x[i];
     if (status == KT_OK && !(sum == 0.0))
-        status = kt_set_refuse(t, KT_ERROR_NOT_FINITE, "the set's accelerations are not finite", error);
+        status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the set's accelerations are not finite", error);
     if (status != KT_OK)
         return status;
     memcpy(a, set->x, (size_t)set->n * sizeof *a);
@@ -97,37 +99,42 @@ kt_status kt_set_evaluate(kt_set *set, kt_data *data, double t, const double *q,
 /* ---- in a simulation --------------------------------------------------------------------------------------------- */
 
 static int accelerate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
-    kt_set *set = user;
+    kt_constraint_formulation *set = user;
     if (at->model != set->model) {
         (void)kt_error_set(error, KT_ERROR_ARGUMENT, "coordinate set",
                            "it was placed for another model than the one that is simulated (in the absolute "
                            "formulation that is kt_model_absolute)");
         return -1;
     }
-    return kt_set_evaluate(set, at->data, at->t, at->q, at->v, at->tau, at->external, rate, a, error) == KT_OK ? 0 : 1;
+    return kt_constraint_formulation_evaluate(set, at->data, at->t, at->q, at->v, at->tau, at->external, rate, a,
+                                              error) == KT_OK
+               ? 0
+               : 1;
 }
 
-void kt_set_use(kt_set *set, kt_simulation_options *options) {
-    const bool projects = set->options.type == KT_SET_PROJECTION;
+void kt_constraint_formulation_use(kt_constraint_formulation *set, kt_simulation_options *options) {
+    const bool projects = set->options.type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     options->acceleration = accelerate;
-    options->projection = projects ? kt_set_project : NULL;
+    options->projection = projects ? kt_formulation_project_positions : NULL;
     options->unprojected = !projects;
     options->user = set;
 }
 
 /* ---- what it has met --------------------------------------------------------------------------------------------- */
 
-kt_set_findings kt_set_findings_get(const kt_set *set) { return set->found; }
+kt_constraint_formulation_statistics kt_constraint_formulation_statistics_get(const kt_constraint_formulation *set) {
+    return set->found;
+}
 
-void kt_set_reset(kt_set *set) {
-    const kt_set_findings none = {.least = 1.0};
+void kt_constraint_formulation_reset(kt_constraint_formulation *set) {
+    const kt_constraint_formulation_statistics none = {.least = 1.0};
     set->found = none;
     set->largest = 0.0;
     set->least = HUGE_VAL;
 }
 
-kt_status kt_set_verdict(const kt_set *set, kt_error *error) {
-    const kt_set_findings *f = &set->found;
+kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *set, kt_error *error) {
+    const kt_constraint_formulation_statistics *f = &set->found;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", f->least_time);
     if (f->trusted)

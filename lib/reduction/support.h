@@ -10,48 +10,50 @@
  * A freedom i meets the wrench W on what it moves, told from O, with S_i . W. S_i itself is carried along by the
  * freedoms before it, and those of its node, by S_k x S_i.
  */
-#ifndef KT_REDUCTION_WAY_H
-#define KT_REDUCTION_WAY_H
+#ifndef KT_REDUCTION_SUPPORT_H
+#define KT_REDUCTION_SUPPORT_H
 
 #include "loop/kind.h"
-#include "reduction/tangent.h"
+#include "reduction/dual.h"
 
 /* ---- the ways to the ends ---------------------------------------------------------------------------------------- */
 
 /* A frame in motion, world axes. */
-typedef struct kt_way_end {
+typedef struct kt_support_end {
     kt_v4 axes[3], point;
     kt_v4 velocity[2], acceleration[2]; /* V, A */
-} kt_way_end;
+} kt_support_end;
 
-typedef struct kt_way {
-    const kt_tangent *x;
+typedef struct kt_support {
+    const kt_dual_motion *x;
     int32_t count; /* of freedoms */
-    kt_way_end end[2];
-} kt_way;
+    kt_support_end end[2];
+} kt_support;
 
 /* From about `place` to about O, from which that is counted. */
-KT_INLINE void kt_tell_from(kt_v4 place, kt_v4 s[2]) { s[1] += kt_v4_cross(place, s[0]); }
+KT_INLINE void kt_express_about_origin(kt_v4 place, kt_v4 s[2]) { s[1] += kt_v4_cross(place, s[0]); }
 
-static inline void kt_way_add(kt_way *w, const kt_link *link, int end, kt_v4 place, const kt_freedom_motion *motion) {
-    const int count = kt_link_freedoms(link);
+static inline void kt_support_add(kt_support *w, const kt_link *link, int end, kt_v4 place,
+                                  const kt_dof_motion *motion) {
+    const int count = kt_link_dofs(link);
     const int32_t first = w->count;
     for (int k = 0; k < count; k++) {
-        kt_way_freedom *f = &w->x->freedom[w->count++];
-        *f = (kt_way_freedom){.motion = motion[k], .v = link->v + k, .end = end, .first = first + (k >= 3 ? 3 : 0)};
-        kt_tell_from(place, f->motion.s);
-        kt_tell_from(place, f->motion.psi);
-        kt_tell_from(place, f->motion.rate);
-        kt_tell_from(place, f->motion.phi);
+        kt_support_dof *f = &w->x->dof[w->count++];
+        *f = (kt_support_dof){.motion = motion[k], .v = link->v + k, .end = end, .first = first + (k >= 3 ? 3 : 0)};
+        kt_express_about_origin(place, f->motion.s);
+        kt_express_about_origin(place, f->motion.psi);
+        kt_express_about_origin(place, f->motion.rate);
+        kt_express_about_origin(place, f->motion.phi);
     }
 }
 
 /* Down from the ancestor, whose origin is at `place`, to a frame on a link. */
-static inline void kt_way_follow(kt_way *w, int32_t ancestor, kt_v4 place, int end, int32_t to, const kt_pose *frame) {
+static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 place, int end, int32_t to,
+                                     const kt_pose *frame) {
     const kt_model *model = w->x->model;
     const kt_link_motion *motion = w->x->data->motion;
     kt_carried c = {kt_v4_splat(0.0), kt_v4_splat(0.0), kt_v4_splat(0.0), kt_v4_splat(0.0)};
-    kt_freedom_motion freedom[KT_FREEDOM_MOST];
+    kt_dof_motion dof[KT_LINK_DOF_MAX];
     int32_t n = 0;
     for (int32_t i = to; i != ancestor; i = model->link[i].parent)
         w->x->chain[n++] = i;
@@ -61,22 +63,23 @@ static inline void kt_way_follow(kt_way *w, int32_t ancestor, kt_v4 place, int e
         c.velocity += kt_v4_cross(c.omega, m->offset);
         c.linear += kt_v4_cross(c.alpha, m->offset);
         place += m->offset;
-        kt_freedoms_set(link, &motion[link->parent], m, w->x->v, w->x->a, &c, freedom);
-        kt_way_add(w, link, end, place, freedom);
+        kt_dof_motions_set(link, &motion[link->parent], m, w->x->v, w->x->a, &c, dof);
+        kt_support_add(w, link, end, place, dof);
     }
-    kt_way_end *e = &w->end[end];
+    kt_support_end *e = &w->end[end];
     kt_v4 turn[3];
     kt_v4_from_mat3(frame->rotation, turn);
     kt_v4_multiply(motion[to].axes, turn, e->axes);
     e->point = place + kt_v4_apply(motion[to].axes, kt_v4_from(frame->position));
     e->velocity[0] = c.omega, e->velocity[1] = c.velocity;
     e->acceleration[0] = c.alpha, e->acceleration[1] = c.linear;
-    kt_tell_from(place, e->velocity);
-    kt_tell_from(place, e->acceleration);
+    kt_express_about_origin(place, e->velocity);
+    kt_express_about_origin(place, e->acceleration);
 }
 
 /* O is the origin of the first link on the way. */
-static inline void kt_way_find(kt_way *w, int32_t ancestor, int ends, const int32_t link[2], const kt_pose frame[2]) {
+static inline void kt_support_find(kt_support *w, int32_t ancestor, int ends, const int32_t link[2],
+                                   const kt_pose frame[2]) {
     int32_t first = ends < 2 || link[0] != ancestor ? link[0] : link[1];
     kt_v4 place = kt_v4_splat(0.0);
     while (first != ancestor && w->x->model->link[first].parent != ancestor)
@@ -85,7 +88,7 @@ static inline void kt_way_find(kt_way *w, int32_t ancestor, int ends, const int3
         place -= w->x->data->motion[first].offset;
     w->count = 0;
     for (int end = 0; end < ends; end++)
-        kt_way_follow(w, ancestor, place, end, link[end], &frame[end]);
+        kt_support_follow(w, ancestor, place, end, link[end], &frame[end]);
 }
 
 /* ---- a direction ------------------------------------------------------------------------------------------------- */
@@ -93,7 +96,7 @@ static inline void kt_way_find(kt_way *w, int32_t ancestor, int ends, const int3
 typedef enum kt_direction { KT_BY_POSITION, KT_BY_RATE } kt_direction;
 
 /* An end that freedom m moves, or none (NULL). */
-static inline kt_loop_end kt_way_move(const kt_way_end *e, const kt_freedom_motion *m, kt_direction along) {
+static inline kt_loop_end kt_support_end_dual(const kt_support_end *e, const kt_dof_motion *m, kt_direction along) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_v4 axes[3] = {none, none, none}, point = none, v[2] = {none, none}, a[2] = {none, none}, x[2];
     if (m && along == KT_BY_POSITION) {
@@ -127,18 +130,20 @@ static inline kt_loop_end kt_way_move(const kt_way_end *e, const kt_freedom_moti
 }
 
 /* What an end feels: a wrench about O. */
-typedef struct kt_pushed {
+typedef struct kt_end_wrench {
     kt_vector moment, force;
-} kt_pushed;
+} kt_end_wrench;
 
 /* Takes the change of the joint forces off column d, as freedom k moves along q_k or v_k: S_i . dW, and (S_k x S_i) . W
  * where S_i is carried along. */
-static inline void kt_way_take(const kt_way *w, int32_t k, kt_direction along, const kt_pushed p[2], double *d) {
-    const kt_way_freedom *by = &w->x->freedom[k];
+static inline void kt_support_subtract(const kt_support *w, int32_t k, kt_direction along, const kt_end_wrench p[2],
+                                       double *d) {
+    const kt_support_dof *by = &w->x->dof[k];
     for (int32_t i = 0; i < w->count; i++) {
-        const kt_way_freedom *at = &w->x->freedom[i];
+        const kt_support_dof *at = &w->x->dof[i];
         const kt_vector moment = p[at->end].moment, force = p[at->end].force;
-        double x = kt_v4_dot2(at->motion.s[0], kt_vector_change(moment), at->motion.s[1], kt_vector_change(force));
+        double x =
+            kt_v4_dot2(at->motion.s[0], kt_vector_derivative(moment), at->motion.s[1], kt_vector_derivative(force));
         if (along == KT_BY_POSITION && at->end == by->end && i >= by->first) {
             kt_v4 carried[2];
             kt_motion_cross(by->motion.s[0], by->motion.s[1], at->motion.s, carried);

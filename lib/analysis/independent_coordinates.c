@@ -34,12 +34,12 @@ static double size_of(const kt_model *model) {
     return size > 0.0 ? size : 1.0;
 }
 
-void kt_chart_units(const kt_model *model, double *unit) {
+void kt_independent_coordinates_units(const kt_model *model, double *unit) {
     const double size = size_of(model);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const int slides = link->motion == KT_MOTION_SLIDE ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
-        for (int k = 0; k < kt_link_freedoms(link); k++)
+        const int slides = link->motion == KT_MOTION_PRISMATIC ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
+        for (int k = 0; k < kt_link_dofs(link); k++)
             unit[link->v + k] = k < slides ? size : 1.0;
     }
 }
@@ -149,7 +149,7 @@ static void scale(kt_linearization *l) {
     const kt_model *model = l->model;
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
-        const kt_group_work w = kt_group_place(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
+        const kt_group_work w = kt_group_matrices(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
         for (int r = 0; r < loop->row_count; r++) {
             const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
             scale_row(l, (size_t)(loop->equation + r), slot < 0 ? 0.0 : w.scale[slot]);
@@ -202,7 +202,8 @@ static void weigh(const kt_linearization *l, double *weight) {
             weight[l->model->link[l->model->effect[i].link[0]].v] = 0.1;
 }
 
-kt_status kt_chart_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system, kt_error *error) {
+kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system,
+                                            kt_error *error) {
     const kt_model *model = l->model;
     elimination e = {
         .a = l->equation, .rows = l->size.rows, .columns = l->size.v, .pivot_row = l->pivot_row, .weight = l->way};

@@ -1,32 +1,33 @@
 /* Laying a coordinate set out in memory, and choosing its penalty. */
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 #include "base/arena.h"
 #include "reduction/lapack.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-const char *kt_set_type_name(kt_set_type type) {
+const char *kt_constraint_formulation_name(kt_constraint_formulation_type type) {
     switch (type) {
-#define KT_SET_NAME(id, name)                                                                                          \
+#define KT_CONSTRAINT_FORMULATION_NAME(id, name)                                                                       \
     case id:                                                                                                           \
         return #name;
-        KT_SET_LIST(KT_SET_NAME)
-#undef KT_SET_NAME
-    case KT_SET_TYPE_COUNT:
+        KT_CONSTRAINT_FORMULATION_LIST(KT_CONSTRAINT_FORMULATION_NAME)
+#undef KT_CONSTRAINT_FORMULATION_NAME
+    case KT_CONSTRAINT_FORMULATION_COUNT:
         break;
     }
     return NULL;
 }
 
-kt_set_options kt_set_options_default(kt_set_type type, double step) {
-    const kt_set_options options = {.type = type,
-                                    .alpha = 0.1 / step,
-                                    .beta = 0.1 / step,
-                                    .penalty = 1e4,
-                                    .iterations = 12,
-                                    .tolerance = 1e-11,
-                                    .rank_tolerance = 1e-12};
+kt_constraint_formulation_options kt_constraint_formulation_options_default(kt_constraint_formulation_type type,
+                                                                            double step) {
+    const kt_constraint_formulation_options options = {.type = type,
+                                                       .alpha = 0.1 / step,
+                                                       .beta = 0.1 / step,
+                                                       .penalty = 1e4,
+                                                       .iterations = 12,
+                                                       .tolerance = 1e-11,
+                                                       .rank_tolerance = 1e-12};
     return options;
 }
 
@@ -34,26 +35,27 @@ kt_set_options kt_set_options_default(kt_set_type type, double step) {
 
 static size_t lay_out(const kt_model *model, void *memory) {
     const size_t n = (size_t)kt_model_nv(model), q = (size_t)kt_model_nq(model);
-    const size_t k = (size_t)kt_model_freedom(model).equations;
-    kt_set scratch;
+    const size_t k = (size_t)kt_model_mobility(model).equations;
+    kt_constraint_formulation scratch;
     size_t used = 0;
-    kt_set *set = kt_arena_take(memory, &used, sizeof *set);
+    kt_constraint_formulation *set = kt_arena_take(memory, &used, sizeof *set);
     if (set == NULL)
         set = &scratch;
-#define KT_SET_PLACE(type, name, count, meaning) set->name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    KT_SET_FIELDS(KT_SET_PLACE)
-#undef KT_SET_PLACE
+#define KT_FORMULATION_PLACE(type, name, count, meaning)                                                               \
+    set->name = kt_arena_take(memory, &used, (count) * sizeof(type));
+    KT_FORMULATION_FIELDS(KT_FORMULATION_PLACE)
+#undef KT_FORMULATION_PLACE
     set->n = (int)n;
     set->k = (int)k;
     return used;
 }
 
-size_t kt_set_size(const kt_model *model) { return lay_out(model, NULL); }
+size_t kt_constraint_formulation_size(const kt_model *model) { return lay_out(model, NULL); }
 
 /* ---- placing ----------------------------------------------------------------------------------------------------- */
 
-static kt_status check(const kt_set_options *o, kt_error *error) {
-    if (kt_set_type_name(o->type) == NULL)
+static kt_status check(const kt_constraint_formulation_options *o, kt_error *error) {
+    if (kt_constraint_formulation_name(o->type) == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "type", "%d is no coordinate set", (int)o->type);
     const double numbers[] = {o->alpha, o->beta, o->tolerance, o->rank_tolerance};
     static const char *const names[] = {"alpha", "beta", "tolerance", "rank_tolerance"};
@@ -69,23 +71,25 @@ static kt_status check(const kt_set_options *o, kt_error *error) {
 
 /* By way of an evaluation by Gauss' principle at the assembled initial state: R's last diagonal squared stands for the
  * smallest eigenvalue of A M^-1 A'. */
-static kt_status choose_penalty(kt_set *set, kt_data *data, kt_error *error) {
-    const kt_set_options wanted = set->options;
+static kt_status choose_penalty(kt_constraint_formulation *set, kt_data *data, kt_error *error) {
+    const kt_constraint_formulation_options wanted = set->options;
     kt_model_initial(set->model, set->state_q, set->state_v);
     kt_status status = kt_state_assemble(set->model, data, 0.0, set->state_q, set->state_v, error);
     if (status != KT_OK)
         return status;
-    set->options.type = KT_SET_GAUSS;
-    status = kt_set_evaluate(set, data, 0.0, set->state_q, set->state_v, NULL, NULL, NULL, set->velocity, error);
+    set->options.type = KT_CONSTRAINT_FORMULATION_GAUSS;
+    status = kt_constraint_formulation_evaluate(set, data, 0.0, set->state_q, set->state_v, NULL, NULL, NULL,
+                                                set->velocity, error);
     set->options = wanted;
     const double last = set->largest > 0.0 ? set->largest : 1.0;
     set->penalty = wanted.penalty / (last * last);
-    kt_set_reset(set);
+    kt_constraint_formulation_reset(set);
     return status;
 }
 
-kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_options *options, void *memory, size_t size,
-                       kt_set **set, kt_error *error) {
+kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
+                                         const kt_constraint_formulation_options *options, void *memory, size_t size,
+                                         kt_constraint_formulation **set, kt_error *error) {
     kt_status status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
@@ -94,24 +98,26 @@ kt_status kt_set_place(const kt_model *model, kt_data *data, const kt_set_option
         return status;
     const size_t needed = lay_out(model, NULL);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_set_place", "kt_set_size", memory, size, needed, error);
-    kt_set *placed = memory;
+        return kt_arena_refuse("kt_constraint_formulation_init", "kt_constraint_formulation_size", memory, size, needed,
+                               error);
+    kt_constraint_formulation *placed = memory;
     (void)lay_out(model, memory);
     placed->owned = NULL;
     placed->model = model;
     placed->options = *options;
-    placed->cap = kt_model_freedom(model).rank;
-    kt_set_reset(placed);
+    placed->cap = kt_model_mobility(model).rank;
+    kt_constraint_formulation_reset(placed);
     status = choose_penalty(placed, data, error);
     if (status == KT_OK)
         *set = placed;
     return status;
 }
 
-kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt_set **set, kt_error *error) {
+kt_status kt_constraint_formulation_create(const kt_model *model, const kt_constraint_formulation_options *options,
+                                           kt_constraint_formulation **set, kt_error *error) {
     const size_t size = lay_out(model, NULL);
     kt_data *data = NULL;
-    kt_set *placed = NULL;
+    kt_constraint_formulation *placed = NULL;
     kt_status status = kt_data_create(model, &data, error);
     if (status != KT_OK)
         return status;
@@ -119,7 +125,7 @@ kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt
     if (memory == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a coordinate set are not to be had", size);
     else
-        status = kt_set_place(model, data, options, memory, size, &placed, error);
+        status = kt_constraint_formulation_init(model, data, options, memory, size, &placed, error);
     kt_data_free(data);
     if (placed == NULL) {
         free(memory);
@@ -130,7 +136,7 @@ kt_status kt_set_create(const kt_model *model, const kt_set_options *options, kt
     return KT_OK;
 }
 
-void kt_set_free(kt_set *set) {
+void kt_constraint_formulation_free(kt_constraint_formulation *set) {
     if (set != NULL)
         free(set->owned);
 }

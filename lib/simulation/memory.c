@@ -14,60 +14,61 @@ kt_simulation_options kt_simulation_options_default(void) {
 /* ---- what is asked for ------------------------------------------------------------------------------------------- */
 
 /* Run and options with defaults in the place of NULL, and what follows from them. */
-typedef struct kt_wish {
+typedef struct kt_simulation_request {
     kt_run run;
     kt_simulation_options options;
     const kt_method *method;
     const kt_model *model; /* that is to be stepped */
     unsigned record;
-} kt_wish;
+} kt_simulation_request;
 
 static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
-                           kt_wish *wish, kt_error *error) {
-    wish->run = run != NULL ? *run : kt_run_default();
-    wish->options = options != NULL ? *options : kt_simulation_options_default();
-    const char *name = wish->run.integrator != NULL ? wish->run.integrator : kt_run_default().integrator;
-    wish->method = wish->options.method != NULL ? wish->options.method : kt_method_find(name);
-    if (wish->method == NULL)
+                           kt_simulation_request *settings, kt_error *error) {
+    settings->run = run != NULL ? *run : kt_run_default();
+    settings->options = options != NULL ? *options : kt_simulation_options_default();
+    const char *name = settings->run.integrator != NULL ? settings->run.integrator : kt_run_default().integrator;
+    settings->method = settings->options.method != NULL ? settings->options.method : kt_method_find(name);
+    if (settings->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "there is no method '%s'; kt_method_at lists those that there are", name);
-    kt_status status = kt_run_check(&wish->run, error);
+    kt_status status = kt_run_check(&settings->run, error);
     if (status != KT_OK)
         return status;
-    if (!(wish->run.step > 0.0) && wish->method->embedded_order == 0)
+    if (!(settings->run.step > 0.0) && settings->method->embedded_order == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
-                            "%s has no error estimate and cannot choose its steps: give it a step", wish->method->name);
-    wish->model = wish->run.formulation == KT_FORMULATION_ABSOLUTE ? kt_model_absolute(model) : model;
-    if (wish->model == NULL)
+                            "%s has no error estimate and cannot choose its steps: give it a step",
+                            settings->method->name);
+    settings->model = settings->run.formulation == KT_FORMULATION_ABSOLUTE ? kt_model_absolute(model) : model;
+    if (settings->model == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "formulation",
                             "the model is not there in the absolute formulation; set `formulation` in the options of "
                             "kt_model_compile");
-    wish->record = kt_run_record(&wish->run, model) | wish->options.record;
+    settings->record = kt_run_record(&settings->run, model) | settings->options.record;
     return KT_OK;
 }
 
-static void measure(const kt_model *face, const kt_wish *wish, kt_simulation_sizes *size) {
-    const kt_model *model = wish->model;
-    const bool reacts = (wish->record & KT_RECORD_REACTIONS) != 0, absolute = model != face;
+static void measure(const kt_model *face, const kt_simulation_request *settings, kt_simulation_sizes *size) {
+    const kt_model *model = settings->model;
+    const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0, absolute = model != face;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
     size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
-    size->n = size->work + ((wish->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
-    size->face_nq = (size_t)kt_model_nq(face);
-    size->face_nv = (size_t)kt_model_nv(face);
+    size->n = size->work + ((settings->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
+    size->user_nq = (size_t)kt_model_nq(face);
+    size->user_nv = (size_t)kt_model_nv(face);
     size->body = (size_t)kt_model_body_count(face);
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(face) : 0;
-    size->multiplier = reacts ? (size_t)kt_model_freedom(model).equations : 0;
+    size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
-    size->integrator = kt_integrator_size(wish->method, size->n);
-    size->rate = wish->options.acceleration != NULL ? size->nv : 0;
-    size->seen = absolute ? size->face_nq + size->face_nv : 0;
-    size->shown = absolute ? size->face_nq + 2 * size->face_nv : 0;
+    size->integrator = kt_integrator_size(settings->method, size->n);
+    size->rate = settings->options.acceleration != NULL ? size->nv : 0;
+    size->seen = absolute ? size->user_nq + size->user_nv : 0;
+    size->shown = absolute ? size->user_nq + 2 * size->user_nv : 0;
     size->pushed = absolute ? (size_t)kt_model_body_count(model) : 0;
     size->free_reaction = absolute && reacts ? (size_t)kt_loop_count(model) : 0;
-    size->face_data = absolute ? kt_data_size(face) : 0;
+    size->user_data = absolute ? kt_data_size(face) : 0;
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -89,11 +90,11 @@ static size_t lay_out(void *memory, const kt_simulation_sizes *size) {
 }
 
 size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
-    kt_wish wish;
+    kt_simulation_request settings;
     kt_simulation_sizes size;
-    if (read_wish(model, run, options, &wish, NULL) != KT_OK)
+    if (read_wish(model, run, options, &settings, NULL) != KT_OK)
         return 0;
-    measure(model, &wish, &size);
+    measure(model, &settings, &size);
     return lay_out(NULL, &size);
 }
 
@@ -108,63 +109,63 @@ static void find_quaternions(kt_simulation *simulation) {
     }
 }
 
-static kt_status place_integrator(kt_simulation *simulation, const kt_wish *wish, kt_error *error) {
+static kt_status place_integrator(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_integrator_options options = kt_integrator_options_default();
-    options.step = wish->run.step;
-    options.relative_tolerance = wish->run.relative;
-    options.absolute_tolerance = wish->run.absolute;
-    options.initial_step = wish->options.initial_step;
-    options.max_step = wish->options.max_step;
-    options.max_steps = wish->options.max_steps;
+    options.step = settings->run.step;
+    options.relative_tolerance = settings->run.relative;
+    options.absolute_tolerance = settings->run.absolute;
+    options.initial_step = settings->options.initial_step;
+    options.max_step = settings->options.max_step;
+    options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
-    return kt_integrator_place(simulation->integrator_memory, simulation->size.integrator, wish->method,
-                               simulation->size.n, &options, &simulation->integrator, error);
+    return kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, settings->method,
+                              simulation->size.n, &options, &simulation->integrator, error);
 }
 
-static void set_records(kt_simulation *simulation, const kt_wish *wish) {
-    simulation->step = wish->run.step;
-    simulation->duration = wish->run.duration;
-    simulation->interval = wish->run.interval > 0.0 ? wish->run.interval : wish->run.duration / 1000.0;
-    simulation->record = wish->record;
-    simulation->kinematics = wish->options.kinematics || wish->run.marker_count > 0 ||
-                             (wish->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTIONS)) != 0;
+static void set_records(kt_simulation *simulation, const kt_simulation_request *settings) {
+    simulation->step = settings->run.step;
+    simulation->duration = settings->run.duration;
+    simulation->interval = settings->run.interval > 0.0 ? settings->run.interval : settings->run.duration / 1000.0;
+    simulation->record = settings->record;
+    simulation->kinematics = settings->options.kinematics || settings->run.marker_count > 0 ||
+                             (settings->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTIONS)) != 0;
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 
 static kt_status place_data(kt_simulation *simulation, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
-    kt_status status = kt_data_place(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
-    simulation->face_data = simulation->data;
+    kt_status status = kt_data_init(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
+    simulation->user_data = simulation->data;
     if (status == KT_OK && kt_simulation_is_absolute(simulation))
         status =
-            kt_data_place(simulation->face, simulation->face_memory, size->face_data, &simulation->face_data, error);
+            kt_data_init(simulation->face, simulation->user_memory, size->user_data, &simulation->user_data, error);
     return status;
 }
 
 /* The initial state in y. It is the tree that is assembled, so that both formulations start alike. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     const bool absolute = kt_simulation_is_absolute(simulation);
-    double *q = absolute ? simulation->seen : simulation->y, *v = q + simulation->size.face_nq;
+    double *q = absolute ? simulation->seen : simulation->y, *v = q + simulation->size.user_nq;
     kt_model_initial(simulation->face, q, v);
-    kt_status status = kt_state_assemble(simulation->face, simulation->face_data, 0.0, q, v, error);
+    kt_status status = kt_state_assemble(simulation->face, simulation->user_data, 0.0, q, v, error);
     if (status == KT_OK && absolute)
-        status = kt_simulation_take_face(simulation, 0.0, q, v, simulation->y, error);
+        status = kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
     return status;
 }
 
 /* The parts that can fail, in memory that is already laid out. */
-static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *error) {
+static kt_status fill(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_status status = place_data(simulation, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->groups = kt_loop_group_count(simulation->model);
-    simulation->unprojected = wish->options.unprojected;
-    simulation->acceleration = wish->options.acceleration;
-    simulation->projection = wish->options.projection;
-    simulation->user = wish->options.user;
+    simulation->unprojected = settings->options.unprojected;
+    simulation->acceleration = settings->options.acceleration;
+    simulation->projection = settings->options.projection;
+    simulation->user = settings->options.user;
     find_quaternions(simulation);
-    set_records(simulation, wish);
-    status = place_integrator(simulation, wish, error);
+    set_records(simulation, settings);
+    status = place_integrator(simulation, settings, error);
     if (status != KT_OK)
         return status;
     status = assemble(simulation, error);
@@ -175,23 +176,23 @@ static kt_status fill(kt_simulation *simulation, const kt_wish *wish, kt_error *
     return kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
 }
 
-kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
-                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
-    kt_wish wish;
+kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                             void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
+    kt_simulation_request settings;
     kt_simulation_sizes sizes;
-    kt_status status = read_wish(model, run, options, &wish, error);
+    kt_status status = read_wish(model, run, options, &settings, error);
     if (status != KT_OK)
         return status;
-    measure(model, &wish, &sizes);
+    measure(model, &settings, &sizes);
     size_t needed = lay_out(NULL, &sizes);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_simulation_place", "kt_simulation_size", memory, size, needed, error);
+        return kt_arena_refuse("kt_simulation_init", "kt_simulation_size", memory, size, needed, error);
     memset(memory, 0, needed); /* a checkpoint has no byte that was never set */
     (void)lay_out(memory, &sizes);
     kt_simulation *placed = memory;
-    placed->model = wish.model;
+    placed->model = settings.model;
     placed->face = model;
-    status = fill(placed, &wish, error);
+    status = fill(placed, &settings, error);
     if (status == KT_OK)
         *simulation = placed;
     return status;
@@ -199,18 +200,18 @@ kt_status kt_simulation_place(const kt_model *model, const kt_run *run, const kt
 
 kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                                kt_simulation **simulation, kt_error *error) {
-    kt_wish wish;
+    kt_simulation_request settings;
     kt_simulation_sizes sizes;
     kt_simulation *placed = NULL;
-    kt_status status = read_wish(model, run, options, &wish, error);
+    kt_status status = read_wish(model, run, options, &settings, error);
     if (status != KT_OK)
         return status;
-    measure(model, &wish, &sizes);
+    measure(model, &settings, &sizes);
     size_t needed = lay_out(NULL, &sizes);
     void *memory = aligned_alloc(KT_ALIGNMENT, needed);
     if (memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a simulation are not to be had", needed);
-    status = kt_simulation_place(model, run, options, memory, needed, &placed, error);
+    status = kt_simulation_init(model, run, options, memory, needed, &placed, error);
     if (placed == NULL) {
         free(memory);
         return status;

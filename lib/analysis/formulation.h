@@ -1,12 +1,12 @@
 /* What the files of the other coordinate sets share. Matrices are column-major; n = nv, k = equations of all loops,
  * void ones (which are zero) included. */
-#ifndef KT_ANALYSIS_SET_H
-#define KT_ANALYSIS_SET_H
+#ifndef KT_ANALYSIS_FORMULATION_H
+#define KT_ANALYSIS_FORMULATION_H
 
 #include "kinetree/analysis.h"
 
 /* Every array of a set: type, name, count, meaning. */
-#define KT_SET_FIELDS(X)                                                                                               \
+#define KT_FORMULATION_FIELDS(X)                                                                                       \
     X(double, mass, n *n, "M, then its Cholesky factor")                                                               \
     X(double, force, n, "f = tau - h")                                                                                 \
     X(double, jacobian, k *n, "A, k x n")                                                                              \
@@ -25,47 +25,49 @@
     X(double, x, n, "what is being solved for")                                                                        \
     X(double, work, 34 * (n + k) + 65 * 64 + 64, "of LAPACK: dgeqp3, and dormqr on one column")
 
-struct kt_set {
-    void *owned; /* memory of kt_set_create, or NULL */
+struct kt_constraint_formulation {
+    void *owned; /* memory of kt_constraint_formulation_create, or NULL */
     const kt_model *model;
-    kt_set_options options;
+    kt_constraint_formulation_options options;
     int n, k, cap;  /* nv, equations, their rank at generic positions */
     double penalty; /* s */
     double largest; /* the last independent direction: the largest seen, */
     double least;   /* and the smallest */
-    kt_set_findings found;
-#define KT_SET_DECLARE(type, name, count, meaning) type *name;
-    KT_SET_FIELDS(KT_SET_DECLARE)
-#undef KT_SET_DECLARE
+    kt_constraint_formulation_statistics found;
+#define KT_FORMULATION_DECLARE(type, name, count, meaning) type *name;
+    KT_FORMULATION_FIELDS(KT_FORMULATION_DECLARE)
+#undef KT_FORMULATION_DECLARE
 };
 
 /* M, f, A, phi, b', b'' and A v - b' at (t, q, v); velocities enter f and b''. */
-KT_CHECKED kt_status kt_set_fill(kt_set *set, kt_data *data, double t, const double *q, const double *v,
-                                 const double *tau, const kt_wrench *external, kt_error *error);
+KT_CHECKED kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
+                                         const double *v, const double *tau, const kt_wrench *external,
+                                         kt_error *error);
 
 /* target = b'' - 2 alpha (A v - b') - beta^2 phi */
-void kt_set_stabilize(kt_set *set, double alpha, double beta);
+void kt_formulation_baumgarte(kt_constraint_formulation *set, double alpha, double beta);
 
 /* Factors the n x k matrix in `factor`; returns the rank that is to be believed, and notes what it saw. `watch`: it is
  * A M^-1/2, whose directions are the ones that are followed. */
-int kt_set_factor(kt_set *set, double t, bool watch);
+int kt_formulation_factor(kt_constraint_formulation *set, double t, bool watch);
 
 /* x (n) moves least so that (factored matrix)' x = b (k), by its first `rank` pivots. */
-void kt_set_constrain(kt_set *set, int rank, const double *b, double *x);
+void kt_formulation_constrain(kt_constraint_formulation *set, int rank, const double *b, double *x);
 
 /* a by Gauss' principle with A a = target; M is overwritten. */
-KT_CHECKED kt_status kt_set_least_constraint(kt_set *set, double t, double *a, kt_error *error);
+KT_CHECKED kt_status kt_formulation_gauss(kt_constraint_formulation *set, double t, double *a, kt_error *error);
 
 /* a by penalties and multipliers with A a = target; M is overwritten. */
-KT_CHECKED kt_status kt_set_augment(kt_set *set, double t, double *a, kt_error *error);
+KT_CHECKED kt_status kt_formulation_augmented(kt_constraint_formulation *set, double t, double *a, kt_error *error);
 
 /* velocity = v moved least to A u' = b', at a state that has been filled. */
-void kt_set_project_velocity(kt_set *set, double t, const double *v);
+void kt_formulation_project_velocity(kt_constraint_formulation *set, double t, const double *v);
 
 /* The drift eliminated, for simulations; `user` is the set. */
-int kt_set_project(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
+int kt_formulation_project_positions(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error,
+                                     void *user);
 
 /* Refusals with the time. */
-KT_CHECKED kt_status kt_set_refuse(double t, kt_status status, const char *message, kt_error *error);
+KT_CHECKED kt_status kt_formulation_refuse(double t, kt_status status, const char *message, kt_error *error);
 
 #endif

@@ -10,15 +10,17 @@
  * condition of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are not looked at:
  * the same as the pseudo-inverse wherever c contradicts itself nowhere, as it does not on the manifold.
  */
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 #include "reduction/lapack.h"
 
 #include <math.h>
 
-static double diagonal(const kt_set *set, int i) { return fabs(set->factor[(size_t)i * (size_t)set->n + (size_t)i]); }
+static double diagonal(const kt_constraint_formulation *set, int i) {
+    return fabs(set->factor[(size_t)i * (size_t)set->n + (size_t)i]);
+}
 
 /* The last independent direction, against the first, and what is to be told of it. */
-static void watch_rank(kt_set *set, double t, int rank) {
+static void watch_rank(kt_constraint_formulation *set, double t, int rank) {
     const double last = set->cap > 0 && set->cap <= set->n ? diagonal(set, set->cap - 1) : 1.0;
     if (last > set->largest)
         set->largest = last;
@@ -31,7 +33,7 @@ static void watch_rank(kt_set *set, double t, int rank) {
     set->found.trusted += rank > set->cap;
 }
 
-int kt_set_factor(kt_set *set, double t, bool watch) {
+int kt_formulation_factor(kt_constraint_formulation *set, double t, bool watch) {
     const int n = set->n, k = set->k, most = n < k ? n : k;
     int rank = 0;
     if (most == 0)
@@ -46,7 +48,7 @@ int kt_set_factor(kt_set *set, double t, bool watch) {
     return rank;
 }
 
-void kt_set_constrain(kt_set *set, int rank, const double *b, double *x) {
+void kt_formulation_constrain(kt_constraint_formulation *set, int rank, const double *b, double *x) {
     const int n = set->n, most = n < set->k ? n : set->k;
     if (rank == 0)
         return;
@@ -61,13 +63,14 @@ void kt_set_constrain(kt_set *set, int rank, const double *b, double *x) {
     (void)kt_lapack_ormqr('N', n, 1, most, set->factor, set->reflector, x, set->work, 1);
 }
 
-kt_status kt_set_least_constraint(kt_set *set, double t, double *a, kt_error *error) {
+kt_status kt_formulation_gauss(kt_constraint_formulation *set, double t, double *a, kt_error *error) {
     const int n = set->n, k = set->k;
     if (n > 0 && kt_lapack_potrf(n, set->mass) != 0)
-        return kt_set_refuse(t, KT_ERROR_SINGULAR,
-                             "the mass matrix of the tree is singular: this set needs inertia along every joint, the "
-                             "reduction only along the freedoms that loops leave",
-                             error);
+        return kt_formulation_refuse(
+            t, KT_ERROR_SINGULAR,
+            "the mass matrix of the tree is singular: this set needs inertia along every joint, the "
+            "reduction only along the freedoms that loops leave",
+            error);
     for (int r = 0; r < k; r++)
         for (int i = 0; i < n; i++)
             set->factor[(size_t)r * (size_t)n + (size_t)i] = set->jacobian[(size_t)i * (size_t)k + (size_t)r];
@@ -78,7 +81,7 @@ kt_status kt_set_least_constraint(kt_set *set, double t, double *a, kt_error *er
     (void)kt_lapack_trtrs('N', n, 1, set->mass, a);
     if (k > 0)
         (void)kt_lapack_trtrs('N', n, k, set->mass, set->factor);
-    kt_set_constrain(set, kt_set_factor(set, t, true), set->target, a);
+    kt_formulation_constrain(set, kt_formulation_factor(set, t, true), set->target, a);
     (void)kt_lapack_trtrs('T', n, 1, set->mass, a);
     return KT_OK;
 }

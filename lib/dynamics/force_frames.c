@@ -3,30 +3,30 @@
 #include "dynamics/sweep.h"
 
 /* Sines and cosines of the bearers' angles, each at its place among all. */
-KT_INLINE void turn_bearers(const kt_model *model, kt_data *data, const double *q) {
-    const size_t count = model->n.bearer_angle;
+KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const double *q) {
+    const size_t count = model->n.force_link_angle;
     if (count == model->n.angle) { /* all there are, in the same order */
         kt_sincos_gather(q, model->angle, count, data->sine, data->cosine);
         return;
     }
-    kt_sincos_gather(q, model->bearer_angle, count, data->bearer_sine, data->bearer_cosine);
+    kt_sincos_gather(q, model->force_link_angle, count, data->force_link_sine, data->force_link_cosine);
     for (size_t i = 0; i < count; i++) {
-        data->sine[model->bearer_turn[i]] = data->bearer_sine[i];
-        data->cosine[model->bearer_turn[i]] = data->bearer_cosine[i];
+        data->sine[model->force_link_angle_index[i]] = data->force_link_sine[i];
+        data->cosine[model->force_link_angle_index[i]] = data->force_link_cosine[i];
     }
 }
 
-void KT_KERNEL(kt_bearers)(const kt_model *model, kt_data *data, const double *q, const double *v) {
+void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const double *q, const double *v) {
     const kt_v4 none = kt_v4_splat(0.0);
-    kt_bearer_motion *motion = data->bearer;
-    turn_bearers(model, data, q);
+    kt_force_frame *motion = data->force_link;
+    rotate_force_links(model, data, q);
     kt_ground_set(none, &motion[0].link);
     motion[0].base = motion[0].local = motion[0].velocity = none;
-    for (size_t i = 1; i < model->n.bearer; i++) {
-        const kt_bearer *b = &model->bearer[i];
+    for (size_t i = 1; i < model->n.force_link; i++) {
+        const kt_force_link *b = &model->force_link[i];
         const kt_link *link = &model->link[b->link];
-        const kt_bearer_motion *parent = &motion[b->parent];
-        kt_bearer_motion *m = &motion[i];
+        const kt_force_frame *parent = &motion[b->parent];
+        kt_force_frame *m = &motion[i];
         kt_v4 angular, linear;
         kt_link_pose(link, &parent->link, q, data->cosine, data->sine, &m->link);
         kt_joint_twist(link, &parent->link, &m->link, v, &angular, &linear);

@@ -13,21 +13,22 @@
  * positions do not follow it. Their own drift, of the steps' local errors, is put right after each step by the least
  * step [MSD 9.16, 9.17] that closes the loops, which is the one of kt_state_project; w is left alone there.
  */
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 
 #include <string.h>
 
-void kt_set_project_velocity(kt_set *set, double t, const double *v) {
+void kt_formulation_project_velocity(kt_constraint_formulation *set, double t, const double *v) {
     const size_t n = (size_t)set->n, k = (size_t)set->k;
     for (size_t r = 0; r < k; r++)
         for (size_t i = 0; i < n; i++)
             set->factor[r * n + i] = set->jacobian[i * k + r];
     memcpy(set->velocity, v, n * sizeof *v);
-    kt_set_constrain(set, kt_set_factor(set, t, false), set->rate, set->velocity);
+    kt_formulation_constrain(set, kt_formulation_factor(set, t, false), set->rate, set->velocity);
 }
 
-int kt_set_project(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
-    kt_set *set = user;
+int kt_formulation_project_positions(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error,
+                                     void *user) {
+    kt_constraint_formulation *set = user;
     memcpy(set->state_v, v, (size_t)set->n * sizeof *v);
     return kt_state_project(at->model, at->data, at->t, q, set->state_v, changed, error) == KT_OK ? 0 : 1;
 }

@@ -18,14 +18,14 @@
  * along the freedoms, where M alone counts, multiplied by s S: a large penalty needs few iterations and loses its own
  * digits.
  */
-#include "analysis/set.h"
+#include "analysis/formulation.h"
 #include "reduction/lapack.h"
 
 #include <math.h>
 #include <string.h>
 
 /* The lower triangle of M + s A' A, factored. */
-static int factor(kt_set *set) {
+static int factor(kt_constraint_formulation *set) {
     const int n = set->n, k = set->k;
     for (int j = 0; j < n; j++) {
         const double *right = set->jacobian + (size_t)j * (size_t)k;
@@ -41,7 +41,7 @@ static int factor(kt_set *set) {
     return n > 0 ? kt_lapack_potrf(n, set->factor) : 0;
 }
 
-static void solve(kt_set *set, double *a) {
+static void solve(kt_constraint_formulation *set, double *a) {
     const int n = set->n, k = set->k;
     for (int i = 0; i < n; i++) {
         a[i] = set->force[i];
@@ -56,7 +56,7 @@ static void solve(kt_set *set, double *a) {
 }
 
 /* l += s e; returns the largest |e| against the largest of what it is the difference of. */
-static double take_up(kt_set *set, const double *a) {
+static double take_up(kt_constraint_formulation *set, const double *a) {
     const int n = set->n, k = set->k;
     double worst = 0.0, size = 0.0;
     for (int r = 0; r < k; r++) {
@@ -76,7 +76,7 @@ static double take_up(kt_set *set, const double *a) {
 
 /* s A' e against f and A' l: what the iterate's forces are off by. Equations that contradict each other keep an e that
  * pushes nothing. */
-static double correction(const kt_set *set) {
+static double correction(const kt_constraint_formulation *set) {
     const size_t n = (size_t)set->n, k = (size_t)set->k;
     double most = 0.0, size = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -91,11 +91,11 @@ static double correction(const kt_set *set) {
     return most > 0.0 ? most / size : 0.0;
 }
 
-kt_status kt_set_augment(kt_set *set, double t, double *a, kt_error *error) {
+kt_status kt_formulation_augmented(kt_constraint_formulation *set, double t, double *a, kt_error *error) {
     if (factor(set) != 0)
-        return kt_set_refuse(t, KT_ERROR_SINGULAR,
-                             "M + A' s A is singular or not finite: give the bodies that move inertia, or less penalty",
-                             error);
+        return kt_formulation_refuse(
+            t, KT_ERROR_SINGULAR,
+            "M + A' s A is singular or not finite: give the bodies that move inertia, or less penalty", error);
     memset(set->multiplier, 0, (size_t)set->k * sizeof(double));
     int done = 0;
     double left, off = HUGE_VAL, before;

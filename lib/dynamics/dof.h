@@ -5,20 +5,20 @@
  *     psi' = C x S_k,   psi'' = A_C x S_k + C x psi',   phi = psi' + V x S_k,
  * V the motion of what S_k moves: its node (a free link's slides are one, its turns the next).
  */
-#ifndef KT_DYNAMICS_FREEDOM_H
-#define KT_DYNAMICS_FREEDOM_H
+#ifndef KT_DYNAMICS_DOF_H
+#define KT_DYNAMICS_DOF_H
 
 #include "dynamics/sweep.h"
 
-enum { KT_FREEDOM_MOST = 6 }; /* of a link */
+enum { KT_LINK_DOF_MAX = 6 }; /* of a link */
 
 /* A freedom, world axes: angular and linear parts. */
-typedef struct kt_freedom_motion {
+typedef struct kt_dof_motion {
     kt_v4 s[2];    /* S */
     kt_v4 psi[2];  /* psi' */
     kt_v4 rate[2]; /* psi'' */
     kt_v4 phi[2];
-} kt_freedom_motion;
+} kt_dof_motion;
 
 /* Velocity and acceleration, both spatial, about the link's own origin. */
 typedef struct kt_carried {
@@ -32,8 +32,8 @@ KT_INLINE void kt_motion_cross(kt_v4 w, kt_v4 v, const kt_v4 s[2], kt_v4 out[2])
 }
 
 /* (omega, velocity): V. */
-KT_INLINE void kt_freedom_set(const kt_carried *c, kt_v4 omega, kt_v4 velocity, kt_v4 angular, kt_v4 linear,
-                              kt_freedom_motion *out) {
+KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_v4 omega, kt_v4 velocity, kt_v4 angular, kt_v4 linear,
+                                 kt_dof_motion *out) {
     kt_v4 twice[2], along[2];
     out->s[0] = angular;
     out->s[1] = linear;
@@ -49,35 +49,35 @@ KT_INLINE void kt_freedom_set(const kt_carried *c, kt_v4 omega, kt_v4 velocity, 
 
 /* Of all freedoms of a link, in their order; `up` and `m` are its parent's pose and its own. c: the motion that the
  * link is carried with; receives its own. */
-KT_INLINE void kt_freedoms_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m, const double *v,
-                               const double *a, kt_carried *c, kt_freedom_motion *out) {
+KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m,
+                                  const double *v, const double *a, kt_carried *c, kt_dof_motion *out) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_v4 base[3], angular, linear, turned, moved;
     kt_joint_twist(link, up, m, v, &angular, &linear);
     kt_joint_twist(link, up, m, a, &turned, &moved);
     const kt_v4 omega = c->omega + angular, velocity = c->velocity + linear;
     switch ((kt_motion)link->motion) {
-    case KT_MOTION_TURN:
-        kt_freedom_set(c, omega, velocity, m->axis, none, out);
+    case KT_MOTION_REVOLUTE:
+        kt_dof_motion_set(c, omega, velocity, m->axis, none, out);
         break;
-    case KT_MOTION_SLIDE:
-        kt_freedom_set(c, omega, velocity, none, m->axis, out);
+    case KT_MOTION_PRISMATIC:
+        kt_dof_motion_set(c, omega, velocity, none, m->axis, out);
         break;
-    case KT_MOTION_HELIX:
-        kt_freedom_set(c, omega, velocity, m->axis, kt_v4_splat(link->pitch) * m->axis, out);
+    case KT_MOTION_SCREW:
+        kt_dof_motion_set(c, omega, velocity, m->axis, kt_v4_splat(link->pitch) * m->axis, out);
         break;
     case KT_MOTION_FREE:
         kt_rest_axes(link, up->axes, base);
         for (int k = 0; k < 3; k++)
-            kt_freedom_set(c, c->omega, velocity, none, base[k], out++);
+            kt_dof_motion_set(c, c->omega, velocity, none, base[k], out++);
         c->linear += moved + kt_v4_cross(c->omega, linear);
         c->velocity = velocity;
         linear = moved = none;
         /* and turns */
         __attribute__((fallthrough));
-    case KT_MOTION_BALL:
+    case KT_MOTION_SPHERICAL:
         for (int k = 0; k < 3; k++)
-            kt_freedom_set(c, omega, velocity, m->axes[k], none, out++);
+            kt_dof_motion_set(c, omega, velocity, m->axes[k], none, out++);
         break;
     case KT_MOTION_NONE:
         break;

@@ -88,47 +88,47 @@ static void list_markers(const kt_model *model, kt_marker_index *list) {
 }
 
 size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options) {
-    const kt_linearization_options wish = options ? *options : kt_linearization_options_default();
-    if (check_options(model, &wish, NULL) != KT_OK)
+    const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
+    if (check_options(model, &settings, NULL) != KT_OK)
         return 0;
-    const kt_linearization_sizes sizes = measure(model, &wish);
+    const kt_linearization_sizes sizes = measure(model, &settings);
     return lay_out(NULL, &sizes);
 }
 
-kt_status kt_linearization_place(const kt_model *model, const kt_linearization_options *options, void *memory,
-                                 size_t size, kt_linearization **linearization, kt_error *error) {
-    const kt_linearization_options wish = options ? *options : kt_linearization_options_default();
-    kt_status status = check_options(model, &wish, error);
+kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options, void *memory,
+                                size_t size, kt_linearization **linearization, kt_error *error) {
+    const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
+    kt_status status = check_options(model, &settings, error);
     if (status != KT_OK)
         return status;
-    const kt_linearization_sizes sizes = measure(model, &wish);
+    const kt_linearization_sizes sizes = measure(model, &settings);
     const size_t needed = lay_out(NULL, &sizes);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_linearization_place", "kt_linearization_size", memory, size, needed, error);
+        return kt_arena_refuse("kt_linearization_init", "kt_linearization_size", memory, size, needed, error);
     kt_linearization *l = memory;
     memset(l, 0, sizeof *l);
     (void)lay_out(memory, &sizes);
     l->model = model;
-    status = kt_data_place(model, l->data_memory, sizes.data, &l->data, error);
+    status = kt_data_init(model, l->data_memory, sizes.data, &l->data, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */
-    if (wish.inputs)
-        memcpy(l->input_coordinate, wish.inputs, sizes.inputs * sizeof(int));
+    if (settings.inputs)
+        memcpy(l->input_coordinate, settings.inputs, sizes.inputs * sizeof(int));
     else
         (void)kt_motor_coordinates(model, l->input_coordinate);
-    if (wish.outputs)
-        memcpy(l->marker, wish.outputs, sizes.markers * sizeof *l->marker);
+    if (settings.outputs)
+        memcpy(l->marker, settings.outputs, sizes.markers * sizeof *l->marker);
     else
         list_markers(model, l->marker);
-    kt_chart_units(model, l->unit);
+    kt_independent_coordinates_units(model, l->unit);
     *linearization = l;
     return KT_OK;
 }
 
 kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                   kt_linearization **linearization, kt_error *error) {
-    const kt_linearization_options wish = options ? *options : kt_linearization_options_default();
-    kt_status status = check_options(model, &wish, error);
+    const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
+    kt_status status = check_options(model, &settings, error);
     if (status != KT_OK)
         return status;
     const size_t needed = kt_linearization_size(model, options);
@@ -136,7 +136,7 @@ kt_status kt_linearization_create(const kt_model *model, const kt_linearization_
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a linearisation are not to be had", needed);
     kt_linearization *placed = NULL;
-    status = kt_linearization_place(model, options, memory, needed, &placed, error);
+    status = kt_linearization_init(model, options, memory, needed, &placed, error);
     if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: options have been checked, and the memory is as it asks for */
         free(memory);     /* GCOVR_EXCL_LINE */
         return status;    /* GCOVR_EXCL_LINE */
@@ -168,10 +168,10 @@ static size_t lay_out_modes(char *memory, size_t n) {
 
 size_t kt_modes_size(const kt_model *model) { return lay_out_modes(NULL, 2 * model->n.v); }
 
-kt_status kt_modes_place(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
+kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
     const size_t needed = kt_modes_size(model);
     if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_modes_place", "kt_modes_size", memory, size, needed, error);
+        return kt_arena_refuse("kt_modes_init", "kt_modes_size", memory, size, needed, error);
     kt_modes *m = memory;
     memset(m, 0, sizeof *m);
     (void)lay_out_modes(memory, 2 * model->n.v);
@@ -185,7 +185,7 @@ kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *err
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for modes are not to be had", needed);
     kt_modes *placed = NULL;
-    const kt_status status = kt_modes_place(model, memory, needed, &placed, error);
+    const kt_status status = kt_modes_init(model, memory, needed, &placed, error);
     if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: the memory is as it asks for */
         free(memory);     /* GCOVR_EXCL_LINE */
         return status;    /* GCOVR_EXCL_LINE */
