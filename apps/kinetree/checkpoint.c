@@ -19,6 +19,7 @@
 /* What a run has come to, besides the simulation's state. */
 typedef struct kt_progress_so_far {
     int64_t records, lines;
+    uint64_t sound_steps;
     double cpu_seconds;
     kt_energy_watch energy;
     kt_residual constraint;
@@ -29,7 +30,7 @@ typedef struct kt_checkpoint_head {
     uint64_t scene, size;
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 2";
+static const char checkpoint_kind[16] = "kinetree run 3";
 
 /* FNV-1a, 64 bits (Fowler, Noll, Vo): tells texts apart that were not made to be mistaken for each other. */
 static uint64_t sum_of(uint64_t sum, const void *bytes, size_t size) {
@@ -130,6 +131,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, lo
     memset(&so_far, 0, sizeof so_far);
     so_far = (kt_progress_so_far){.records = outcome->records,
                                   .lines = lines,
+                                  .sound_steps = outcome->sound_steps,
                                   .energy = outcome->energy,
                                   .cpu_seconds = outcome->cpu_seconds,
                                   .constraint = outcome->constraint};
@@ -194,6 +196,7 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
         return KT_EXIT_USAGE;
     }
     outcome->records = so_far.records;
+    outcome->sound_steps = so_far.sound_steps;
     outcome->energy = so_far.energy;
     outcome->constraint = so_far.constraint;
     outcome->cpu_seconds = so_far.cpu_seconds;

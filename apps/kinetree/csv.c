@@ -162,7 +162,7 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
     int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file < 0) {
         kt_say("%s cannot be written: %s; --out FILE writes elsewhere", name, strerror(errno));
-        (void)kt_output_end(&csv->output, KT_OUTPUT_PART);
+        (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
         return KT_EXIT_INTEGRATION;
     }
     kt_lines_start(&csv->lines, file, path, 0);
@@ -226,7 +226,7 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
     int file = open_beginning(&csv->output, written, &copied);
     if (file < 0) {
         kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
-        (void)kt_output_end(&csv->output, KT_OUTPUT_PART);
+        (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
         return KT_EXIT_USAGE;
     }
     kt_lines *lines = &csv->lines;
@@ -242,7 +242,7 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
     if (wrong == NULL)
         return -1;
     kt_say("%s: %s", copied ? path : name, wrong);
-    (void)kt_csv_close(csv, copied ? KT_OUTPUT_NOTHING : KT_OUTPUT_PART);
+    (void)kt_csv_close(csv, copied ? KT_OUTPUT_NOTHING : KT_OUTPUT_AS_IS);
     return KT_EXIT_USAGE;
 }
 

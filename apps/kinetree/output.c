@@ -50,6 +50,11 @@ static bool is_written_in_place(const char *path) {
     return lstat(path, &status) == 0;
 }
 
+static bool is_free(const char *path) {
+    struct stat status;
+    return lstat(path, &status) != 0 && errno == ENOENT;
+}
+
 /* ---- one result -------------------------------------------------------------------------------------------------- */
 
 int kt_output_start(kt_output *output, const char *path) {
@@ -87,7 +92,7 @@ static int put_in_place(const kt_output *output) {
 
 int kt_output_end(kt_output *output, kt_output_fate fate) {
     int failed = 0;
-    if (output->partial != NULL && fate == KT_OUTPUT_WHOLE)
+    if (output->partial != NULL && (fate == KT_OUTPUT_WHOLE || (fate == KT_OUTPUT_PART && is_free(output->name))))
         failed = put_in_place(output);
     if (output->partial != NULL && fate == KT_OUTPUT_NOTHING)
         (void)unlink(output->partial);
@@ -101,6 +106,10 @@ char *kt_partial_name(const char *path) {
     return path == NULL                                   ? NULL
            : is_stream(path) || is_written_in_place(path) ? strdup(path)
                                                           : join(path, ".partial", "");
+}
+
+char *kt_part_name(const char *path) {
+    return path != NULL && !is_stream(path) && is_free(path) ? strdup(path) : kt_partial_name(path);
 }
 
 /* ---- all of a command -------------------------------------------------------------------------------------------- */

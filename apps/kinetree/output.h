@@ -1,5 +1,6 @@
 /* The files that results go to. A result is written to NAME.partial, beside NAME, and renamed when it is whole: what
- * NAME held before stays until then, and NAME never holds a part. Devices and pipes are written as they are. */
+ * NAME held before stays until then. The part that a failed run has left is renamed too where there is no NAME yet, and
+ * else keeps the name it has. Devices and pipes are written as they are. */
 #ifndef KT_COMMAND_OUTPUT_H
 #define KT_COMMAND_OUTPUT_H
 
@@ -17,7 +18,8 @@ const char *kt_output_path(const kt_output *output);
 
 typedef enum kt_output_fate {
     KT_OUTPUT_WHOLE,   /* renamed to its name */
-    KT_OUTPUT_PART,    /* kept as NAME.partial */
+    KT_OUTPUT_PART,    /* renamed where that name is free, else kept as NAME.partial: kt_part_name */
+    KT_OUTPUT_AS_IS,   /* kept as NAME.partial */
     KT_OUTPUT_NOTHING, /* removed */
 } kt_output_fate;
 
@@ -27,6 +29,10 @@ int kt_output_end(kt_output *output, kt_output_fate fate);
 /* NAME.partial for the name of a result (NULL: none), or the name itself where that is written as it is ("-", a
  * device). The caller frees it. */
 char *kt_partial_name(const char *path);
+
+/* The name that a part gets in the end: NAME where there is no such file now, else kt_partial_name. The caller frees
+ * it. */
+char *kt_part_name(const char *path);
 
 /* A file that a command reads or writes, as it was named; NULL: none. */
 typedef struct kt_file_use {

@@ -31,7 +31,6 @@ typedef struct kt_sinks {
     double aside;         /* CPU time that writing took, s: no part of the simulation's cost */
     bool failed;          /* a line could not be written */
     bool pauses;          /* for a checkpoint */
-    uint64_t sound_steps; /* taken when the energy had last not blown up */
 } kt_sinks;
 
 static double larger(double a, double b) { return a > b ? a : b; }
@@ -52,12 +51,12 @@ static bool has_energy_beyond_numbers(const kt_record *record) {
 
 /* In the first step from rest velocities may come before any fall of the potential energy that they are held against:
  * it must last. */
-static bool stays_blown_up(kt_sinks *sinks) {
+static bool stays_blown_up(kt_outcome *outcome) {
     enum { STEPS = 4 };
-    const uint64_t steps = kt_simulation_counts_get(sinks->outcome->simulation).steps;
-    if (!kt_energy_watch_is_blown_up(&sinks->outcome->energy))
-        sinks->sound_steps = steps;
-    return steps >= sinks->sound_steps + STEPS;
+    const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
+    if (!kt_energy_watch_is_blown_up(&outcome->energy))
+        outcome->sound_steps = steps;
+    return steps >= outcome->sound_steps + STEPS;
 }
 
 static int take_record(const kt_record *record, void *user) {
@@ -80,7 +79,7 @@ static int take_record(const kt_record *record, void *user) {
         sinks->failed = true;
         return -1;
     }
-    if (stays_blown_up(sinks)) {
+    if (stays_blown_up(sinks->outcome)) {
         kt_progress_end(sinks->progress);
         kt_say_blown_up(sinks->outcome, record->time);
         sinks->failed = true;
@@ -99,7 +98,6 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
     kt_progress progress = kt_progress_start(quiet);
     kt_sinks sinks = {
         .csv = csv, .plot = plot, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint, .modes = modes};
-    sinks.sound_steps = kt_simulation_counts_get(outcome->simulation).steps;
     double before = outcome->cpu_seconds, start = cpu_now();
     kt_status status;
     for (;;) {
@@ -162,14 +160,10 @@ static int spare_results(const kt_run_arguments *arguments, const char *out) {
 
 /* ---- the parts in turn ------------------------------------------------------------------------------------------- */
 
-/* The names that results have in the end: of a run that failed, parts, so that those of an earlier run stay. */
+/* The names that results have in the end. */
 typedef struct kt_result_names {
-    char *out, *summary, *plot; /* NULL: none */
+    const char *out, *summary, *plot; /* NULL: none */
 } kt_result_names;
-
-static char *result_name(const char *path, bool whole) {
-    return path == NULL ? NULL : whole ? strdup(path) : kt_partial_name(path);
-}
 
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
                   kt_plot_run *plot) {
@@ -184,9 +178,19 @@ static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, 
     return picture != KT_EXIT_DONE ? picture : summary;
 }
 
-/* Ends the records' file and writes the rest. Returns the exit code of the whole. */
-static int close_results(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_csv *csv,
-                         kt_plot_run *plot, int code) {
+static void say_part(const char *part, const char *out) {
+    if (strcmp(part, out) == 0)
+        kt_say("the run did not come to its end: its records until then are in %s", out);
+    else
+        kt_say("the run did not come to its end: its records until then are in %s, and %s, an earlier result, is not "
+               "touched",
+               part, out);
+}
+
+/* Ends the records' file, under the name that `parts` has for it where the run has failed, and writes the rest. Returns
+ * the exit code of the whole. */
+static int end_results(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *wholes,
+                       const kt_result_names *parts, kt_csv *csv, kt_plot_run *plot, int code) {
     const bool is_moved = csv->output.partial != NULL;
     const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
                                 : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
@@ -194,22 +198,29 @@ static int close_results(const kt_run_arguments *arguments, const kt_outcome *ou
     if (kt_csv_close(csv, fate) != 0 && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
     const bool whole = code == KT_EXIT_DONE;
-    kt_result_names names = {result_name(out, whole), result_name(arguments->summary, whole),
-                             result_name(arguments->plot, whole)};
-    if (names.out == NULL || (names.summary == NULL && arguments->summary != NULL) ||
-        (names.plot == NULL && arguments->plot != NULL)) {
+    if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
+        say_part(parts->out, wholes->out);
+    const int rest = finish(arguments, outcome, whole ? wholes : parts, plot);
+    return whole ? rest : code;
+}
+
+static int close_results(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_csv *csv,
+                         kt_plot_run *plot, int code) {
+    const kt_result_names wholes = {out, arguments->summary, arguments->plot};
+    char *part_out = kt_part_name(out), *part_summary = kt_part_name(wholes.summary),
+         *part_plot = kt_part_name(wholes.plot);
+    if (part_out == NULL || (part_summary == NULL && wholes.summary != NULL) ||
+        (part_plot == NULL && wholes.plot != NULL)) {
         kt_say("there is not enough memory");
-        code = whole ? KT_EXIT_INTEGRATION : code;
+        (void)kt_csv_close(csv, KT_OUTPUT_AS_IS);
+        code = code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
     } else {
-        if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
-            kt_say("the run did not come to its end: its records until then are in %s, and %s is not touched",
-                   names.out, out);
-        const int rest = finish(arguments, outcome, &names, plot);
-        code = whole ? rest : code;
+        const kt_result_names parts = {part_out, part_summary, part_plot};
+        code = end_results(arguments, outcome, &wholes, &parts, csv, plot, code);
     }
-    free(names.out);
-    free(names.summary);
-    free(names.plot);
+    free(part_out);
+    free(part_summary);
+    free(part_plot);
     return code;
 }
 

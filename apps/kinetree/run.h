@@ -79,6 +79,7 @@ typedef struct kt_outcome {
     bool unprojected;       /* --unprojected */
     int64_t records;        /* handed over */
     kt_energy_watch energy; /* as the records have shown it */
+    uint64_t sound_steps;   /* taken when the energy had last not blown up */
     bool is_blown_up;       /* which has been said */
     double advised_step;    /* s, the least that a warning has named; 0: none */
     kt_residual constraint; /* largest residuals */

@@ -51,9 +51,9 @@ static const kt_usage usage = {
     .about =
         "Simulates a scene ('-': read from standard input) and writes its records as CSV with 17 significant digits.\n"
         "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n"
-        "Results are written to NAME.partial and renamed at the end; a run that fails leaves its own there, and NAME "
-        "as\n"
-        "it was.\n",
+        "Results are written to NAME.partial and renamed at the end. A run that fails leaves its records until then "
+        "in\n"
+        "NAME where there is none yet; where there is, that one stays and its own are in NAME.partial.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -1,9 +1,10 @@
-/* Results are written beside their names and moved there when they are whole: what was there before is lost to no run
- * that fails, and no result lands on another or on what it is made from.
+/* Results are written beside their names and moved there when they are whole, or when a run has failed and nothing is
+ * there: what was there before is lost to no run that fails, and no result lands on another or on what it is made from.
  */
 #define _XOPEN_SOURCE 700
 #include "shell.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -19,7 +20,9 @@ KT_TEST(run_that_fails_leaves_the_result_of_an_earlier_one) {
     kt_expect(0, NULL, "cp o.csv good.csv; cp o.json good.json");
     kt_ran ran = kt_shell("$K run p.yaml " FAILING " --out o.csv --summary o.json");
     kt_check_equal_int("exit code", ran.code, 4);
-    kt_check_contains("words", ran.err, "its records until then are in o.csv.partial, and o.csv is not touched");
+    kt_check_contains("words", ran.err,
+                      "its records until then are in o.csv.partial, and o.csv, an "
+                      "earlier result, is not touched");
     kt_check_contains("report", ran.err, "summary: o.json.partial");
     kt_expect(0, NULL, "cmp o.csv good.csv && cmp o.json good.json");
     kt_check_above("lines of the part", kt_count_lines(kt_read_file("o.csv.partial")), 10);
@@ -30,6 +33,67 @@ KT_TEST(run_that_fails_leaves_the_result_of_an_earlier_one) {
     kt_expect(0, NULL, "$K run p.yaml --quiet --duration 2 --out o.csv --summary o.json");
     kt_expect(1, NULL, "cmp -s o.csv good.csv");
     kt_expect(0, NULL, "test ! -e o.csv.partial");
+}
+
+KT_TEST(run_that_fails_leaves_its_records_where_there_is_no_earlier_result) {
+    make_scene();
+    kt_ran ran = kt_shell("$K run p.yaml " FAILING " --out o.csv --summary o.json");
+    kt_check_equal_int("exit code", ran.code, 4);
+    kt_check_contains("words", ran.err, "the run did not come to its end: its records until then are in o.csv\n");
+    kt_check_contains("report", ran.err, "summary: o.json\n");
+    kt_check_true("nothing of parts", strstr(ran.err, "partial") == NULL);
+    kt_expect(0, NULL, "test ! -e o.csv.partial -a ! -e o.json.partial");
+    kt_check_above("lines", kt_count_lines(kt_read_file("o.csv")), 10);
+    json_t *root = kt_json(kt_read_file("o.json"));
+    kt_check_above("the summary is of the same run", kt_json_at(root, "time"), 1.0);
+    json_decref(root);
+    /* A second one finds this result, and does not touch it. */
+    kt_expect(0, NULL, "cp o.csv first.csv");
+    kt_expect(4, "are in o.csv.partial, and o.csv, an earlier result,",
+              "$K run p.yaml " FAILING " --quiet --out o.csv");
+    kt_expect(0, NULL, "cmp o.csv first.csv; cmp o.csv.partial first.csv");
+}
+
+/* A slider that its loop drives away at 1 m/s from a body that is held to 2 m from the origin. */
+static const char parting[] =
+    "kinetree: 1\n"
+    "bodies:\n"
+    "  - {name: a, mass: 1, joint: {type: revolute, axis: z}, inertia: [1, 1, 1]}\n"
+    "  - {name: s, mass: 1, joint: {type: prismatic, axis: x, position: 1.5}}\n"
+    "loops:\n"
+    "  - {name: rod, type: distance, between: [{body: a, at: [1, 0, 0]}, {body: s}], length: 1}\n"
+    "  - {name: drive, type: motion, joint: s, position: {polynomial: [1.5, 1]}}\n"
+    "simulate: {duration: 1, integrator: rk4, step: 1e-3}\n";
+
+KT_TEST(run_that_comes_to_a_contradiction_keeps_its_records) {
+    kt_expect(0, NULL, "rm -rf *");
+    kt_write_file("p.yaml", parting);
+    kt_ran ran = kt_shell("$K run p.yaml --out o.csv --interval 0.01");
+    kt_check_equal_int("exit code", ran.code, 3);
+    kt_check_contains("words", ran.err, "its records until then are in o.csv\n");
+    const char *text = kt_read_file("o.csv");
+    const int last = kt_count_lines(text) - 1;
+    /* The rod is stretched out where s = 2, at 0.5 s, and a record is made every 0.01 s. */
+    kt_check_near("the last record", kt_csv_number(text, last, 0), 0.495, 0.0051);
+    kt_check_equal_int("every one until then", last, (int)lround(kt_csv_number(text, last, 0) / 0.01) + 1);
+}
+
+/* Whether the records of a failed run are in NAME or in NAME.partial, a checkpoint of it can be taken up: to the same
+ * failure with the same records. */
+KT_TEST(failed_run_is_resumed_to_the_same_records) {
+    static const char *const earlier[] = {"", "echo mine >o.csv;"};
+    for (int i = 0; i < 2; i++) {
+        const char *part = i == 0 ? "o.csv" : "o.csv.partial";
+        make_scene();
+        kt_expect(4, part,
+                  "%s $K run p.yaml " FAILING " --quiet --out o.csv --checkpoint o.state --checkpoint-interval 1e-9",
+                  earlier[i]);
+        kt_expect(0, NULL, "cp %s good.csv; test -s good.csv", part);
+        kt_expect(4, "are in o.csv.partial, and o.csv, an earlier result,",
+                  "$K run p.yaml " FAILING " --quiet --out o.csv --resume o.state");
+        kt_expect(0, NULL, "cmp o.csv.partial good.csv");
+        kt_expect(i == 0 ? 0 : 1, NULL, "cmp -s o.csv good.csv");
+    }
 }
 
 #ifdef KT_HAS_CAIRO
