@@ -296,12 +296,15 @@ KT_API void kt_mode_watch_free(kt_mode_watch *watch);
  * seldom by more than a half. States without an acceleration are passed over. Allocates nothing. */
 KT_API void kt_mode_watch_add(kt_mode_watch *watch, double t, const double *q, const double *v);
 
-/* The state with the largest estimate. */
+/* A state, and the estimated rate of its fastest mode. */
 typedef struct kt_fast_state {
     double time, rate;   /* s; |lambda|, 1/s, 0 where nothing has been found */
     const double *q, *v; /* nq; nv; the watch's */
 } kt_fast_state;
 
+/* The state with the largest estimate of those added so far; before any, rate is 0 and q and v are undefined. q and v
+ * point into the watch: they hold until the next kt_mode_watch_add or the watch's end. Cannot fail; takes no
+ * evaluation. */
 KT_API kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *watch);
 
 /* Evaluations of the acceleration that the watch has taken. */
