@@ -32,9 +32,6 @@ typedef struct line {
     long allocations;
 } line;
 
-/* OpenBLAS's, where that is what LAPACK comes from: with more threads it allocates (see reduction.h). */
-__attribute__((weak)) void openblas_set_num_threads(int count);
-
 static const char about[] = "Times the accelerations of mechanisms with 1 to --max loops, separate and chained.\n";
 
 static const char columns[] = "n,shape,call," KT_CSV_TIMES ",set_up_s,allocations,error," KT_CSV_ORIGIN;
@@ -204,8 +201,8 @@ int main(int argc, char **argv) {
     const int status = kt_bench_read(argc, argv, about, &options);
     if (status >= 0)
         return status;
-    if (openblas_set_num_threads)
-        openblas_set_num_threads(1);
+    /* Before the library loads OpenBLAS, which with more threads allocates (see reduction.h). */
+    (void)setenv("OPENBLAS_NUM_THREADS", "1", 1);
     kt_csv csv;
     line *lines = calloc(COUNTS_MAX, sizeof *lines);
     if (!lines || !kt_csv_open(&csv, options.csv, columns)) {

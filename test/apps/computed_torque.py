@@ -15,7 +15,7 @@ NUMBER = r"([0-9.e+-]+)"
 
 def follow(*arguments):
     """rms errors of PD and computed torque, and the largest share of a torque limit."""
-    run = subprocess.run([sys.argv[1], *arguments], capture_output=True, text=True, timeout=60)
+    run = subprocess.run([sys.argv[1], *arguments], capture_output=True, text=True, timeout=600)
     note(run.stdout.strip().replace("\n", "\n       "))
     claim(f"program_ends_well {' '.join(map(str, arguments[:2]))}",
           [] if run.returncode == 0 else [f"status {run.returncode}: {run.stderr}"])

@@ -29,9 +29,9 @@ class Run:
                 if callable(control):
                     control(port)
                 else:
-                    client = subprocess.run([CLIENT, str(port), *control], capture_output=True, text=True, timeout=60)
+                    client = subprocess.run([CLIENT, str(port), *control], capture_output=True, text=True, timeout=600)
                     note(f"client: {client.stdout.strip()}")
-                self.text = plant.communicate(timeout=60)[0]
+                self.text = plant.communicate(timeout=600)[0]
             finally:
                 plant.kill()
             self.rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(path.open())]

@@ -13,7 +13,7 @@ ROWS = ["angle, encoder", "angle, filter", "velocity, one difference", "velocity
 
 
 def observe(*arguments):
-    run = subprocess.run([sys.argv[1], *arguments], capture_output=True, text=True, timeout=60)
+    run = subprocess.run([sys.argv[1], *arguments], capture_output=True, text=True, timeout=600)
     claim("program_ends_well", [] if run.returncode == 0 else [f"status {run.returncode}: {run.stderr}"])
     found = [re.search(rf"^{row} +([0-9.]+) +([0-9.]+) rad", run.stdout, flags=re.M) for row in ROWS]
     inside = re.search(r"^within three sigma: ([0-9. ]+) %", run.stdout, flags=re.M)

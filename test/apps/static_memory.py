@@ -10,7 +10,7 @@ from claims import claim, finish, note
 
 with tempfile.TemporaryDirectory() as folder:
     path = pathlib.Path(folder) / "memory.csv"
-    run = subprocess.run([sys.argv[1], "--csv", path], capture_output=True, text=True, timeout=60)
+    run = subprocess.run([sys.argv[1], "--csv", path], capture_output=True, text=True, timeout=600)
     lines = path.read_text().splitlines() if path.exists() else []
 note(run.stdout.strip().replace("\n", "\n       "))
 claim("program_ends_well", [] if run.returncode == 0 else [f"status {run.returncode}: {run.stderr}"])

@@ -3,12 +3,12 @@
 
 #include <string.h>
 
-#define LITTLE "ulimit -v 120000; timeout 60 "
+#define LITTLE "ulimit -v 120000; timeout 600 "
 
 KT_TEST(commands_end_under_a_limit_of_addresses) {
     kt_expect(0, NULL, LITTLE "$K --version");
     kt_expect(0, NULL, LITTLE "$K run %s/four-bar.yaml --duration 0.1 --quiet", KT_SCENES);
-    kt_expect(0, NULL, "ulimit -v 400000; timeout 60 $K run %s/n-four-bar-40.yaml --duration 0.01 --quiet", KT_SCENES);
+    kt_expect(0, NULL, "ulimit -v 400000; timeout 600 $K run %s/n-four-bar-40.yaml --duration 0.01 --quiet", KT_SCENES);
 }
 
 KT_TEST(scene_that_needs_openblas_is_refused_under_a_limit_that_is_too_small) {

@@ -17,7 +17,7 @@ MOST = 120  # allocations made to fail in one command line: the first half of th
 
 def run(folder, words, fail_at):
     environment = {**os.environ, "LD_PRELOAD": preload, "KT_FAIL_AT": str(fail_at), "KT_COUNT_TO": str(folder / "count")}
-    return subprocess.run([kinetree, *words], capture_output=True, cwd=folder, env=environment, timeout=60)
+    return subprocess.run([kinetree, *words], capture_output=True, cwd=folder, env=environment, timeout=600)
 
 
 def chosen(count):

@@ -61,7 +61,7 @@ def header_blocks(text):
 
 def failure(command, folder, environment):
     try:
-        run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=60)
+        run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
     except subprocess.TimeoutExpired:
         return ["takes more than a minute"]
     if run.returncode == 0:

@@ -56,7 +56,7 @@ class Refused(Exception):
 
 def kinetree(program, *arguments):
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=120, env=environment, check=False)
+    done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=1200, env=environment, check=False)
     if done.returncode != 0:
         refused = Refused(f"{arguments[0]}: exit status {done.returncode}: {done.stderr.strip()}")
         refused.status = done.returncode
