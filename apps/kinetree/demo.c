@@ -1,17 +1,12 @@
-/* kinetree demo: the bundled scenes.
- *
- * They are looked for, in this order: where KINETREE_SCENES says; beside the program, as installed (so that an
- * installation can be moved); in the source tree, when the program still lies in the tree that it was built in.
- */
+/* kinetree demo: the bundled scenes. */
 #include "arguments.h"
+#include "bundled.h"
 #include "run.h"
 
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 enum { FOLDER_SIZE = 4096, PATH_SIZE = FOLDER_SIZE + 260 };
 
@@ -27,48 +22,6 @@ static const kt_usage usage = {
              "options; but results that are there already stay, unless --force is given.\n"
              "KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
 };
-
-/* ---- where they are ---------------------------------------------------------------------------------------------- */
-
-static bool is_folder(const char *path) {
-    struct stat status;
-    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
-}
-
-/* The folder that this program lies in, without a last slash. */
-static bool find_own_folder(char *folder, size_t size) {
-    ssize_t length = readlink("/proc/self/exe", folder, size - 1);
-    if (length <= 0)
-        return false;
-    folder[length] = '\0';
-    char *slash = strrchr(folder, '/');
-    if (slash == NULL)
-        return false;
-    *slash = '\0';
-    return true;
-}
-
-static bool find_folder(char *folder, size_t size) {
-    char own[FOLDER_SIZE];
-    const char *given = getenv("KINETREE_SCENES");
-    if (given != NULL && *given != '\0') {
-        snprintf(folder, size, "%s", given);
-        if (is_folder(folder))
-            return true;
-        kt_say("demo: KINETREE_SCENES is '%s', which is no folder", given);
-        return false;
-    }
-    if (find_own_folder(own, sizeof own)) {
-        int length = snprintf(folder, size, "%s/%s", own, KT_SCENES_FROM_PROGRAM);
-        if (length > 0 && (size_t)length < size && is_folder(folder))
-            return true;
-    }
-    snprintf(folder, size, "%s", KT_SCENES_SOURCE);
-    if (is_folder(folder))
-        return true;
-    kt_say("demo: the bundled scenes are not where they were installed; KINETREE_SCENES=FOLDER says where they are");
-    return false;
-}
 
 static int is_scene(const struct dirent *entry) {
     size_t length = strlen(entry->d_name);
@@ -159,7 +112,7 @@ int kt_command_demo(int argc, char **argv) {
         if (code >= 0)
             return code;
     }
-    if (!find_folder(folder, sizeof folder))
+    if (!kt_bundled_find(folder, sizeof folder))
         return KT_EXIT_SCENE;
     int count = scandir(folder, &entries, is_scene, alphasort);
     if (count < 0) {

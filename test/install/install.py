@@ -42,6 +42,19 @@ def build_and_run(compiler, folder, package, pkg_environment, libdir, static):
     return [] if ran.returncode == 0 and ran.stdout == version else [f"prints {ran.stdout!r}, not {version!r}", ran.stderr]
 
 
+def demo(root):
+    """Problems; all scenes but one are taken away, so that those listed are not the source tree's."""
+    scenes = sorted(root.rglob("share/kinetree/scenes/*.yaml"))
+    for path in scenes[1:]:
+        path.rename(path.with_suffix(".away"))
+    environment = {name: value for name, value in os.environ.items() if name not in ("LD_LIBRARY_PATH", "KINETREE_SCENES")}
+    ran = run(next(root.rglob("bin/kinetree")), "demo", environment=environment)
+    for path in scenes[1:]:
+        path.with_suffix(".away").rename(path)
+    listed = [line.split()[0] for line in ran.stdout.splitlines()]
+    return [] if len(scenes) > 1 and listed == [scenes[0].stem] else [f"status {ran.returncode}, lists {listed}"] + ran.stderr.splitlines()
+
+
 CMAKE = """
 cmake_minimum_required(VERSION 3.16)
 project(stranger C)
@@ -118,6 +131,9 @@ def main():
         claim("installs_every_part", [f"no {part}" for part in wanted if not any(path.endswith(part) for path in found)])
         claim("installs_nothing_private",
               [path for path in found if path.endswith((".c", "meson.build")) or path.count("kernels")])
+
+        if has_command == "true":
+            claim("installed_command_runs_where_it_lies_with_the_scenes_beside_it", demo(root))
 
         pc = next(root.rglob("kinetree.pc"), None)
         if pc:

@@ -111,6 +111,10 @@ KT_TEST(file_is_read_as_its_text_is) {
     (void)unlink(path);
     /* A file whose size is not told beforehand, and that is no scene. */
     kt_error error;
+    if (access("/proc/self/status", R_OK) != 0) {
+        kt_skip("a file whose size is not told beforehand", "this system has no /proc/self/status");
+        return;
+    }
     kt_check_equal_int("/proc/self/status", kt_scene_read("/proc/self/status", &scene, NULL, NULL, &error),
                        KT_ERROR_SCENE);
     kt_check_contains("where", error.where, "/proc/self/status:1:1");
