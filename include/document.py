@@ -17,7 +17,8 @@ The headers are written to be read in an editor, in plain comments. The filter s
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
 
-In a page, `kt_name` becomes a link, and the file's name is the page's.
+In a page, `kt_name` and [words](page.md) become links, and the file's name is the page's. (Doxygen 1.9.8 asks for such a
+page by the path of its file, under which there is none.)
 """
 import os
 import pathlib
@@ -357,6 +358,7 @@ def page(path):
         elif not fenced:
             line = re.sub(rf"`({NAME}(?:\.\w+)?)(?:\(\))?`", lambda found: f"<tt>{link(found[1])}</tt>", line)
             line = re.sub(rf"`((?:{headers()})\.h)`", lambda found: f"<tt>{link(found[1])}</tt>", line)
+            line = re.sub(r"\[([^]]*)\]\(([a-z-]+)\.md\)", lambda found: link(found[2], found[1]), line)
         out.append(line)
     return "\n".join(out)
 

@@ -149,7 +149,7 @@ class Comparison:
     def motion(self, file, start):
         """Records at nine times; a shorter run where the rule of nine points is not sure of its own integral."""
         speed = np.abs(start.rates()).max()
-        duration = 0.4 / max(5.0, speed, np.sqrt(np.abs(start.x).max()))
+        duration = float(0.4 / max(5.0, speed, np.sqrt(np.abs(start.x).max())))
         for _ in range(4):
             try:
                 text = kinetree(self.program, "run", str(file), "--out", "-", "--quiet", "--duration", repr(duration), "--interval", repr(duration / 8.0))

@@ -39,7 +39,7 @@ class Draw:
         return turn(self.vector(1.0), self.between(-3, 3))
 
     def angle(self, a):
-        return f"{a * 180.0 / math.pi!r} deg" if self.chance(0.3) else float(a)
+        return f"{float(a) * 180.0 / math.pi!r} deg" if self.chance(0.3) else float(a)
 
     def any_rotation(self):
         """Each form of the contract."""
