@@ -2,7 +2,7 @@
  * set, and what it has met. The sets themselves are in set_*.c.
  */
 #include "analysis/formulation.h"
-#include "model/internal.h"
+#include "model/model.h"
 #include "reduction/evaluate.h"
 #include "reduction/reduce.h"
 

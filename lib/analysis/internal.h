@@ -3,7 +3,7 @@
 #define KT_ANALYSIS_INTERNAL_H
 
 #include "kinetree/analysis.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 /* n: states at most; v, q: coordinates; f: numbers that are differenced (probe.c). */
 typedef struct kt_linearization_sizes {

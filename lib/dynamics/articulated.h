@@ -3,7 +3,7 @@
  *
  * Where is there no inertia? What a joint has taken out leaves rounding errors behind, and a massless link that turns
  * or slides the same way would find these instead of nothing. So an inertia s'Js is none where it is not above
- * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree (model/build.c). A bound by the
+ * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree (compile/build.c). A bound by the
  * trace of J would not do: that of a chain in a plane grows as its length cubed in the directions that no joint frees,
  * and swamps an inertia about the others that is exact. (regular.c asks more closely, once.)
  */

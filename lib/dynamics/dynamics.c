@@ -2,6 +2,7 @@
  * given, and hand results over only when they are whole. */
 #include "kinetree/dynamics.h"
 #include "dynamics/kernel.h"
+#include "joint/kind.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #define KT_DYNAMICS_KERNEL_H
 
 #include "base/isa.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 typedef struct kt_kernels {
     const char *name;
@@ -50,6 +50,15 @@ typedef struct kt_kernels {
     void kt_planar_columns_##level(const kt_model *, const kt_data *, double *);                                       \
     size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);  \
     size_t kt_planar_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+
+/* The level that is meant on this processor: KT_ISA_AUTO where it lacks the one asked for. */
+kt_isa kt_isa_resolve(kt_isa asked);
+
+/* Which links have no inertia along one of their freedoms at q. A verdict that is KT_INERTIA_UNKNOWN from the start, and
+ * those of the links that carry such a link or one without inertia, are not decided. Returns the number of links
+ * without. */
+typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
+size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
 bool kt_all_finite(const double *x, size_t n);
 

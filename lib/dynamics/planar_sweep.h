@@ -11,7 +11,7 @@
 #define KT_DYNAMICS_PLANAR_SWEEP_H
 
 #include "algebra/sincos.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 /* x e + y e', where e' is across e: a vector (x, y), given at q = 0, in the axes that e is the first of. */
 KT_INLINE kt_v2 kt_planar_sum(kt_v2 e, double x, double y) {

@@ -9,7 +9,7 @@
 #define KT_DYNAMICS_SWEEP_H
 
 #include "algebra/sincos.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 /* Columns j and k of `base` turned towards each other, the third kept: base times R1, R2 or R3 of the angle. */
 KT_INLINE void kt_rotate_axes(int axis, const kt_v4 base[3], double c, double s, kt_v4 out[3]) {

@@ -5,7 +5,7 @@
  */
 #include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <string.h>
 

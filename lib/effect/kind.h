@@ -11,7 +11,7 @@
 #include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "model/check.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <math.h>
 
@@ -56,6 +56,13 @@ typedef struct kt_effect_kind {
     kt_real (*drive)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
                      kt_effect_power *balance);
 } kt_effect_kind;
+
+/* Of an effect whose type exists: the frames that it acts on (0: a joint); whether the second is turned to its axis; its
+ * k-th function of time of at most three, KT_FUNCTION_NONE where there is none; and the rules of its type. */
+int kt_effect_end_count(const kt_effect *effect);
+bool kt_effect_aligns_second_end(const kt_effect *effect);
+const kt_function *kt_effect_function(const kt_effect *effect, int k);
+void kt_effect_check(kt_checker *checker, const kt_effect *effect);
 
 static inline kt_energetics kt_energetics_of(bool dissipates) {
     return dissipates ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED;

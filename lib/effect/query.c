@@ -1,4 +1,4 @@
-/* What the folders below ask of effect types. */
+/* What is asked of effect types, and of the effects of a model together. */
 #include "effect/kind.h"
 
 int kt_effect_end_count(const kt_effect *effect) {
@@ -17,8 +17,14 @@ const kt_function *kt_effect_function(const kt_effect *effect, int k) {
     return k < functions ? &effect->torque : &none;
 }
 
-kt_energetics kt_effect_energetics(const kt_effect_record *effect) {
-    return kt_effect_kind_of(effect->type)->energetics(effect);
+kt_energetics kt_model_energetics(const kt_model *model) {
+    kt_energetics worst = model->driven ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        const kt_energetics one = kt_effect_kind_of(effect->type)->energetics(effect);
+        worst = one > worst ? one : worst;
+    }
+    return worst;
 }
 
 void kt_effect_check(kt_checker *checker, const kt_effect *effect) {

@@ -1,8 +1,45 @@
-/* What the files of the joint types share. */
+/* What a joint type tells the compiler, and what the files of the types share. */
 #ifndef KT_JOINT_KIND_H
 #define KT_JOINT_KIND_H
 
-#include "model/internal.h"
+#include "model/model.h"
+
+/* An elementary joint as a joint type names it: its link's frame against the joint frame, and what moves. */
+typedef struct kt_element {
+    kt_motion motion;
+    int axis;
+    double pitch;
+    kt_mat3 frame;
+} kt_element;
+
+enum { KT_ELEMENT_MAX = 3 };
+
+/* A body against the joint frame on its parent, and its rates as seen from there: angular, and of the body's origin. */
+typedef struct kt_joint_motion {
+    kt_pose pose;
+    kt_twist velocity, acceleration;
+} kt_joint_motion;
+
+/* A joint type: one file of lib/joint each; the joint has been checked before. */
+typedef struct kt_joint_kind {
+    int nq, nv;
+    /* Writes up to KT_ELEMENT_MAX elements and returns their number. Coordinates follow the elements. */
+    int (*elements)(const kt_joint *joint, kt_element *elements);
+    /* The same pair as a closure, for the absolute formulation; KT_LOOP_TYPE_COUNT: nothing is held. */
+    kt_loop_type loop;
+    /* Coordinates of a body that moves as the joint lets it, and their first and second rates. Of the numbers that
+     * stand for the same rotation those next to `near` (nq) are taken. NULL where there are none. */
+    void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
+                    double *a);
+    /* A wrench on the body (about its origin) and against its parent with the power tau . v in all motions that the
+     * joint allows; joint frame's axes. */
+    kt_wrench (*push)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
+} kt_joint_kind;
+
+extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
+
+/* Of a joint; of a type without axes they mean nothing. */
+kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
 
 #define KT_JOINT_EXTERN(id, name, nq, nv) extern const kt_joint_kind kt_joint_##name;
 KT_JOINT_LIST(KT_JOINT_EXTERN)

@@ -2,7 +2,7 @@
  *   p' = 1/2 p (0, w) [MSD A.36],   p (+) d = p exp(d / 2),   w and d in the body frame.
  * Only balls and free links have quaternions, after three plain numbers in a free link. */
 #include "kinetree/joint.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <string.h>
 

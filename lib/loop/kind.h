@@ -6,7 +6,7 @@
 
 #include "algebra/real.h"
 #include "base/isa.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 enum { KT_LOOP_ROW_MAX = 6 };
 
@@ -69,6 +69,15 @@ typedef struct kt_loop_kind {
     /* sum: of coefficient * position. */
     kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
 } kt_loop_kind;
+
+/* Equations of a loop: as many as its type has (rolling: 3 with contact). */
+int kt_loop_row_count(const kt_loop *loop);
+
+/* A loop as it lies in a plane: fills all but arms and places from the ends' poses in the plane's basis (e1, e2, n) at
+ * q = 0; false where the type, or what it holds out of the plane, cannot be had in the plane. `direction` and `length`:
+ * what passes for zero. Of relations it is true, and nothing is filled. */
+bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
+                         kt_planar_loop *flat);
 
 #ifdef KT_DUAL
 extern const kt_loop_kind *const kt_loop_kinds_dual[KT_LOOP_TYPE_COUNT];

@@ -7,7 +7,6 @@
  *   normal          if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
  */
 #include "loop/kind.h"
-#include "model/planar_loop.h"
 
 static kt_vec3 axis_of(const kt_pose *end, int k) {
     return k == 0 ? end->rotation.x : k == 1 ? end->rotation.y : end->rotation.z;

@@ -9,7 +9,7 @@
 #ifndef KT_MODEL_ABSOLUTE_H
 #define KT_MODEL_ABSOLUTE_H
 
-#include "model/internal.h"
+#include "model/model.h"
 
 /* What became of a body and its joint; all indices are those of the absolute model. */
 typedef struct kt_absolute_joint {
@@ -26,19 +26,5 @@ struct kt_absolute {
     kt_model *model;
     kt_absolute_joint joint[]; /* one a body of the tree; that of the world is not used */
 };
-
-/* The absolute formulation of `tree`, which was compiled from this description. Errors: KT_ERROR_MEMORY, and those of
- * kt_model_compile. */
-kt_status kt_absolute_compile(const kt_description *description, const kt_model_options *options, const kt_model *tree,
-                              struct kt_absolute **absolute, kt_error *error);
-void kt_absolute_free(struct kt_absolute *absolute);
-
-/* Coordinates of a free body on the world: q (7), v (6). */
-void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v);
-
-/* Where a universal joint's cross is, at position q[0] and rate v[0] of the first axis; the parent's pose and twist in
- * the world (twists: world axes, of the frame's origin). */
-void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
-                     const double *v, kt_pose *pose, kt_twist *twist);
 
 #endif

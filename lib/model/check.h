@@ -1,4 +1,5 @@
-/* The check of a description, for its own files: check.c leads, check_*.c hold the rules.
+/* What collects the faults of a description, and the rules that items of all kinds have in common: of numbers, functions,
+ * names and ends. The check itself is the compiler's (compile/check.c), and types add rules of their own.
  *
  * Every rule reports through kt_checker_fault and goes on; what depends on something at fault is not reported as well.
  */
@@ -41,7 +42,7 @@ typedef struct kt_checker {
     int64_t effort; /* what suggestions may still cost */
 } kt_checker;
 
-/* ---- check.c ----------------------------------------------------------------------------------------------------- */
+/* ---- check_fault.c ----------------------------------------------------------------------------------------------------- */
 
 /* A checker that has found nothing and has no memory: enough for the rules of numbers and shapes. */
 kt_checker kt_checker_make(const kt_description *description, kt_report *report, void *user);
@@ -95,19 +96,5 @@ int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, con
 /* Two ends, on two bodies. */
 void kt_checker_end(kt_checker *checker, const char *field, const kt_end *end); /* one end */
 void kt_checker_ends(kt_checker *checker, const kt_end ends[2]);
-
-/* ---- the items --------------------------------------------------------------------------------------------------- */
-
-/* check_body.c: all but its place in the tree. */
-void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
-/* check_body.c: its mass, com, inertia and shape. */
-void kt_checker_mass(kt_checker *checker, const kt_body *body);
-/* check_shape.c */
-void kt_checker_shape(kt_checker *checker, const kt_shape *shape);
-void kt_checker_loop(kt_checker *checker, const kt_loop *loop);       /* check_loop.c */
-void kt_checker_effect(kt_checker *checker, const kt_effect *effect); /* check_effect.c */
-
-/* Supplied by lib/effect: the rules of an effect's type, which exists. */
-void kt_effect_check(kt_checker *checker, const kt_effect *effect);
 
 #endif

@@ -1,8 +1,9 @@
-/* Memory of models and data: each list of fields in internal.h is walked once, to measure or to place. */
+/* Memory of models and data: each list of fields in model.h is walked once, to measure or to place. */
 #include "base/arena.h"
-#include "model/internal.h"
+#include "model/absolute.h"
 
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model) {
@@ -15,6 +16,25 @@ size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model) {
 #undef KT_PLACE
     m->bytes = used;
     return used;
+}
+
+void kt_model_name_all(kt_model *m) {
+    kt_names_init(&m->names, m->n.body + m->n.marker, m->index);
+    for (size_t i = 0; i < m->n.body; i++) {
+        const kt_body_record *b = &m->body[i];
+        (void)kt_names_add(&m->names, 0, m->text + b->name, (int)i);
+        for (int k = 0; k < b->marker_count; k++)
+            (void)kt_names_add(&m->names, 1 + (int)i, m->text + m->marker[b->marker + k].name, k);
+    }
+}
+
+void kt_model_free(kt_model *model) {
+    if (!model || model->placed)
+        return;
+    if (model->absolute)
+        kt_model_free(model->absolute->model);
+    free(model->absolute);
+    free(model);
 }
 
 static size_t data_layout(const kt_counts *n, char *base, kt_data *data) {
@@ -41,6 +61,24 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     d->model = model;
     *data = d;
     return KT_OK;
+}
+
+kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
+    const size_t size = kt_data_size(model);
+    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    if (!memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the data cannot be had", size);
+    const kt_status status = kt_data_init(model, memory, size, data, error);
+    if (status == KT_OK)
+        (*data)->owned = memory;
+    else
+        free(memory);
+    return status;
+}
+
+void kt_data_free(kt_data *data) {
+    if (data)
+        free(data->owned);
 }
 
 kt_iterations kt_data_iterations(kt_data *data) {

@@ -45,10 +45,4 @@ typedef struct kt_planar_loop {
     kt_planar_row row[KT_PLANAR_ROW_MAX];
 } kt_planar_loop;
 
-/* Supplied by lib/loop: fills all but arms and places from the ends' poses in the plane's basis (e1, e2, n) at q = 0;
- * false where the type, or what it holds out of the plane, cannot be had in the plane. `direction` and `length`: what
- * passes for zero. Of relations it is true, and nothing is filled. */
-bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
-                         kt_planar_loop *flat);
-
 #endif

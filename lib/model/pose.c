@@ -1,5 +1,5 @@
 /* Where the links are and how fast they move, with plain arithmetic: what set-up needs before there are data. */
-#include "model/internal.h"
+#include "model/model.h"
 
 static kt_pose joint_pose(const kt_link *link, const double *q) {
     kt_pose p = kt_pose_identity();

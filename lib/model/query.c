@@ -3,21 +3,16 @@
 
 #include <string.h>
 
+#define KT_JOINT_COUNTS(id, name, nq, nv) [id] = {nq, nv},
+static const struct { int q, v; } coordinates[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_COUNTS)};
+#undef KT_JOINT_COUNTS
+
 const kt_model *kt_model_absolute(const kt_model *model) { return model->absolute ? model->absolute->model : NULL; }
 int kt_model_body_count(const kt_model *model) { return (int)model->n.body; }
 int kt_model_nq(const kt_model *model) { return (int)model->n.q; }
 int kt_model_nv(const kt_model *model) { return (int)model->n.v; }
 kt_vec3 kt_model_gravity(const kt_model *model) { return kt_v4_vec3(model->gravity); }
 const char *kt_model_name(const kt_model *model) { return model->text + model->name; }
-
-kt_energetics kt_model_energetics(const kt_model *model) {
-    kt_energetics worst = model->driven ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
-    for (size_t i = 0; i < model->n.effect; i++) {
-        const kt_energetics one = kt_effect_energetics(&model->effect[i]);
-        worst = one > worst ? one : worst;
-    }
-    return worst;
-}
 
 kt_isa kt_model_isa(const kt_model *model) { return model->level; }
 
@@ -39,8 +34,11 @@ int kt_body_source(const kt_model *model, int body) { return model->body[body].s
 
 kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
     const kt_body_record *b = &model->body[body];
-    const kt_joint_kind *kind = kt_joint_kinds[b->type];
-    return (kt_coordinates){.type = (kt_joint_type)b->type, .q = b->q, .nq = kind->nq, .v = b->v, .nv = kind->nv};
+    return (kt_coordinates){.type = (kt_joint_type)b->type,
+                            .q = b->q,
+                            .nq = coordinates[b->type].q,
+                            .v = b->v,
+                            .nv = coordinates[b->type].v};
 }
 
 /* Coordinates are in the order of bodies, and bodies without any begin where the next ones do: the last that does not

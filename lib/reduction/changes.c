@@ -4,7 +4,7 @@
  * velocity against the fastest of the mechanism, before or after, in the same units.
  */
 #include "kinetree/reduction.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <math.h>
 

@@ -2,7 +2,7 @@
 #ifndef KT_REDUCTION_COST_H
 #define KT_REDUCTION_COST_H
 
-#include "model/internal.h"
+#include "model/model.h"
 
 typedef struct kt_cost {
     double force_links;                 /* motion of the links that bear effects */

@@ -1,4 +1,4 @@
-/* The effects of a scene, summed into joint forces and wrenches on bodies: batch by batch (model/batch.c), so that what
+/* The effects of a scene, summed into joint forces and wrenches on bodies: batch by batch (compile/batch.c), so that what
  * no effect of the scene needs is not even looked at. Powers are summed only where they are asked for: the sum is
  * compiled once with them and once without.
  */

@@ -44,4 +44,7 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
                               kt_error *error);
 
+/* The state q, v as it is assembled at the start; untouched where that cannot be done. */
+void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
+
 #endif

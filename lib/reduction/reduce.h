@@ -8,7 +8,7 @@
 #include "base/arena.h"
 #include "base/isa.h"
 #include "loop/kind.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <math.h>
 
@@ -147,6 +147,9 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
 
 /* x (m): a solution of the independent equations of A x = b (k). */
 typedef void kt_particular(const kt_group_work *w, int rank, const double *b, double *x);
+
+/* Lays a group's matrices out; returns the numbers that they take. */
+size_t kt_group_layout(kt_group *group);
 
 /* w->basis: m x (m - rank), A basis = 0. */
 typedef void kt_basis(const kt_group_work *w, int rank);

@@ -8,7 +8,8 @@
  */
 #include "simulation/absolute.h"
 
-#include "model/absolute.h"
+#include "compile/absolute.h"
+#include "joint/kind.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
 #include "check.h"
 #include "sincos_level.h"
 
+#include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
-#include "model/internal.h"
 
 #include <float.h>
 #include <math.h>

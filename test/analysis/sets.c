@@ -5,7 +5,7 @@
 #include "closure.h"
 
 #include "analysis/formulation.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "interpose.h"
 #include "tree.h"
 
-#include "model/internal.h"
+#include "dynamics/kernel.h"
 
 #include <math.h>
 #include <string.h>

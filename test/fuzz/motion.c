@@ -6,7 +6,7 @@
 #include "motion.h"
 #include "fuzz.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 #include "reduction/project.h"
 
 #include <stdlib.h>

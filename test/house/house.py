@@ -8,10 +8,8 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
+from folders import FOLDERS
 
-# From the ground up: a folder may use itself and what stands before it.
-FOLDERS = ["base", "algebra", "model", "joint", "loop", "effect", "dynamics", "reduction", "integrator", "simulation",
-           "analysis", "scene"]
 # Faces with another name than their folder's.
 FACES = {"status": "base", "description": "model", "accuracy": "analysis", "kinetree": None}
 

@@ -1,6 +1,8 @@
 /* The same bits on every level of the instruction set that this processor has. */
 #include "moving.h"
 
+#include "dynamics/kernel.h"
+
 #include <string.h>
 
 static const kt_loop_kind *const *kinds_of(kt_isa level) {

@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "check.h"
-#include "mechanism.h"
+#include "compile/mechanism.h"
 
 static const double nan_value = (double)NAN, infinite = (double)INFINITY;
 

@@ -1,7 +1,7 @@
 /* Memory of models and workspaces: its size, its alignment, its ends. */
 #include "dynamics/tree.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <stdlib.h>
 #include <string.h>

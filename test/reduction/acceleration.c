@@ -1,7 +1,7 @@
 /* Accelerations of random closed mechanisms against [M A'; A 0] (a, -lambda) = (tau - h, b'') solved densely. */
 #include "tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

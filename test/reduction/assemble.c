@@ -2,7 +2,7 @@
 #include "linkage.h"
 #include "tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "tangle.h"
 
 #include "kinetree/effect.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

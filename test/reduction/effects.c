@@ -3,7 +3,7 @@
 
 #include "kinetree/effect.h"
 #include "kinetree/simulation.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

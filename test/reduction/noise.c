@@ -4,7 +4,7 @@
 #include "linkage.h"
 
 #include "kinetree/simulation.h"
-#include "model/internal.h"
+#include "model/model.h"
 #include "reduction/project.h"
 
 #include <float.h>

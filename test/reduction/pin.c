@@ -4,7 +4,7 @@
 #include "linkage.h"
 
 #include "kinetree/dynamics.h"
-#include "model/internal.h"
+#include "model/model.h"
 #include "tangle.h"
 
 #include <float.h>

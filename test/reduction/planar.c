@@ -2,7 +2,7 @@
  * the same answer but for rounding. (acceleration.c and equations.c hold both against other formulations.) */
 #include "tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

@@ -5,7 +5,7 @@
 #include "tangle.h"
 
 #include "dynamics/kernel.h"
-#include "model/internal.h"
+#include "model/model.h"
 #include "reduction/dual.h"
 #include "reduction/evaluate.h"
 

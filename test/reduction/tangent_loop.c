@@ -6,7 +6,7 @@
  */
 #include "tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 #include "reduction/dual.h"
 
 #include <float.h>

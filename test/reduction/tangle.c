@@ -1,6 +1,6 @@
 #include "tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <math.h>
 #include <stdio.h>

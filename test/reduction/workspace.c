@@ -8,7 +8,7 @@
 #include "linkage.h"
 #include "tangle.h"
 
-#include "model/internal.h"
+#include "dynamics/kernel.h"
 
 #include <cblas.h>
 #include <math.h>

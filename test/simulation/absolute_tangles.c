@@ -2,7 +2,7 @@
  * dense solution of the tree's equations, and their mobility. */
 #include "../reduction/tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 #include "simulation/absolute.h"
 
 #include <float.h>

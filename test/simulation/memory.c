@@ -3,7 +3,7 @@
 #include "interpose.h"
 #include "scenes.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 #include "simulation/internal.h"
 
 #include <math.h>

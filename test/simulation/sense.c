@@ -4,7 +4,7 @@
 #include "scenes.h"
 
 #include "kinetree/scene.h"
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <dirent.h>
 #include <math.h>

@@ -6,7 +6,7 @@
  *   cylinder   I = T 1 + (J - T) u u',  J = m r^2 / 2,  T = m (3 r^2 + l^2) / 12,  u the unit axis
  *   rod        the cylinder from one end to the other; slender: r = 0
  */
-#include "model/check.h"
+#include "compile/compile.h"
 
 #include <stddef.h>
 

@@ -3,9 +3,13 @@
  * A loop acts between two links; the links from below their common ancestor down to each are its paths, and only their
  * coordinates enter its equations. Loops whose paths share a link form a group (gather.c).
  */
-#include "model/attach.h"
+#include "compile/attach.h"
 
 #include "base/arena.h"
+#include "compile/planar.h"
+#include "effect/kind.h"
+#include "joint/kind.h"
+#include "loop/kind.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Which trees are taken for planar, and how their links are strung. */
 #include "check.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

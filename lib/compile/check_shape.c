@@ -1,5 +1,5 @@
 /* Rules of a shape. */
-#include "model/check.h"
+#include "compile/compile.h"
 
 #include <stddef.h>
 

@@ -1,9 +1,9 @@
 /* Structural rank: of the equations, how many are independent where nothing is special; not at the position that
  * happens to be given, nor off the manifold. */
-#include "linkage.h"
-#include "tangle.h"
+#include "reduction/linkage.h"
+#include "reduction/tangle.h"
 
-#include "model/internal.h"
+#include "model/model.h"
 
 #include <float.h>
 #include <math.h>

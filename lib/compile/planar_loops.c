@@ -5,7 +5,9 @@
  * of joints (planar.c), and heights against the way to them. Where it does not, the loop may not close at all, and it
  * is for the spatial kernels to say so.
  */
-#include "model/attach.h"
+#include "compile/attach.h"
+#include "compile/planar.h"
+#include "loop/kind.h"
 
 #include <float.h>
 #include <string.h>

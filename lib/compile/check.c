@@ -1,4 +1,4 @@
-/* The check of a description: what is done in which order, and how a fault is reported.
+/* The check of a description: what is done in which order.
  *
  * First every name goes into one table, then every parent is looked up and the cycles are found; after that the items
  * are checked one by one in their order, so that faults come out in it. All of it is linear in the size of the
@@ -7,64 +7,11 @@
  * Cycles: walk from each body towards the world, and mark the path with the walk's own number. A walk that meets its
  * own mark has found a cycle; one that meets another's joins a path that is known already. Every body is marked once.
  */
-#include "model/check.h"
+#include "compile/compile.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- faults ------------------------------------------------------------------------------------------------------ */
-
-kt_checker kt_checker_make(const kt_description *description, kt_report *report, void *user) {
-    const kt_checker checker = {.description = description, .report = report, .user = user};
-    return checker;
-}
-
-bool kt_checker_is_done(const kt_checker *checker) { return checker->report == NULL && checker->first.code != KT_OK; }
-
-int kt_checker_marker_count(const kt_body *body) {
-    return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
-}
-
-static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
-    static const char *const kinds[] = {"scene", "body", "loop", "effect", "hold"};
-    static const char *const lists[] = {"scene", "bodies", "loops", "effects", "hold"};
-    const kt_description *d = checker->description;
-    const char *name = NULL;
-    if (checker->item == KT_ITEM_BODY)
-        name = d->bodies[checker->index].name;
-    else if (checker->item == KT_ITEM_LOOP)
-        name = d->loops[checker->index].name;
-    else if (checker->item == KT_ITEM_EFFECT)
-        name = d->effects[checker->index].name;
-    if (checker->item == KT_ITEM_SCENE)
-        snprintf(where, KT_WHERE_SIZE, "scene");
-    else if (name == NULL || *name == '\0')
-        snprintf(where, KT_WHERE_SIZE, "%s[%d]", lists[checker->item], checker->index);
-    else
-        snprintf(where, KT_WHERE_SIZE, "%s %s", kinds[checker->item], kt_name_quote(name).text);
-}
-
-void kt_checker_fault(kt_checker *checker, const char *field, int sub, const char *format, ...) {
-    if (kt_checker_is_done(checker))
-        return;
-    char where[KT_WHERE_SIZE], message[2 * KT_MESSAGE_SIZE]; /* kt_error_set marks what it cuts */
-    write_where(checker, where);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-
-    kt_error error;
-    (void)kt_error_set(&error, KT_ERROR_MODEL, where, "%s", message);
-    if (checker->first.code == KT_OK)
-        checker->first = error;
-    if (checker->report != NULL) {
-        const kt_place place = {checker->item, checker->index, sub, field};
-        checker->report(checker->user, &place, &error);
-    }
-}
 
 /* ---- counts and memory ------------------------------------------------------------------------------------------- */
 

@@ -5,7 +5,8 @@
  * their list, a caller's own last, and within a type effects stay in the description's order. Effects on joints need no
  * motion of links; the others that of the links that bear an end and of those that carry these.
  */
-#include "model/attach.h"
+#include "compile/attach.h"
+#include "effect/kind.h"
 
 #include <string.h>
 

@@ -1,9 +1,8 @@
 /* From a description to a model, and its data: what is wished for is checked, the model built (build.c), springs that
  * start unstretched measured (measure.c), and where it is asked for the absolute formulation made of it (absolute.c).
  */
-#include "model/absolute.h"
-
-#include <stdlib.h>
+#include "compile/compile.h"
+#include "compile/absolute.h"
 
 /* What a library that was built without loops cannot do. */
 static kt_status refuse_loops(const kt_description *description, const kt_model_options *options, kt_error *error) {
@@ -61,29 +60,4 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     return status;
 }
 
-void kt_model_free(kt_model *model) {
-    if (!model || model->placed)
-        return;
-    kt_absolute_free(model->absolute);
-    free(model);
-}
-
 kt_model_options kt_model_options_default(void) { return (kt_model_options){.level = KT_ISA_AUTO}; }
-
-kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
-    const size_t size = kt_data_size(model);
-    void *memory = aligned_alloc(KT_ALIGNMENT, size);
-    if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the data cannot be had", size);
-    const kt_status status = kt_data_init(model, memory, size, data, error);
-    if (status == KT_OK)
-        (*data)->owned = memory;
-    else
-        free(memory);
-    return status;
-}
-
-void kt_data_free(kt_data *data) {
-    if (data)
-        free(data->owned);
-}

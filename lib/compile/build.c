@@ -5,7 +5,10 @@
  * whose inertia is that of all of them.
  */
 #include "base/arena.h"
-#include "model/internal.h"
+#include "compile/compile.h"
+#include "compile/planar.h"
+#include "dynamics/kernel.h"
+#include "joint/kind.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -158,16 +161,6 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
     p[1] = a.x;
     p[2] = a.y;
     p[3] = a.z;
-}
-
-void kt_model_name_all(kt_model *m) {
-    kt_names_init(&m->names, m->n.body + m->n.marker, m->index);
-    for (size_t i = 0; i < m->n.body; i++) {
-        const kt_body_record *b = &m->body[i];
-        (void)kt_names_add(&m->names, 0, m->text + b->name, (int)i);
-        for (int k = 0; k < b->marker_count; k++)
-            (void)kt_names_add(&m->names, 1 + (int)i, m->text + m->marker[b->marker + k].name, k);
-    }
 }
 
 /* Body records, coordinates, markers and names, in the order of the bodies. */

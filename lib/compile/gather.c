@@ -4,7 +4,8 @@
  * lower ancestor lies on the other's path. So a group has one parent link, which carries all of it, and different
  * groups have no coordinate in common.
  */
-#include "model/attach.h"
+#include "compile/attach.h"
+#include "reduction/reduce.h"
 
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j) {
     const kt_link *link = a->tree->link;

@@ -1,7 +1,8 @@
 /* Springs that start unstretched: their lengths in the initial state as it is assembled, or as it is given where the
  * loops do not close (which a simulation then says).
  */
-#include "model/internal.h"
+#include "compile/compile.h"
+#include "reduction/project.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Rules of a body: its joint, mass, inertia and markers. Its place in the tree is check.c's. */
-#include "model/check.h"
+#include "compile/compile.h"
 
 #include <math.h>
 #include <stddef.h>

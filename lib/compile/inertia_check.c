@@ -8,7 +8,8 @@
  * Of a description that has other faults as well, bodies with faults count as sound, so that no fault is told that only
  * another one brings about.
  */
-#include "model/attach.h"
+#include "compile/attach.h"
+#include "dynamics/kernel.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* The compiled model, for the folders above: arrays of records (record.h), and the workspace that goes with it. */
-#ifndef KT_MODEL_INTERNAL_H
-#define KT_MODEL_INTERNAL_H
+#ifndef KT_MODEL_MODEL_H
+#define KT_MODEL_MODEL_H
 
 #include "base/names.h"
 #include "model/planar.h"
@@ -79,57 +79,8 @@ struct kt_model {
 /* Bytes of a model with these counts; places its arrays in the block at base where that and model are not NULL. */
 size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model);
 
-/* Supplied by lib/dynamics: the level that is meant on this processor (KT_ISA_AUTO where it lacks the one asked for),
- * and which links have no inertia along one of their freedoms at q. A verdict that is KT_INERTIA_UNKNOWN from the
- * start, and those of the links that carry such a link or one without inertia, are not decided. Returns the number of
- * links without. */
-typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
-kt_isa kt_isa_resolve(kt_isa asked);
-size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
-
-/* Equations of a loop: as many as its type has (rolling: 3 with contact). */
-int kt_loop_row_count(const kt_loop *loop);
-
-/* Supplied by lib/reduction: lays a group's matrices out and returns the numbers that they take; the ranks of all
- * groups. */
-size_t kt_group_layout(kt_group *group);
-kt_status kt_groups_rank(kt_model *model, kt_error *error);
-
-/* Supplied by lib/joint; of a type without axes they mean nothing. */
-kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
-
-/* kt_model_compile without the check. */
-kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
-                         kt_error *error);
-
-/* Builds the tree of a description that has been checked, for nothing but kt_tree_check. */
-kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error);
-
-/* The faults that only the whole tree shows, in the order of the description; report may be NULL. */
-kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
-                        kt_error *error);
-
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);
-
-/* Supplied by lib/effect, of an effect whose type exists: the frames that it acts on (0: a joint); whether the second
- * is turned to its axis; and its k-th function of time of at most three, KT_FUNCTION_NONE where there is none. */
-int kt_effect_end_count(const kt_effect *effect);
-bool kt_effect_aligns_second_end(const kt_effect *effect);
-const kt_function *kt_effect_function(const kt_effect *effect, int k);
-
-/* Supplied by lib/effect: what an effect can do to the energy. */
-kt_energetics kt_effect_energetics(const kt_effect_record *effect);
-
-/* Loops and effects onto a model that has bodies and links; *model may move. */
-kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
-                          kt_error *error);
-
-/* Gives springs that start unstretched their lengths. Errors: KT_ERROR_MEMORY. */
-kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
-
-/* Supplied by lib/reduction: the state q, v as it is assembled at the start; untouched where that cannot be done. */
-void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
 
 /* Poses of all links in the world at q, and for these poses their twists (world axes, of their origins), with plain
  * arithmetic; for set-up only. */

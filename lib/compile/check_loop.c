@@ -1,5 +1,5 @@
 /* Rules of the loops: which members each type reads, and what these must be. */
-#include "model/check.h"
+#include "compile/compile.h"
 
 #include <math.h>
 #include <stddef.h>

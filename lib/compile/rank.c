@@ -6,6 +6,7 @@
  * evaluated again. Where some of the others are redundant, those that were chosen at the position with the largest last
  * direction get the weight to be chosen everywhere, unless they are much the worse (reduce.h).
  */
+#include "compile/compile.h"
 #include "reduction/lapack.h"
 #include "reduction/levenberg_marquardt.h"
 

@@ -5,9 +5,12 @@
  * from the initial one, where the body has already advanced by pitch times angle: the end on the body is set back by
  * that. The names of counters and crosses hold a full stop, which no name of a caller's does.
  */
-#include "model/absolute.h"
+#include "compile/absolute.h"
 
 #include "base/arena.h"
+#include "compile/compile.h"
+#include "effect/kind.h"
+#include "joint/kind.h"
 
 #include <float.h>
 #include <stdio.h>
@@ -315,10 +318,4 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
     else
         free(made);
     return status;
-}
-
-void kt_absolute_free(struct kt_absolute *absolute) {
-    if (absolute)
-        kt_model_free(absolute->model);
-    free(absolute);
 }

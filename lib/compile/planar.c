@@ -7,7 +7,8 @@
  * 4 eps an entry, its product with n by 3 eps more, a unit axis by 2 eps, and there may be a few fixed or sliding
  * bodies between two turns. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is meant so.
  */
-#include "model/internal.h"
+#include "compile/planar.h"
+#include "joint/kind.h"
 
 #include <float.h>
 #include <string.h>

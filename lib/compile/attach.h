@@ -1,8 +1,8 @@
 /* Loops and effects on their way onto a tree: what attach.c and gather.c share. */
-#ifndef KT_MODEL_ATTACH_H
-#define KT_MODEL_ATTACH_H
+#ifndef KT_COMPILE_ATTACH_H
+#define KT_COMPILE_ATTACH_H
 
-#include "model/internal.h"
+#include "compile/compile.h"
 
 /* Working arrays, in one block. */
 #define ATTACH_FIELDS(X)                                                                                               \

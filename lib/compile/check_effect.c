@@ -1,7 +1,6 @@
 /* Rules of the effects: those of names and types; the rest is said by each type's file in lib/effect. */
-#include "model/check.h"
-
-#include "model/internal.h"
+#include "compile/compile.h"
+#include "effect/kind.h"
 
 #include <stddef.h>
 

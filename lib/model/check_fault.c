@@ -1,0 +1,55 @@
+/* How the check of a description reports a fault: what is wrong, and of which item. */
+#include "model/check.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+kt_checker kt_checker_make(const kt_description *description, kt_report *report, void *user) {
+    const kt_checker checker = {.description = description, .report = report, .user = user};
+    return checker;
+}
+
+bool kt_checker_is_done(const kt_checker *checker) { return checker->report == NULL && checker->first.code != KT_OK; }
+
+int kt_checker_marker_count(const kt_body *body) {
+    return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
+}
+
+static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
+    static const char *const kinds[] = {"scene", "body", "loop", "effect", "hold"};
+    static const char *const lists[] = {"scene", "bodies", "loops", "effects", "hold"};
+    const kt_description *d = checker->description;
+    const char *name = NULL;
+    if (checker->item == KT_ITEM_BODY)
+        name = d->bodies[checker->index].name;
+    else if (checker->item == KT_ITEM_LOOP)
+        name = d->loops[checker->index].name;
+    else if (checker->item == KT_ITEM_EFFECT)
+        name = d->effects[checker->index].name;
+    if (checker->item == KT_ITEM_SCENE)
+        snprintf(where, KT_WHERE_SIZE, "scene");
+    else if (name == NULL || *name == '\0')
+        snprintf(where, KT_WHERE_SIZE, "%s[%d]", lists[checker->item], checker->index);
+    else
+        snprintf(where, KT_WHERE_SIZE, "%s %s", kinds[checker->item], kt_name_quote(name).text);
+}
+
+void kt_checker_fault(kt_checker *checker, const char *field, int sub, const char *format, ...) {
+    if (kt_checker_is_done(checker))
+        return;
+    char where[KT_WHERE_SIZE], message[2 * KT_MESSAGE_SIZE]; /* kt_error_set marks what it cuts */
+    write_where(checker, where);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+
+    kt_error error;
+    (void)kt_error_set(&error, KT_ERROR_MODEL, where, "%s", message);
+    if (checker->first.code == KT_OK)
+        checker->first = error;
+    if (checker->report != NULL) {
+        const kt_place place = {checker->item, checker->index, sub, field};
+        checker->report(checker->user, &place, &error);
+    }
+}
