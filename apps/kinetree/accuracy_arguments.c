@@ -31,7 +31,7 @@ static const kt_option options[] = {
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no progress bar and no tables, but for errors", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_accuracy = {
     .command = "accuracy",
     .examples = "  kinetree accuracy pendulum.yaml\n"
                 "  kinetree accuracy pendulum.yaml --goal 1e-6 --plot pendulum-cost.svg --out pendulum-cost.csv\n"
@@ -109,7 +109,7 @@ static int read_lists(kt_accuracy_arguments *a) {
 int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments) {
     int operands;
     *arguments = (kt_accuracy_arguments){.duration = (double)NAN, .budget = (double)NAN};
-    int code = kt_arguments_read(&usage, argc, argv, arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, &operands);
     if (isnan(arguments->budget)) /* so many curves need more */
         arguments->budget = arguments->compare_sets ? 60.0 : 20.0;
     return code >= 0 ? code : read_lists(arguments);

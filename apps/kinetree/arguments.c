@@ -14,7 +14,7 @@ static const double radians_per_degree = 3.14159265358979323846 / 180.0;
 
 /* ---- help -------------------------------------------------------------------------------------------------------- */
 
-static void show_help(const kt_usage *usage) {
+void kt_usage_print(const kt_usage *usage) {
     printf("Examples\n%s\nUsage: kinetree %s%s%s%s\n\n%s", usage->examples, usage->command,
            usage->option_count > 0 ? " [OPTION...]" : "", *usage->operands != '\0' ? " " : "", usage->operands,
            usage->about);
@@ -190,7 +190,7 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
         } else if (strcmp(argument, "--") == 0) {
             options_ended = true;
         } else if (strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0) {
-            show_help(usage);
+            kt_usage_print(usage);
             return kt_finish_output(KT_EXIT_DONE);
         } else if (argument[1] != '-') {
             kt_say("%s: there is no option '%s'; 'kinetree %s --help' lists them", usage->command, argument,

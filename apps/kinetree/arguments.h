@@ -32,6 +32,7 @@ typedef struct kt_usage {
     const char *about;    /* lines, shown after the examples */
     const kt_option *options;
     size_t option_count;
+    const struct kt_usage *also; /* NULL, or of whom it takes all options, too; they are shown there */
 } kt_usage;
 
 /* Reads argv[1] onwards. Members whose options are not given keep their values; the operands are moved to the front,
@@ -39,5 +40,8 @@ typedef struct kt_usage {
  * Returns -1: go on; otherwise the exit code to end with: help was asked for and shown, or something is wrong and was
  * said. */
 int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count);
+
+/* What --help shows, on standard output. */
+void kt_usage_print(const kt_usage *usage);
 
 #endif

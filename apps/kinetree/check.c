@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static const kt_usage usage = {
+const kt_usage kt_usage_check = {
     .command = "check",
     .examples = "  kinetree check pendulum.yaml\n"
                 "  kinetree check scenes/*.yaml\n"
@@ -211,7 +211,7 @@ static int check_model(const char *path, const kt_scene *scene, const kt_model *
 }
 
 int kt_command_check(int argc, char **argv) {
-    int operands, code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
+    int operands, code = kt_arguments_read(&kt_usage_check, argc, argv, NULL, &operands);
     if (code >= 0)
         return code;
     code = KT_EXIT_DONE;

@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_H
 #define KT_COMMAND_H
 
+#include "arguments.h"
 #include "base/names.h"
 #include "kinetree/scene.h"
 
@@ -20,18 +21,41 @@ enum {
 /* argv[0] is the subcommand's name. Returns an exit code. */
 typedef int kt_command_main(int argc, char **argv);
 
-kt_command_main kt_command_run;
-kt_command_main kt_command_accuracy;
-kt_command_main kt_command_plot;
-kt_command_main kt_command_evaluate;
-kt_command_main kt_command_modes;
-kt_command_main kt_command_equilibrium;
-kt_command_main kt_command_info;
-kt_command_main kt_command_check;
-kt_command_main kt_command_demo;
-kt_command_main kt_command_make;
-kt_command_main kt_command_integrators;
-kt_command_main kt_command_stability;
+/* The subcommands and one line about each, in the order in which they are shown. A subcommand is a line here and a file
+ * that defines kt_command_NAME and kt_usage_NAME; help, man pages and completions follow. */
+#define KT_SUBCOMMAND_LIST(X)                                                                                          \
+    X(run, "run a scene; records as CSV, a summary as JSON, a picture")                                                \
+    X(accuracy, "what accuracy costs: error against CPU time, for every method")                                       \
+    X(plot, "draw the columns of a result: positions, energies, a phase plane")                                        \
+    X(evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON")                                \
+    X(modes, "frequencies, damping and shapes of small motions; state matrices as JSON")                               \
+    X(equilibrium, "where a scene comes to rest, and whether it stays there")                                          \
+    X(info, "what a scene consists of: the tree, its freedoms and masses")                                             \
+    X(check, "find every fault of scene files")                                                                        \
+    X(demo, "run one of the bundled scenes, or list them")                                                             \
+    X(make, "write chains, pendulums and trees of any size as scenes")                                                 \
+    X(stability, "the fastest modes, and the largest stable step of each method")                                      \
+    X(integrators, "the integration methods and where they are published")                                             \
+    X(help, "this help, that of a subcommand, man pages, completions for shells")
+
+#define KT_SUBCOMMAND_DECLARE(name, summary)                                                                           \
+    kt_command_main kt_command_##name;                                                                                 \
+    extern const kt_usage kt_usage_##name;
+KT_SUBCOMMAND_LIST(KT_SUBCOMMAND_DECLARE)
+#undef KT_SUBCOMMAND_DECLARE
+
+typedef struct kt_subcommand {
+    const char *name;
+    kt_command_main *run;
+    const kt_usage *usage;
+    const char *summary;
+} kt_subcommand;
+
+extern const kt_subcommand kt_subcommands[];
+extern const size_t kt_subcommand_count;
+
+/* The subcommand of this name. NULL: there is none, and that is said with the nearest name. */
+const kt_subcommand *kt_subcommand_find(const char *name);
 
 /* Words to the user, on standard error: "kinetree: ..." and a newline. What a terminal would obey is escaped. */
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);

@@ -10,7 +10,15 @@
 
 enum { FOLDER_SIZE = 4096, PATH_SIZE = FOLDER_SIZE + 260 };
 
-static const kt_usage usage = {
+typedef struct kt_demo_arguments {
+    bool force;
+} kt_demo_arguments;
+
+static const kt_option options[] = {
+    {"force", KT_OPTION_FLAG, offsetof(kt_demo_arguments, force), NULL, "replace results that are there already", NULL},
+};
+
+const kt_usage kt_usage_demo = {
     .command = "demo",
     .examples = "  kinetree demo\n"
                 "  kinetree demo pendulum\n"
@@ -21,6 +29,9 @@ static const kt_usage usage = {
     .about = "Without a name, lists the bundled scenes. With one, runs it as 'kinetree run' does and takes the same\n"
              "options; but results that are there already stay, unless --force is given.\n"
              "KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .also = &kt_usage_run,
 };
 
 static int is_scene(const struct dirent *entry) {
@@ -75,7 +86,7 @@ static int say_unknown(const char *name, struct dirent **entries, int count) {
     return KT_EXIT_USAGE;
 }
 
-/* Takes --force out of the words; whether it was there. */
+/* Takes --force out of the words, wherever it stands: all others are for run. */
 static bool take_force(int *argc, char **argv) {
     int count = 0;
     for (int i = 0; i < *argc; i++)
@@ -87,7 +98,7 @@ static bool take_force(int *argc, char **argv) {
     return forces;
 }
 
-static int run(int argc, char **argv, const char *folder, struct dirent **entries, int count) {
+static int run(int argc, char **argv, bool forces, const char *folder, struct dirent **entries, int count) {
     char path[PATH_SIZE], file[PATH_SIZE];
     int found = -1;
     snprintf(file, sizeof file, "%s.yaml", argv[1]);
@@ -99,16 +110,17 @@ static int run(int argc, char **argv, const char *folder, struct dirent **entrie
     join(path, sizeof path, folder, entries[found]->d_name);
     argv[0] = (char[]){"run"};
     argv[1] = path;
-    const bool forces = take_force(&argc, argv);
     return kt_run_command(argc, argv, !forces);
 }
 
 int kt_command_demo(int argc, char **argv) {
     char folder[FOLDER_SIZE];
     struct dirent **entries = NULL;
+    const bool forces = take_force(&argc, argv);
     if (argc < 2 || argv[1][0] == '-') {
+        kt_demo_arguments arguments = {false};
         int operands;
-        int code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
+        int code = kt_arguments_read(&kt_usage_demo, argc, argv, &arguments, &operands);
         if (code >= 0)
             return code;
     }
@@ -119,7 +131,7 @@ int kt_command_demo(int argc, char **argv) {
         kt_say("demo: %s cannot be read", folder);
         return KT_EXIT_SCENE;
     }
-    int code = argc < 2 ? list(folder, entries, count) : run(argc, argv, folder, entries, count);
+    int code = argc < 2 ? list(folder, entries, count) : run(argc, argv, forces, folder, entries, count);
     for (int i = 0; i < count; i++)
         free(entries[i]);
     free(entries);

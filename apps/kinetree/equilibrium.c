@@ -23,7 +23,7 @@ static const kt_option options[] = {
     {"json", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, json), NULL, "as JSON", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_equilibrium = {
     .command = "equilibrium",
     .examples = "  kinetree equilibrium four-bar.yaml\n"
                 "  kinetree equilibrium four-bar.yaml --scene resting.yaml && kinetree run resting.yaml\n"
@@ -261,7 +261,7 @@ int kt_command_equilibrium(int argc, char **argv) {
     kt_small_motion motion;
     kt_error error = {0};
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_equilibrium, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--scene", arguments.scene, true}};

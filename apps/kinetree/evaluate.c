@@ -18,7 +18,7 @@ static const kt_option options[] = {
     {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "a file instead of standard output", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_evaluate = {
     .command = "evaluate",
     .examples = "  kinetree evaluate pendulum.yaml\n"
                 "  kinetree evaluate arm.yaml --acceleration=0,0.5,-1\n"
@@ -272,7 +272,7 @@ int kt_command_evaluate(int argc, char **argv) {
     kt_scene scene;
     kt_model *model = NULL;
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_evaluate, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};

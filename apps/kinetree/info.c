@@ -20,7 +20,7 @@ static const kt_option options[] = {
     {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "the plan as JSON", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_info = {
     .command = "info",
     .examples = "  kinetree info robot.yaml\n"
                 "  kinetree make tree --links 1000 | kinetree info -\n"
@@ -186,7 +186,7 @@ int kt_command_info(int argc, char **argv) {
     kt_model *model = NULL;
     info_arguments arguments = {false, false};
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
     if (arguments.json && !arguments.plan) {

@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-static const kt_usage usage = {
+const kt_usage kt_usage_integrators = {
     .command = "integrators",
     .examples = "  kinetree integrators\n"
                 "  kinetree run pendulum.yaml --integrator tsit5 --tolerance 1e-10\n"
@@ -16,7 +16,7 @@ static const kt_usage usage = {
 
 int kt_command_integrators(int argc, char **argv) {
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, NULL, &operands);
+    int code = kt_arguments_read(&kt_usage_integrators, argc, argv, NULL, &operands);
     if (code >= 0)
         return code;
     printf("%-9s  %5s  %6s  %8s  %5s  %s\n", "name", "order", "stages", "adaptive", "dense", "title");

@@ -43,7 +43,7 @@ static const kt_option options[] = {
      "masses, lengths, axes and positions at random: equal seeds, equal scenes", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_make = {
     .command = "make",
     .examples = "  kinetree make pendulum --links 2 > double-pendulum.yaml\n"
                 "  kinetree make chain --links 1000 | kinetree run - --duration 0.1\n"
@@ -245,7 +245,7 @@ int kt_command_make(int argc, char **argv) {
         .settings = {
             .links = -1, .branching = -1, .seed = -1, .mass = 1.0, .length = 1.0, .angle = (double)NAN, .shape = -1}};
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &maker.settings, &operands);
+    int code = kt_arguments_read(&kt_usage_make, argc, argv, &maker.settings, &operands);
     if (code < 0)
         code = complete(&maker, argv[1]);
     if (code >= 0)

@@ -33,7 +33,7 @@ static const kt_option options[] = {
     {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "the picture on a dark page", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_modes = {
     .command = "modes",
     .examples = "  kinetree modes double-pendulum.yaml\n"
                 "  kinetree modes bicycle.yaml --at initial\n"
@@ -301,7 +301,7 @@ int kt_command_modes(int argc, char **argv) {
     kt_modes_arguments arguments = {.at = -1, .count = 40};
     kt_small_motion motion;
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
     if (arguments.at == AT_INITIAL && arguments.nearest) {

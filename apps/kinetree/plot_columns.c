@@ -27,7 +27,7 @@ static const kt_option options[] = {
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_plot = {
     .command = "plot",
     .examples = "  kinetree plot pendulum.csv\n"
                 "  kinetree plot pendulum.csv --columns velocity.upper,velocity.lower,energy --out speeds.png\n"
@@ -246,7 +246,7 @@ int kt_command_plot(int argc, char **argv) {
     kt_table table;
     char name[512];
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_plot, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
     char *base = kt_base_name(argv[1]);

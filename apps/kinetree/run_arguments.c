@@ -38,7 +38,7 @@ static const kt_option options[] = {
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_run = {
     .command = "run",
     .examples = "  kinetree run pendulum.yaml\n"
                 "  kinetree run pendulum.yaml --duration 5 --tolerance 1e-12 --plot pendulum.svg\n"
@@ -68,7 +68,7 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
                                     .plan = -1,
                                     .checkpoint_interval = 10.0};
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_run, argc, argv, arguments, &operands);
     if (code >= 0)
         return code;
     int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +

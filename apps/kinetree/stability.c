@@ -35,7 +35,7 @@ static const kt_option options[] = {
     {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "all modes and steps as JSON", NULL},
 };
 
-static const kt_usage usage = {
+const kt_usage kt_usage_stability = {
     .command = "stability",
     .examples = "  kinetree stability robot.yaml\n"
                 "  kinetree stability robot.yaml --step 1e-3\n"
@@ -295,7 +295,7 @@ int kt_command_stability(int argc, char **argv) {
     kt_scene scene;
     kt_model *model = NULL;
     int operands;
-    int code = kt_arguments_read(&usage, argc, argv, &given, &operands);
+    int code = kt_arguments_read(&kt_usage_stability, argc, argv, &given, &operands);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};

@@ -14,8 +14,9 @@ static const char pendulum[] = "kinetree: 1\n"
                                "    markers: {tip: [0, -1, 0]}\n";
 
 KT_TEST(help_of_every_subcommand_leads_with_examples) {
-    static const char *const subcommands[] = {"",     "run",   "accuracy", "plot", "evaluate",
-                                              "info", "check", "demo",     "make", "integrators"};
+    static const char *const subcommands[] = {"",      "run",         "accuracy",  "plot", "evaluate",
+                                              "info",  "check",       "demo",      "make", "integrators",
+                                              "modes", "equilibrium", "stability", "help"};
     for (size_t i = 0; i < sizeof subcommands / sizeof subcommands[0]; i++) {
         kt_ran ran = kt_shell("$K %s --help", subcommands[i]);
         char start[64];
@@ -43,6 +44,8 @@ KT_TEST(help_of_a_subcommand_is_its_own) {
     snprintf(own, sizeof own, "%s", kt_shell("$K run --help").out);
     kt_check_text("help run", kt_shell("$K help run").out, own);
     kt_expect(1, "did you mean 'run'?", "$K help rnu");
+    kt_expect(1, "takes neither --man nor the name of one", "$K help --completion bash run");
+    kt_expect(1, "takes one of bash|zsh|fish, not 'bsah'; did you mean 'bash'?", "$K help --completion bsah");
 }
 
 KT_TEST(near_misses_are_told_what_would_do) {

@@ -1,6 +1,6 @@
 """What is installed is complete: a program finds it by pkg-config or CMake alone, and runs, linked either way.
 
-install.py BUILD-DIRECTORY HAS-MODULE HAS-SCENE HAS-COMMAND HAS-DOCS C-COMPILER...
+install.py BUILD-DIRECTORY HAS-MODULE HAS-SCENE HAS-COMMAND HAS-REFERENCE HAS-DOCS C-COMPILER...
 """
 import os
 import pathlib
@@ -115,7 +115,7 @@ def build_with_cmake(folder, prefix, target, libdir):
 
 
 def main():
-    build, has_module, has_scene, has_command, has_docs, *compiler = sys.argv[1:]
+    build, has_module, has_scene, has_command, has_reference, has_docs, *compiler = sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         root = folder / "root"
@@ -127,6 +127,13 @@ def main():
         wanted += ["/libkinetree-lapack.so"] if has_module == "true" else []
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []
         wanted += ["/bin/kinetree"] if has_command == "true" else []
+        if has_command == "true" and has_reference == "true":
+            made = run(pathlib.Path(build) / "apps/kinetree/kinetree", "help").stdout.partition("\nUsage:")[2].partition("\nExit")[0]
+            subcommands = re.findall(r"^  (\w+) +\S", made, flags=re.M)
+            claim("there_are_subcommands", [] if "run" in subcommands else subcommands)
+            wanted += [f"/share/man/man1/{page}.1" for page in ["kinetree", *(f"kinetree-{name}" for name in subcommands)]]
+            wanted += ["/share/bash-completion/completions/kinetree.bash", "/share/zsh/site-functions/_kinetree",
+                       "/share/fish/vendor_completions.d/kinetree.fish"]
         wanted += ["/share/doc/kinetree/html/index.html"] if has_docs == "true" else []
         claim("installs_every_part", [f"no {part}" for part in wanted if not any(path.endswith(part) for path in found)])
         claim("installs_nothing_private",

@@ -1,0 +1,77 @@
+/* kinetree help: what the command can do, as words on a terminal, man pages and completions for shells. All are made of
+ * the tables of options that command lines are read by. */
+#include "reference.h"
+
+#include <stdio.h>
+
+typedef struct kt_help_arguments {
+    bool man;
+    int completion; /* -1: none */
+} kt_help_arguments;
+
+#define KT_AT(member) offsetof(kt_help_arguments, member)
+
+static const kt_option options[] = {
+    {"man", KT_OPTION_FLAG, KT_AT(man), NULL, "as a man page", NULL},
+    {"completion", KT_OPTION_CHOICE, KT_AT(completion), "SHELL", "a script that completes command lines", KT_SHELLS},
+};
+
+const kt_usage kt_usage_help = {
+    .command = "help",
+    .examples = "  kinetree help run\n"
+                "  kinetree help --man run > kinetree-run.1 && man ./kinetree-run.1\n"
+                "  kinetree help --completion bash > kinetree.bash && . ./kinetree.bash\n",
+    .operands = "[SUBCOMMAND]",
+    .least = 0,
+    .most = 1,
+    .about = "Shows what there is, or the help of one subcommand. Man pages and completions are installed with the\n"
+             "command; these options write them where it was built for another machine.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+static const kt_overview overview = {
+    .summary = "simulate mechanisms in minimal coordinates",
+    .examples = "  kinetree demo                          list the bundled scenes\n"
+                "  kinetree run pendulum.yaml             simulate; records go to pendulum.csv\n"
+                "  kinetree run pendulum.yaml --out - --interval 0.1 | head\n"
+                "  kinetree accuracy pendulum.yaml        which method and setting is the cheapest for an accuracy\n"
+                "  kinetree info robot.yaml               draw its tree\n"
+                "  kinetree make chain --links 100 | kinetree run - --duration 1\n",
+    .exit_status = "0 done; 1 usage; 2 the scene is wrong; 3 it could not be assembled or its constraints contradict;\n"
+                   "4 the integration failed or its results could not be written: records up to then are kept, in\n"
+                   "NAME.partial.\n",
+};
+
+static void print_overview(void) {
+    printf("Examples\n%s\nUsage: kinetree SUBCOMMAND ...\n\n", overview.examples);
+    for (size_t i = 0; i < kt_subcommand_count; i++)
+        printf("  %-12s %s\n", kt_subcommands[i].name, kt_subcommands[i].summary);
+    printf("\n'kinetree SUBCOMMAND --help' shows examples and options; 'kinetree --version' the version.\n"
+           "\nExit status: %s",
+           overview.exit_status);
+}
+
+int kt_command_help(int argc, char **argv) {
+    kt_help_arguments arguments = {.completion = -1};
+    int operands;
+    const int code = kt_arguments_read(&kt_usage_help, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    const kt_subcommand *subcommand = operands > 0 ? kt_subcommand_find(argv[1]) : NULL;
+    if (operands > 0 && subcommand == NULL)
+        return KT_EXIT_USAGE;
+    if (arguments.completion >= 0 && (arguments.man || operands > 0)) {
+        kt_say("help: --completion is of all subcommands and takes neither --man nor the name of one");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments.completion >= 0)
+        kt_completion_print(arguments.completion);
+    else if (arguments.man)
+        kt_man_print(&overview, subcommand);
+    else if (subcommand != NULL)
+        kt_usage_print(subcommand->usage);
+    else
+        print_overview();
+    return kt_finish_output(KT_EXIT_DONE);
+}
