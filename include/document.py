@@ -17,8 +17,8 @@ The headers are written to be read in an editor, in plain comments. The filter s
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
 
-In a page, `kt_name` and [words](page.md) become links, and the file's name is the page's. (Doxygen 1.9.8 asks for such a
-page by the path of its file, under which there is none.)
+In a page, `kt_name` (where a header has that name) and [words](page.md) become links, and the file's name is the page's. (Doxygen
+1.9.8 asks for such a page by the path of its file, under which there is none.)
 """
 import os
 import pathlib
@@ -348,6 +348,20 @@ class Header:
 
 # ---- pages -----------------------------------------------------------------------------------------------------------
 
+_public = set()
+
+
+def public():
+    """Names in the headers. Pages for those who change the library tell of others, too, which lead nowhere."""
+    if not _public:
+        for path in (HERE / "kinetree").glob("*.h"):
+            _public.update(re.findall(NAME, path.read_text()))
+    return _public
+
+
+def linked(found):
+    return f"<tt>{link(found[1])}</tt>" if found[1].split(".")[0] in public() else found[0]
+
 
 def page(path):
     out, fenced = [], False
@@ -356,7 +370,7 @@ def page(path):
         if number == 0:
             line += f" {{#{path.stem}}}"
         elif not fenced:
-            line = re.sub(rf"`({NAME}(?:\.\w+)?)(?:\(\))?`", lambda found: f"<tt>{link(found[1])}</tt>", line)
+            line = re.sub(rf"`({NAME}(?:\.\w+)?)(?:\(\))?`", linked, line)
             line = re.sub(rf"`((?:{headers()})\.h)`", lambda found: f"<tt>{link(found[1])}</tt>", line)
             line = re.sub(r"\[([^]]*)\]\(([a-z-]+)\.md\)", lambda found: link(found[2], found[1]), line)
         out.append(line)

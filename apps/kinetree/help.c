@@ -39,8 +39,7 @@ static const kt_overview overview = {
                 "  kinetree info robot.yaml               draw its tree\n"
                 "  kinetree make chain --links 100 | kinetree run - --duration 1\n",
     .exit_status = "0 done; 1 usage; 2 the scene is wrong; 3 it could not be assembled or its constraints contradict;\n"
-                   "4 the integration failed or its results could not be written: records up to then are kept, in\n"
-                   "NAME.partial.\n",
+                   "4 the integration failed or its results could not be written: records up to then are kept.\n",
 };
 
 static void print_overview(void) {

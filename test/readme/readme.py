@@ -142,6 +142,29 @@ def benchmarks(root, pages):
             for name in re.findall(r"bench/run ([a-z]+)", page.read_text()) if name not in there]
 
 
+def sources_named(root, pages):
+    """Names and files of the sources that pages tell of, and that there are not: each word in backticks which is a path below the
+    root, NAME.c or NAME.h, or begins with kt_; capitals stand for what a reader puts in."""
+    files = [path.relative_to(root).as_posix() for folder in ("lib", "include", "apps", "test", "bench", ".ci")
+             for path in (root / folder).rglob("*")]
+    words = set(re.findall(r"\w+", "\n".join((root / name).read_text() for name in files if name.endswith((".c", ".h")))))
+    for page in pages:
+        text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.S | re.M)
+        for quoted in re.findall(r"`([^`\n]+)`", text):
+            word = quoted.split()[0].rstrip("/")
+            if re.search(r"\b(NAME|FOLDER|FILE|TARGET)\b|[*<>$]|_NAME\b", word):
+                continue
+            if re.match(r"(lib|include|apps|test|bench|\.ci)/", word):
+                if word not in files:
+                    yield f"{page.name}: {word} is not there"
+            elif re.fullmatch(r"[\w-]+\.[ch]", word):
+                if not any(name.endswith(f"/{word}") for name in files):
+                    yield f"{page.name}: there is no file {word}"
+            elif re.fullmatch(r"(?:kt|KT)_\w+(?:\.\w+)?(?:\(\))?", word):
+                if not set(re.findall(r"\w+", word)) <= words:
+                    yield f"{page.name}: there is no {word}"
+
+
 def main():
     build, root, command, *compiler = sys.argv[1:]
     root = pathlib.Path(root)
@@ -157,6 +180,10 @@ def main():
             (pathlib.Path(folder) / "apps").symlink_to(root / "apps")
             Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder).take(found)
     claim("benchmarks that pages name are there", benchmarks(root, pages))
+    claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
+    drawn = (root / "include/pages/architecture.md").read_text().partition("\n## The folders of lib\n")[2].partition("\n## ")[0]
+    folders = {path.parent.relative_to(root / "lib").as_posix() for path in (root / "lib").rglob("*.c")}
+    claim("every folder of lib is in the drawing", sorted(name for name in folders if f"lib/{name}" not in drawn.split()))
     finish()
 
 
