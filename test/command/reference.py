@@ -79,6 +79,24 @@ def check_bash(script, subcommands, options):
                [scene for scene in scenes if scene.startswith("double-pend")])
 
 
+def check_fish(script):
+    """What fish offers, asked without a terminal."""
+    if shutil.which("fish") is None:
+        skip("fish_completes", "fish is not on this machine")
+        return
+
+    def found(line):
+        environment = {**os.environ, "KINETREE_SCENES": SCENES, "PATH": f"{pathlib.Path(COMMAND).parent}:{os.environ['PATH']}"}
+        run = subprocess.run(["fish", "--no-config", "-c", f"source {script}; complete -C '{line}'"], capture_output=True, text=True,
+                             env=environment)
+        return [offer.split("\t")[0] for offer in (run.stdout + run.stderr).splitlines()]
+
+    offers("fish_completes_a_subcommand", found("kinetree acc"), ["accuracy"])
+    offers("fish_completes_an_option", found("kinetree run five.yaml --dur"), ["--duration"])
+    offers("fish_completes_the_words_of_an_option", found("kinetree run --reduction "), ["qr", "partition", "svd"])
+    offers("fish_completes_a_bundled_scene", found("kinetree demo double-pend"), ["double-pendulum"])
+
+
 def check_syntax(shell, script):
     """The shell itself reads the script."""
     if shutil.which(shell) is None:
@@ -129,6 +147,7 @@ def main():
             script.write_text(text)
             check_syntax(shell, script)
         check_bash(pathlib.Path(folder) / "kinetree.bash", subcommands, options)
+        check_fish(pathlib.Path(folder) / "kinetree.fish")
     for name in subcommands:
         part = re.search(rf"^    {name}\)\n(.*?)^        ;;", texts["zsh"], flags=re.S | re.M)
         told = set(re.findall(r"'--([\w-]+)", part[1])) if part else set()
