@@ -103,7 +103,8 @@ static void report_unknown(kt_reading *reading, kt_node *key) {
     } else {
         kt_phrase_add(&mend, "it can be");
         for (int i = 0, n = 0; i < table->count; i++)
-            if (applies(&table->fields[i], reading->type) &&
+            if (find_field(table, table->fields[i].key, reading->type) == i && /* once, whatever types share it */
+                applies(&table->fields[i], reading->type) &&
                 !kt_support_is_refused(r->refused, table->where, table->fields[i].key))
                 kt_phrase_add(&mend, "%s %s", n++ > 0 ? "," : "", table->fields[i].key);
     }
