@@ -43,6 +43,11 @@ static kt_accuracy_options choose_options(const kt_accuracy_arguments *arguments
     return options;
 }
 
+static void say_file(const char *what, const char *path) {
+    if (path != NULL && strcmp(path, "-") != 0)
+        fprintf(stderr, "  %s: %s\n", what, kt_show(path).text);
+}
+
 /* Everything that is to come out, in turn. */
 static int tell(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
@@ -56,6 +61,11 @@ static int tell(const kt_findings *findings) {
     if (arguments->plot_dark != NULL) {
         const int drawn = kt_findings_draw(findings, arguments->plot_dark, true);
         code = code == KT_EXIT_DONE ? drawn : code;
+    }
+    if (code == KT_EXIT_DONE && !arguments->quiet) {
+        say_file("every run", arguments->out);
+        say_file("picture", arguments->plot);
+        say_file("picture", arguments->plot_dark);
     }
     /* Tables and lines of CSV cannot share standard output. */
     if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
@@ -121,29 +131,60 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     return code;
 }
 
+/* ---- where results go -------------------------------------------------------------------------------------------- */
+
+/* NAME-accuracy.csv beside the records of `kinetree run`, NAME.csv. The caller frees it. */
+static char *default_name(const char *base, const char *ending) {
+    const size_t room = strlen(base) + strlen("-accuracy") + strlen(ending) + 1;
+    char *name = malloc(room);
+    if (name != NULL)
+        snprintf(name, room, "%s-accuracy%s", base, ending);
+    return name;
+}
+
+/* What the command line leaves open. A picture is none by any name but that of its format, and so by that of nothing. */
+static void choose_files(kt_accuracy_arguments *arguments, const char *csv, const char *picture) {
+    if (arguments->out == NULL)
+        arguments->out = csv;
+    if (arguments->plot == NULL && arguments->plot_dark == NULL && kt_plot_is_possible())
+        arguments->plot = picture;
+    if (arguments->plot != NULL && strcmp(arguments->plot, "/dev/null") == 0)
+        arguments->plot = NULL;
+}
+
+static int check_results(const kt_accuracy_arguments *arguments, const char *path) {
+    const kt_file_use uses[] = {{"the scene", path, false},
+                                {"the reference", arguments->reference, false},
+                                {"--out", arguments->out, true},
+                                {"--plot", arguments->plot, true},
+                                {"--plot-dark", arguments->plot_dark, true}};
+    int code = kt_check_files("accuracy", uses, sizeof uses / sizeof uses[0]);
+    if (code < 0 && arguments->plot != NULL)
+        code = kt_plot_check(arguments->plot);
+    if (code < 0 && arguments->plot_dark != NULL)
+        code = kt_plot_check(arguments->plot_dark);
+    return code;
+}
+
 int kt_command_accuracy(int argc, char **argv) {
     kt_accuracy_arguments arguments;
     int code = kt_accuracy_arguments_read(argc, argv, &arguments);
     if (code >= 0)
         return code;
-    const kt_file_use uses[] = {{"the scene", argv[1], false},
-                                {"the reference", arguments.reference, false},
-                                {"--out", arguments.out, true},
-                                {"--plot", arguments.plot, true},
-                                {"--plot-dark", arguments.plot_dark, true}};
-    code = kt_check_files("accuracy", uses, sizeof uses / sizeof uses[0]);
-    if (code < 0 && arguments.plot != NULL)
-        code = kt_plot_check(arguments.plot);
-    if (code < 0 && arguments.plot_dark != NULL)
-        code = kt_plot_check(arguments.plot_dark);
-    if (code >= 0)
-        return code;
     char *base = kt_base_name(argv[1]);
-    if (base == NULL) {
+    char *csv = base != NULL ? default_name(base, ".csv") : NULL,
+         *picture = base != NULL ? default_name(base, ".svg") : NULL;
+    if (csv == NULL || picture == NULL) {
         kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
+        code = KT_EXIT_INTEGRATION;
+    } else {
+        choose_files(&arguments, csv, picture);
+        code = check_results(&arguments, argv[1]);
     }
-    code = study_file(&arguments, argv[1], base);
+    if (code < 0)
+        code = study_file(&arguments, argv[1], base);
+    free(picture);
+    free(csv);
     free(base);
     return code;
 }

@@ -180,7 +180,7 @@ static int check_start(check *c) {
     const int code = check_accelerations(c);
     if (code != KT_EXIT_DONE)
         return code;
-    c->warnings += kt_start_say_moved(c->scene, c->model, c->q, c->v) > 0;
+    c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v) > 0;
     check_freedoms(c);
     check_angles(c);
     check_contacts(c);

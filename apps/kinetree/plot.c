@@ -88,6 +88,8 @@ static bool ends_in(const char *path, const char *ending) {
     return length > tail && strcmp(path + length - tail, ending) == 0;
 }
 
+bool kt_plot_is_possible(void) { return true; }
+
 int kt_plot_check(const char *path) {
     if (ends_in(path, ".svg") || ends_in(path, ".png"))
         return kt_check_writable(path);

@@ -70,6 +70,9 @@ typedef struct kt_plot {
     bool is_dark;
 } kt_plot;
 
+/* Whether this build draws pictures at all. */
+bool kt_plot_is_possible(void);
+
 /* Whether a picture can be drawn to a file of this name, by its ending and by what this build has. Returns -1 to go on,
  * or an exit code after saying why not. */
 int kt_plot_check(const char *path);

@@ -3,6 +3,8 @@
 #include "plot.h"
 #include "plot_shapes.h"
 
+bool kt_plot_is_possible(void) { return false; }
+
 int kt_plot_check(const char *path) {
     kt_say("%s cannot be drawn: this kinetree was built without cairo", path);
     return KT_EXIT_USAGE;

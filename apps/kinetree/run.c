@@ -28,9 +28,9 @@ typedef struct kt_sinks {
     kt_outcome *outcome;
     kt_mode_watch *modes; /* NULL: none */
     const kt_checkpoint *checkpoint;
-    double aside;         /* CPU time that writing took, s: no part of the simulation's cost */
-    bool failed;          /* a line could not be written */
-    bool pauses;          /* for a checkpoint */
+    double aside; /* CPU time that writing took, s: no part of the simulation's cost */
+    bool failed;  /* a line could not be written */
+    bool pauses;  /* for a checkpoint */
 } kt_sinks;
 
 static double larger(double a, double b) { return a > b ? a : b; }
@@ -271,13 +271,26 @@ static int check_columns(const kt_model *model, const kt_run *run) {
     return -1;
 }
 
+static void warn_of_long_step(kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const kt_warning warning = {.code = "long_step",
+                                .time = (double)NAN,
+                                .value = run->step,
+                                .unit = "s",
+                                .remedy = "Give a shorter step, or a longer duration"};
+    if (run->duration > 0.0 && run->step > run->duration)
+        kt_warn(&outcome->warnings, &warning, "the step, %g s, is longer than the duration: one step of %g s is taken",
+                run->step, run->duration);
+}
+
 /* The simulation has been made, and stands at its start. */
 static void tell_start(kt_outcome *outcome, bool quiet) {
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
+    warn_of_long_step(outcome);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
-        (void)kt_start_say_moved(outcome->scene, outcome->model, q, v);
+        (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);
 }
 
 /* With the scene compiled: makes the simulation. */

@@ -51,9 +51,8 @@ const kt_usage kt_usage_run = {
     .about =
         "Simulates a scene ('-': read from standard input) and writes its records as CSV with 17 significant digits.\n"
         "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n"
-        "Results are written to NAME.partial and renamed at the end. A run that fails leaves its records until then "
-        "in\n"
-        "NAME where there is none yet; where there is, that one stays and its own are in NAME.partial.\n",
+        "Results are written to NAME.partial and renamed at the end. A run that fails leaves its records until then\n"
+        "in NAME where there is none yet; where there is, that one stays and its own are in NAME.partial.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -255,15 +254,12 @@ static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
 }
 
 /* The scene alone has been found right when it was read: what is wrong comes of an option. */
-static int check_limits(const kt_run_arguments *arguments, const kt_run *run) {
+static int check_limits(const kt_run *run) {
     kt_error error = {0};
     if (kt_run_check(run, &error) != KT_OK) {
         kt_say_error(&error);
         return KT_EXIT_USAGE;
     }
-    if (run->duration > 0.0 && run->step > run->duration && !arguments->quiet)
-        kt_say("warning: the step, %g s, is longer than the duration: one step of %g s is taken", run->step,
-               run->duration);
     return -1;
 }
 
@@ -291,5 +287,5 @@ int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
         code = override_record(arguments->record, &run->record);
     if (code < 0)
         code = check_method(arguments, run);
-    return code >= 0 ? code : check_limits(arguments, run);
+    return code >= 0 ? code : check_limits(run);
 }

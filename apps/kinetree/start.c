@@ -160,12 +160,14 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
     }
 }
 
-int kt_start_say_moved(const kt_scene *scene, const kt_model *model, const double *q, const double *v) {
+int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
+                       const double *v) {
     int count;
     kt_initial_change *changes = list_changes(model, q, v, &count);
     double *given = count > 0 ? given_state(model) : NULL;
     if (given != NULL)
-        fputs("kinetree: to close the loops, assembly moved initial values that the scene gives", stderr);
+        fprintf(stderr, "%s%s: to close the loops, assembly moved initial values that the scene gives",
+                path != NULL ? path : "kinetree", path != NULL ? ": warning" : "");
     if (given != NULL)
         say_holdable(scene, model, changes, count);
     if (given != NULL)
@@ -346,7 +348,7 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
     kt_model_initial(model, q, v);
     const kt_status status = kt_state_assemble(model, data, 0.0, q, v, &error);
     if (status == KT_OK) {
-        (void)kt_start_say_moved(scene, model, q, v);
+        (void)kt_start_say_moved(NULL, scene, model, q, v);
         return KT_EXIT_DONE;
     }
     kt_say_error(&error);

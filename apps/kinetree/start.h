@@ -12,8 +12,10 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
 /* The same in memory of its own, for those who do not need the state. */
 int kt_start_tell(const kt_scene *scene, const kt_model *model);
 
-/* Says what of the values that the scene gives is not so in the assembled state. Returns how many are not. */
-int kt_start_say_moved(const kt_scene *scene, const kt_model *model, const double *q, const double *v);
+/* Says what of the values that the scene gives is not so in the assembled state: as a warning of the file at `path`
+ * (NULL: in the name of the command). Returns how many are not. */
+int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
+                       const double *v);
 
 /* The same as a list of {joint, part, from, to}. */
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);

@@ -104,8 +104,9 @@ static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const 
             method->name, outcome->run->step, sampling->samples, mode, at.time, sampling->error);
 }
 
-/* Of a large scene the rate alone is known. */
-static void warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest) {
+/* Of a large scene, or where the modes cannot be found, the rate alone is known. Returns whether that is enough to
+ * warn. */
+static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest) {
     kt_complex lambda[DIRECTIONS];
     char remedy[128];
     ptrdiff_t index;
@@ -113,7 +114,7 @@ static void warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     for (int i = 0; i < DIRECTIONS; i++)
         if (!(kt_stability_worst(method, &lambda[i], 1, outcome->run->step, outcome->run->duration, &index) >
               KT_STABILITY_GROWTH))
-            return;
+            return false;
     const double step =
         kt_stability_step(method, lambda, DIRECTIONS, outcome->run->duration, KT_STABILITY_GROWTH, &index);
     snprintf(remedy, sizeof remedy, "Take steps below %.2g s; 'kinetree stability' shows more", step);
@@ -123,18 +124,33 @@ static void warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the rate of the fastest mode is about %.3g /s at t = %g s",
             outcome->run->step, method->name, fastest->rate, fastest->time);
+    return true;
+}
+
+/* Modes need LAPACK, which cannot be loaded: the doubt stays, and is told. */
+static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest,
+                          const kt_error *error) {
+    const kt_warning warning = {.code = "unknown_stability",
+                                .time = fastest->time,
+                                .value = fastest->rate,
+                                .unit = "1/s",
+                                .remedy = "Mend that and run 'kinetree stability', or compare with a run of half the "
+                                          "step"};
+    kt_warn(&outcome->warnings, &warning,
+            "whether steps of %g s are stable and short enough for %s is not known: the rate of the fastest mode is "
+            "about %.3g /s at t = %g s, and its direction cannot be found: %s: %s",
+            outcome->run->step, method->name, fastest->rate, fastest->time, error->where, error->message);
 }
 
 /* ---- at the end -------------------------------------------------------------------------------------------------- */
 
-static bool add_state(kt_spectrum *spectrum, double t, const double *q, const double *v) {
-    kt_error error = {0};
-    return kt_spectrum_add(spectrum, t, q, v, NULL, &error) == KT_OK;
+static bool add_state(kt_spectrum *spectrum, double t, const double *q, const double *v, kt_error *error) {
+    return kt_spectrum_add(spectrum, t, q, v, NULL, error) == KT_OK;
 }
 
-static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch) {
+static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch, kt_error *error) {
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
-    return fastest.rate > 0.0 && add_state(spectrum, fastest.time, fastest.q, fastest.v);
+    return fastest.rate > 0.0 && add_state(spectrum, fastest.time, fastest.q, fastest.v, error);
 }
 
 static kt_simulation_options follow_options(void) {
@@ -159,7 +175,8 @@ static void follow_motion(const kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_status status =
         watch == NULL ? KT_ERROR_MEMORY : kt_simulation_create(outcome->model, &run, &options, &simulation, &error);
     if (status == KT_OK)
-        (void)add_state(spectrum, 0.0, kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
+        (void)add_state(spectrum, 0.0, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
+                        &error);
     while (status == KT_OK && kt_simulation_time(simulation) < run.duration) {
         status = kt_simulation_step(simulation, run.duration, &error);
         if (status == KT_OK)
@@ -167,7 +184,7 @@ static void follow_motion(const kt_outcome *outcome, kt_spectrum *spectrum) {
                               kt_simulation_velocities(simulation));
     }
     if (watch != NULL)
-        (void)add_fastest(spectrum, watch);
+        (void)add_fastest(spectrum, watch, &error);
     kt_simulation_free(simulation);
     kt_mode_watch_free(watch);
 }
@@ -204,9 +221,9 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
         kt_spectrum_free(own);
         return;
     }
-    bool found = add_fastest(own, watch);
+    bool found = add_fastest(own, watch, &error);
     if (end != fastest.time)
-        found |= add_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
+        found |= add_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation), &error);
     const bool unstable = is_unstable(outcome, method, own, &limit), sound = end >= outcome->run->duration;
     if (unstable || !sound)
         follow_motion(outcome, motion);
@@ -214,8 +231,8 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
         warn_by(outcome, method, motion);
     else if (found && sound && !outcome->is_blown_up)
         warn_by(outcome, method, own);
-    else if (!found) /* the loops are singular, or as the run itself says */
-        warn_of_rate(outcome, method, &fastest);
+    else if (!found && !warn_of_rate(outcome, method, &fastest) && error.code == KT_ERROR_UNSUPPORTED)
+        warn_of_doubt(outcome, method, &fastest, &error); /* else the loops are singular, or as the run itself says */
     kt_spectrum_free(own);
     kt_spectrum_free(motion);
 }

@@ -53,6 +53,27 @@ KT_TEST(accuracy_writes_every_run) {
     kt_check_true("time", kt_csv_number(csv, fine, cpu) > 0.0);
 }
 
+/* As `kinetree run` does, in the present folder and under the scene's name; its records bear another. */
+KT_TEST(accuracy_writes_by_default_what_it_found) {
+    static const char few[] = "--integrators=rk4 --steps=0.02,0.01 --quiet";
+    kt_expect(0, NULL, "rm -rf d; mkdir d");
+    kt_write_file("d/p.yaml", pendulum);
+    kt_expect(0, NULL, "rm -f p-accuracy.*; $K accuracy d/p.yaml %s", few);
+    kt_check_equal_int("lines", kt_count_lines(kt_read_file("p-accuracy.csv")), 3);
+    kt_expect(0, NULL, "cd d; $K accuracy p.yaml %s --out - >lines; test $(wc -l <lines) -eq 3 -a ! -e p-accuracy.csv",
+              few);
+    kt_expect(0, NULL,
+              "cd d; rm -f p-accuracy.*; $K accuracy p.yaml %s --out /dev/null --plot /dev/null; "
+              "test \"$(echo *)\" = 'lines p.yaml'",
+              few);
+    kt_expect(1, "p-accuracy.csv is the reference itself", "$K accuracy d/p.yaml %s --reference p-accuracy.csv", few);
+#ifdef KT_HAS_CAIRO
+    kt_check_contains("the picture", kt_read_file("p-accuracy.svg"), "<svg");
+    kt_expect(0, NULL, "cd d; $K accuracy p.yaml %s --plot-dark dark.svg; test -s dark.svg -a ! -e p-accuracy.svg",
+              few);
+#endif
+}
+
 /* The sentence names a setting; run by itself at that setting, the error is within the goal. */
 KT_TEST(recommended_setting_reaches_the_goal_when_it_is_run) {
     kt_write_file("p.yaml", pendulum);
@@ -95,7 +116,11 @@ KT_TEST(accuracy_says_how_it_was_made) {
         "absolute formulation"};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         kt_check_contains("table", ran.out, parts[i]);
-    kt_check_text("no words but these", ran.err, "");
+#ifdef KT_HAS_CAIRO
+    kt_check_text("no words but of files", ran.err, "  every run: p-accuracy.csv\n  picture: p-accuracy.svg\n");
+#else
+    kt_check_text("no words but of files", ran.err, "  every run: p-accuracy.csv\n");
+#endif
 }
 
 /* Two pendulums from the horizontal: a hundred seconds are far beyond what a double precision number can follow. */

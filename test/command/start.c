@@ -76,6 +76,8 @@ KT_TEST(moved_values_are_told_with_what_hold_would_keep) {
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         ran = kt_shell("$K %s", others[i]);
         kt_check_contains(others[i], ran.err, line);
+        kt_check_contains("who tells it", ran.err,
+                          i == 0 ? "f.yaml: warning: to close the loops" : "kinetree: to close");
     }
     ran = kt_shell("$K run f.yaml --quiet --out /dev/null");
     kt_check_text("--quiet", ran.err, "");

@@ -87,7 +87,12 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "step: 1e-30 s: is lost in the rounding", "$K run p.yaml --step 1e-30");
     kt_expect(0, "warning: the step, 20 s, is longer than the duration: one step of 0.1 s is taken",
               "$K run p.yaml --integrator rk4 --step 20 --duration 0.1 --out once.csv");
-    kt_expect(0, NULL, "$K run p.yaml --integrator rk4 --step 20 --duration 0.1 --quiet --out once.csv");
+    kt_ran ran = kt_shell("$K run p.yaml --integrator rk4 --step 20 --duration 0.1 --quiet --out once.csv --summary -");
+    kt_check_text("no words", ran.err, "");
+    json_t *root = kt_json(ran.out);
+    kt_check_text("but in the summary", json_string_value(kt_json_find(root, "warnings[0].code")), "long_step");
+    kt_check_near("the step", kt_json_at(root, "warnings[0].value"), 20.0, 0.0);
+    json_decref(root);
     kt_expect(1, "--duration must be followed by its S", "$K run p.yaml --duration");
     kt_expect(1, "--step takes a number above zero, not '0'", "$K run p.yaml --step 0");
     kt_expect(1, "--interval takes a number above zero, not '-1'", "$K run p.yaml --interval=-1");
