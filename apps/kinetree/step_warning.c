@@ -98,10 +98,11 @@ static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const 
     const kt_warning warning = {
         .code = "few_samples", .time = at.time, .value = sampling->samples, .unit = NULL, .remedy = remedy};
     advise(outcome, sampling->step);
-    kt_warn(&outcome->warnings, &warning,
-            "%s at %g s takes %.3g steps a period of %s, found at t = %g s, which is off by %.2g of its amplitude "
-            "after each period",
-            method->name, outcome->run->step, sampling->samples, mode, at.time, sampling->error);
+    kt_warn(
+        &outcome->warnings, &warning,
+        "%s at %g s takes %.3g steps a period of %s, found at t = %g s, whose error after each period is %.2g times "
+        "its amplitude",
+        method->name, outcome->run->step, sampling->samples, mode, at.time, sampling->error);
 }
 
 /* Of a large scene, or where the modes cannot be found, the rate alone is known. Returns whether that is enough to

@@ -272,8 +272,8 @@ typedef struct kt_sampling {
     double step;    /* s, with which this is KT_SAMPLING_ERROR */
 } kt_sampling;
 
-/* The fastest oscillation that is excited (with velocities of at least 3 % of the most excited mode of its state, a
- * thousandth of its energy) and whose amplitude and phase a step of this method gets wrong by more than
+/* The fastest oscillation that is excited (with velocities of at least 3 % of the most excited oscillation of its
+ * state, a thousandth of its energy; a steady spin is no oscillation) and whose amplitude and phase a step of this method gets wrong by more than
  * KT_SAMPLING_ERROR over a period. step > 0. */
 KT_API kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step);
 

@@ -127,7 +127,7 @@ kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *me
 
 /* ---- samples a period -------------------------------------------------------------------------------------------- */
 
-#define EXCITED 0.03 /* of the velocities of the most excited mode: a thousandth of its energy */
+#define EXCITED 0.03 /* of the velocities of the most excited oscillation: a thousandth of its energy */
 
 static double period_error(const kt_method *method, double radius, kt_complex lambda, double step) {
     kt_stability stability;
@@ -149,19 +149,24 @@ static double step_enough(const kt_method *method, double radius, kt_complex lam
     return low;
 }
 
-/* The most that any mode of the same state is excited. */
+static bool oscillates(const kt_mode *mode) {
+    return mode->imaginary > 0.0 && mode->error < 0.01 * mode->imaginary && fabs(mode->damping) < 0.7;
+}
+
+/* The most that any oscillation of the same state is excited. A steady motion is none: what a rotor has in its spin says
+ * nothing about its nutation. */
 static double most_excited(const kt_spectrum *spectrum, double time) {
     double most = 0.0;
     for (int i = 0; i < spectrum->count; i++)
-        if (spectrum->mode[i].time == time)
+        if (spectrum->mode[i].time == time && oscillates(&spectrum->mode[i].mode))
             most = fmax(most, spectrum->mode[i].mode.excitation);
     return most;
 }
 
 static bool is_excited_oscillation(const kt_spectrum *spectrum, int i) {
     const kt_mode *mode = &spectrum->mode[i].mode;
-    return mode->imaginary > 0.0 && mode->error < 0.01 * mode->imaginary && fabs(mode->damping) < 0.7 &&
-           mode->excitation > 0.0 && mode->excitation >= EXCITED * most_excited(spectrum, spectrum->mode[i].time);
+    return oscillates(mode) && mode->excitation > 0.0 &&
+           mode->excitation >= EXCITED * most_excited(spectrum, spectrum->mode[i].time);
 }
 
 kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step) {

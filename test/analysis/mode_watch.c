@@ -247,6 +247,34 @@ KT_TEST(few_steps_a_period_are_told_with_the_step_that_is_enough) {
     train_free(&t);
 }
 
+/* A fast flywheel beside a block on a spring: 500 rad/s of the one, which needs no samples, do not outweigh the other. */
+KT_TEST(a_steady_spin_hides_no_oscillation) {
+    kt_error error = {0};
+    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_effect spring = kt_effect_default();
+    kt_description description = kt_description_default();
+    train t = {.count = 2};
+    bodies[0].name = "flywheel";
+    bodies[0].joint.type = KT_JOINT_REVOLUTE;
+    bodies[0].inertia.xx = bodies[0].inertia.yy = bodies[0].inertia.zz = 1.0;
+    bodies[1].name = "block";
+    bodies[1].joint.type = KT_JOINT_PRISMATIC;
+    bodies[0].mass = bodies[1].mass = 1.0;
+    spring.type = KT_EFFECT_JOINT_SPRING;
+    spring.joint = "block";
+    spring.stiffness = 100.0;
+    description.bodies = bodies;
+    description.body_count = 2;
+    description.effects = &spring;
+    description.effect_count = 1;
+    const double q[2] = {0.0, 0.0}, v[2] = {500.0, 0.01}, period = 2.0 * pi / 10.0;
+    if (kt_check_equal_int("compiles", kt_model_compile(&description, NULL, &t.model, &error), KT_OK)) {
+        kt_check_near("steps a period", sampling_of(&t, "rk4", q, v, period / 4.0).samples, 4.0, 1e-14);
+        kt_check_equal_int("of enough", sampling_of(&t, "rk4", q, v, period / 20.0).mode, -1);
+    }
+    kt_model_free(t.model);
+}
+
 /* The slow shape alone: the fast one needs no samples. A twentieth of it is enough to count. */
 KT_TEST(only_what_is_excited_counts) {
     train t;
