@@ -14,7 +14,7 @@
  * Against finite differences with one step this needs no guess of the scale on which f changes; the first step must
  * only not be smaller than that scale times about 1e-3, below which rounding takes over.
  */
-#include "analysis/internal.h"
+#include "analysis/analysis.h"
 
 #include <float.h>
 #include <math.h>

@@ -12,8 +12,8 @@
  *
  * The same with mu = 0 for any H, and steps counting where |a| falls, finds the equilibria nearby, whatever their kind.
  */
-#include "analysis/internal.h"
-#include "dynamics/kernel.h"
+#include "analysis/analysis.h"
+#include "dynamics/dynamics.h"
 #include "reduction/lapack.h"
 
 #include <float.h>

@@ -8,7 +8,7 @@
  * coordinates to their units; joints that are driven by a motor or held are dependent only where their column is more
  * than ten times larger than the others.
  */
-#include "analysis/internal.h"
+#include "analysis/analysis.h"
 
 #include "reduction/kernel.h"
 

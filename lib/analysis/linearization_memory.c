@@ -1,5 +1,5 @@
 /* Laying linearisations and modes out in memory. */
-#include "analysis/internal.h"
+#include "analysis/analysis.h"
 #include "analysis/modes.h"
 #include "base/arena.h"
 

@@ -10,9 +10,9 @@
  *
  * Directions: (free_position_j, 0), and (0, free_velocity_j), see chart.c.
  */
-#include "analysis/internal.h"
+#include "analysis/analysis.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <float.h>
 #include <math.h>

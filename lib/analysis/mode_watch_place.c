@@ -1,7 +1,7 @@
 /* Laying a watch on the fastest mode out in memory. */
 #include "analysis/mode_watch.h"
 
-#include "analysis/internal.h"
+#include "analysis/analysis.h"
 #include "base/arena.h"
 
 #include <stdlib.h>

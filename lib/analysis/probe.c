@@ -4,7 +4,7 @@
  * has come, q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
  * At rest the force M a can be asked for in the place of a: inverse dynamics with a less that without.
  */
-#include "analysis/internal.h"
+#include "analysis/analysis.h"
 
 #include <float.h>
 #include <math.h>

@@ -9,8 +9,8 @@
 
 #include "base/arena.h"
 #include "compile/compile.h"
-#include "effect/kind.h"
-#include "joint/kind.h"
+#include "effect/effect.h"
+#include "joint/joint.h"
 
 #include <float.h>
 #include <stdio.h>

@@ -7,9 +7,9 @@
 
 #include "base/arena.h"
 #include "compile/planar.h"
-#include "effect/kind.h"
-#include "joint/kind.h"
-#include "loop/kind.h"
+#include "effect/effect.h"
+#include "joint/joint.h"
+#include "loop/loop.h"
 
 #include <stdio.h>
 #include <stdlib.h>

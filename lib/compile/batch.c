@@ -6,7 +6,7 @@
  * motion of links; the others that of the links that bear an end and of those that carry these.
  */
 #include "compile/attach.h"
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <string.h>
 

@@ -7,8 +7,8 @@
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "compile/planar.h"
-#include "dynamics/kernel.h"
-#include "joint/kind.h"
+#include "dynamics/dynamics.h"
+#include "joint/joint.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Rules of the effects: those of names and types; the rest is said by each type's file in lib/effect. */
 #include "compile/compile.h"
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <stddef.h>
 

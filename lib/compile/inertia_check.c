@@ -9,7 +9,7 @@
  * another one brings about.
  */
 #include "compile/attach.h"
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -8,7 +8,7 @@
  * bodies between two turns. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is meant so.
  */
 #include "compile/planar.h"
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 #include <float.h>
 #include <string.h>

@@ -7,7 +7,7 @@
  */
 #include "compile/attach.h"
 #include "compile/planar.h"
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 #include <float.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Frames and points of bodies, from the kinematics of their links. A body is at rest in its link:
  *   p = p_l + R_l d,   v = v_l + w x R_l d,   a = a_l + alpha x R_l d + w x (w x R_l d). */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 
 #include <string.h>

@@ -38,18 +38,18 @@
 
 #include "base/arena.h"
 #include "dynamics/dof.h"
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 /* Freedoms in the order of the links, side by side. */
 enum { KT_LANES = 8 };
 typedef double kt_v8 __attribute__((vector_size(64)));
 
-typedef struct kt_node {
+typedef struct kt_derivative_node {
     int32_t link;
     int32_t parent;       /* a node; 0: the ground */
     int32_t first, count; /* freedoms */
     bool branches;        /* some child is not the next node */
-} kt_node;
+} kt_derivative_node;
 
 /* What a freedom asks of motions dA, psi', s: for inverse dynamics U = I S, S'2B, S'X; for forward dynamics times d. */
 typedef struct kt_dof_row {
@@ -84,7 +84,7 @@ static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 
 
 /* Every array: type, name, count. A free link is two nodes. Results: batch by batch, a row's lanes side by side. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
-    X(kt_node, node, n->link + n->v / 6)                                                                               \
+    X(kt_derivative_node, node, n->link + n->v / 6)                                                                    \
     X(kt_dof_motion, motion, n->v)                                                                                     \
     X(kt_dof_row, row, n->v)                                                                                           \
     X(kt_dof_batch, batch, kt_batches(n))                                                                              \

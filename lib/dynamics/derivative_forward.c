@@ -138,7 +138,7 @@ KT_INLINE void apply_unit(const place *p, size_t f, const kt_dof_row *row, strip
 
 KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
     kt_derivative_work *w = p->w;
-    const kt_node *node = &w->node[n];
+    const kt_derivative_node *node = &w->node[n];
     for (int32_t k = node->count - 1; k >= 0; k--) {
         const size_t f = (size_t)node->first + (size_t)k;
         const kt_dof_row *row = &w->row[f];
@@ -247,7 +247,7 @@ KT_INLINE size_t backward_pass(const place *p, kind is) {
     if (w->branched)
         empty(p);
     for (size_t n = p->high;;) {
-        const kt_node *node = &w->node[n];
+        const kt_derivative_node *node = &w->node[n];
         const size_t parent = (size_t)node->parent, next = n > p->low ? n - 1 : parent;
         if (node->branches)
             gather(is, &w->state[n], &x);
@@ -287,7 +287,7 @@ KT_INLINE void respond(const kt_dof_row *row, bool after, strip *x, const strip 
 /* One node; before the strip's, among them, or after them. */
 KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, flow *x, strip *excess) {
     kt_derivative_work *w = p->w;
-    const kt_node *node = &w->node[n];
+    const kt_derivative_node *node = &w->node[n];
     if (!node->parent)
         clear(is, x);
     else if ((size_t)node->parent != n - 1)

@@ -5,9 +5,10 @@
 
 /* ---- out: nodes, and how their freedoms move --------------------------------------------------------------------- */
 
-static inline kt_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t *first, int32_t count) {
-    kt_node *node = &w->node[w->nodes];
-    *node = (kt_node){.link = link, .parent = parent, .first = *first, .count = count};
+static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t *first,
+                                           int32_t count) {
+    kt_derivative_node *node = &w->node[w->nodes];
+    *node = (kt_derivative_node){.link = link, .parent = parent, .first = *first, .count = count};
     *first += count;
     if (parent && parent != (int32_t)w->nodes - 1)
         w->branched = w->node[parent].branches = true;
@@ -65,7 +66,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
     w->branched = false;
     for (size_t lane = 0; lane < KT_LANES && model->n.v > 0; lane++) /* where nothing moves there is no batch */
         w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
-    w->node[0] = (kt_node){0};
+    w->node[0] = (kt_derivative_node){0};
     kt_derivative_link ground = {.place = none};
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
@@ -195,7 +196,7 @@ static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, kt_derivat
 
 static inline void backward_pass(const kt_model *model, const kt_data *data, bool absorb, kt_derivative_work *w) {
     for (size_t n = w->nodes - 1; n > 0; n--) {
-        const kt_node *node = &w->node[n];
+        const kt_derivative_node *node = &w->node[n];
         const kt_link *link = &model->link[node->link];
         kt_derivative_link *x = &w->link[node->link];
         const bool above = node->parent && w->node[node->parent].link == node->link; /* a free link's turns */

@@ -1,8 +1,8 @@
 /* The calls of dynamics.h: choose the kernels of the model's instruction-set level and sweep, stand in for what is not
  * given, and hand results over only when they are whole. */
 #include "kinetree/dynamics.h"
-#include "dynamics/kernel.h"
-#include "joint/kind.h"
+#include "dynamics/dynamics.h"
+#include "joint/joint.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Motion of the links that effects ask for, and of no others: the way out of sweep.h, without accelerations. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 /* Sines and cosines of the bearers' angles, each at its place among all. */

@@ -12,7 +12,7 @@
  * Way out again: accelerations.
  */
 #include "dynamics/articulated.h"
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <string.h>
 

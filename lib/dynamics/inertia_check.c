@@ -7,7 +7,7 @@
  * Nothing of J is left behind a ball or a free joint, whose rows are zero then, not almost zero.
  */
 #include "dynamics/articulated.h"
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <string.h>
 

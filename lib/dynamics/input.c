@@ -1,6 +1,6 @@
 /* What a caller can give wrong: numbers that are not finite, and quaternions of zeros. */
-#include "dynamics/kernel.h"
-#include "joint/kind.h"
+#include "dynamics/dynamics.h"
+#include "joint/joint.h"
 
 #include <stdio.h>
 

@@ -5,7 +5,7 @@
  *          n = J alpha + w x J w + h x a,      f = m a + alpha x h + w x (w x h)      (less what acts from outside)
  * Back:  tau = s . n or s . f;   n_p += n + r x f,   f_p += f.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 /* J u = R (Jb (R' u)) for two vectors would cost more than turning J once. */

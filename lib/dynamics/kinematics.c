@@ -1,5 +1,5 @@
 /* Motion and places of all links, world axes: the way out of sweep.h, without gravity. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 /* x - x of what moves a link, summed: 0 where all is finite, NaN else. (An offset or an angular velocity that is not

@@ -6,7 +6,7 @@
  * Its wrench for a unit acceleration of freedom k, F = (J s + h x s_f, m s_f + s x h), is carried to each ancestor,
  * where M_jk = S_j . F.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 #include <string.h>

@@ -14,7 +14,7 @@
  * the M that is left, is computed as p . M p - (p . h)^2 / J from the M that was there: all but the last product and
  * difference go on while the division does. What is lost is of the order of eps |M| |p|^2 either way.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/planar_articulated.h"
 
 /* kt_planar_inertia as it is passed from link to link: M = [xx xy; xy yy] as (xx, yy) and xy. */

@@ -4,7 +4,7 @@
  *          n = J alpha + h . a,   f = m a + h alpha - w^2 m c   (less what acts from outside)
  * Back:  tau = +-n or u . f;   n_p += n + p . f,  f_p += f,  p = r turned by a right angle.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/planar_articulated.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {

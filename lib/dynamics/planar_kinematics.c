@@ -5,7 +5,7 @@
  *   w = omega n,  alpha n,  a = a_1 e1 + a_2 e2;
  * offsets as in sweep.h, in three coordinates, so that no height is lost and joints that do not slide show no slide.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/planar_sweep.h"
 #include "dynamics/sweep.h"
 

@@ -5,7 +5,7 @@
  * Its wrench for a unit acceleration of its joint, (J, (-h_y, h_x)) of a turn, (h x u, m u) of a slide along u, is
  * carried to each ancestor, where M_jk = +-n or u . f. In planar_inertia: j, h = m c, xx = m.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/planar_sweep.h"
 
 /* Composites; returns the place of a link that hangs on the ground and carries what is not finite, or 0. */

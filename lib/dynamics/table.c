@@ -1,5 +1,5 @@
 /* The kernels of one level. Those of mixed models take the spatial links, then the planar ones; no joint is between. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c,   p = sum m v_c,   L = sum c x m v_c + I_c w
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 #include "model/model.h"
 

@@ -8,7 +8,7 @@
  * So coincident points feel no force, by symmetry, and no result is NaN. Close passages above that are what they are:
  * the error control shortens the steps, as far as it goes.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #define NEAR 1e-50
 

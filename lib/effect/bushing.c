@@ -9,7 +9,7 @@
  * Where both frames turn about one axis of the first, M = -k theta exactly. The frames are taken to be less than half a
  * turn apart: there theta jumps to the other way round, and the moment with it.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_ends(checker, effect->between);

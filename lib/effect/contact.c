@@ -14,7 +14,7 @@
  * v0 artanh(T / (mu N)) instead of resting. In l, not in the centre, it makes a ball roll. What is not elastic is
  *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_ends(checker, effect->between);

@@ -1,5 +1,5 @@
 /* A caller's own effect: callbacks in its record; who sums the effects calls them, since they can fail. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     if (!effect->push == !effect->drive) {

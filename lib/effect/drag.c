@@ -1,6 +1,6 @@
 /* Drag on a point that moves with v through a medium at rest: f = -(c1 + c2 |v|) v, dissipated = (c1 + c2 |v|) |v|^2.
  * Stokes' law for slow flow and Newton's for fast; f is continuously differentiable, at rest too. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_end(checker, "on", &effect->between[0]);

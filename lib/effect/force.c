@@ -1,5 +1,5 @@
 /* Force: a vector f(t) on a point of a body, its components in world axes or in the end's; supplied = f . v. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_end(checker, "at", &effect->between[0]);

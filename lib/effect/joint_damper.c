@@ -1,5 +1,5 @@
 /* Linear damper in a joint: force = -c v, dissipated = c v^2. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_scalar_joint(checker, "joint", -1, effect->joint);

@@ -6,7 +6,7 @@
  * the joint creeps, at v0 artanh(f / S) where v0 << vs. At rest it is a damper of S / v0, and this is what limits the
  * steps of an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors against dry friction are proportional to v0.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_scalar_joint(checker, "joint", -1, effect->joint);

@@ -8,7 +8,7 @@
  * indentation is Hunt and Crossley's, 1975.) N has a kink at x = 0, as every one-sided spring; elsewhere it is C1. A
  * joint that leaves with c |w| >> k x hardly feels the stop, whose energy then turns into heat.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static bool check_stop(kt_checker *checker, const char *field, double value, double none) {
     return value == none || kt_checker_number(checker, field, value);

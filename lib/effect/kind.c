@@ -1,5 +1,5 @@
 /* The list of effect types, and what types share. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #define KT_EFFECT_EXTERN(id, name) extern const kt_effect_kind KT_EFFECT(kt_effect_##name);
 KT_EFFECT_LIST(KT_EFFECT_EXTERN)

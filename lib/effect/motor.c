@@ -1,5 +1,5 @@
 /* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_scalar_joint(checker, "joint", -1, effect->joint);

@@ -1,5 +1,5 @@
 /* What is asked of effect types, and of the effects of a model together. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 int kt_effect_end_count(const kt_effect *effect) {
     if (effect->type == KT_EFFECT_CUSTOM)

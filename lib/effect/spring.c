@@ -6,7 +6,7 @@
  * after it: the push k L n changes sign there, and c rate n = c d' does not. The mean of both sides is taken: no push,
  * and damping of the whole d'.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <float.h>
 

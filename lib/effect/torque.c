@@ -1,5 +1,5 @@
 /* Torque: a vector m(t) on a body, its components in world axes or in the end's; supplied = m . omega. */
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_checker_end(checker, "on", &effect->between[0]);

@@ -12,7 +12,7 @@
  * then has it), the stages of the dense output; and, after a failed step or a restore, the stages of the last step
  * themselves.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <string.h>
 
@@ -50,7 +50,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
 }
 
 /* Terms of the slopes at theta, zeros left out. */
-static size_t weigh_slopes(const kt_integrator *it, double theta, kt_term *terms) {
+static size_t weigh_slopes(const kt_integrator *it, double theta, kt_stage_term *terms) {
     const kt_method *m = it->method;
     const double rest = 1.0 - theta, bubble = theta * theta * rest * rest;
     size_t count = 0;
@@ -64,7 +64,7 @@ static size_t weigh_slopes(const kt_integrator *it, double theta, kt_term *terms
         if (i == it->fresh)
             weight -= theta * theta * rest;
         if (weight != 0.0)
-            terms[count++] = (kt_term){weight, i};
+            terms[count++] = (kt_stage_term){weight, i};
     }
     return count;
 }
@@ -94,7 +94,7 @@ kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, 
     const double theta = (t - t0) / (t1 - t0);
     const double part = theta * theta * (3.0 - 2.0 * theta);
     const double *y0 = it->previous_y, *y1 = it->y;
-    kt_term terms[KT_METHOD_STAGES_MAX];
+    kt_stage_term terms[KT_METHOD_STAGES_MAX];
     const size_t count = weigh_slopes(it, theta, terms);
     kt_combine(y_out, y0, it->memory.last_step, terms, count, it->k, n);
     for (size_t i = 0; i < n; i++)

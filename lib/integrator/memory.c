@@ -1,5 +1,5 @@
 /* An integrator in the caller's memory: layout, options, start, checkpoints. */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The list of built-in methods. */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <string.h>
 

@@ -17,7 +17,7 @@
  * a product of rho coefficients. So a residual of rho eps sum |terms| passes, with a factor of 2 in hand; sums are
  * formed in long double.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>

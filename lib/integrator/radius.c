@@ -16,7 +16,7 @@
  *
  * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>

@@ -13,7 +13,7 @@
  * Source: B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315, (2.3) to (2.6).
  */
 #include "integrator/chebyshev.h"
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>
@@ -153,7 +153,7 @@ double kt_stabilised_error(const kt_integrator *it, double h) {
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
         const double error = extrapolated ? it->krylov[i] : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
-        const double u = error / kt_scale(it, i, y0[i], y1[i]);
+        const double u = error / kt_error_scale(it, i, y0[i], y1[i]);
         sum += u * u;
     }
     return sqrt(sum / (double)it->counted);

@@ -17,7 +17,7 @@
  * and a general eigenvalue is asked how much it grows in a run, which rounding in one step cannot spoil.
  */
 #include "integrator/chebyshev.h"
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>

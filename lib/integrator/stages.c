@@ -3,7 +3,7 @@
  * All sums run over the terms of a row in the order of the table, component by component, and nothing else enters: a
  * value has the same bits whatever n, the tile it falls into, and the width of the machine's vectors.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>
@@ -12,7 +12,7 @@
 enum { TILE = 8 };
 
 /* sum_j weight_j k_j for a tile */
-static inline void sum_tile(double sum[TILE], const kt_term *terms, size_t count, double *const *k, size_t at) {
+static inline void sum_tile(double sum[TILE], const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
     for (int l = 0; l < TILE; l++)
         sum[l] = 0.0;
     for (size_t j = 0; j < count; j++) {
@@ -23,14 +23,14 @@ static inline void sum_tile(double sum[TILE], const kt_term *terms, size_t count
     }
 }
 
-static inline double sum_one(const kt_term *terms, size_t count, double *const *k, size_t at) {
+static inline double sum_one(const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
     double sum = 0.0;
     for (size_t j = 0; j < count; j++)
         sum += terms[j].weight * k[terms[j].slot][at];
     return sum;
 }
 
-void kt_combine(double *restrict out, const double *restrict y, double h, const kt_term *terms, size_t count,
+void kt_combine(double *restrict out, const double *restrict y, double h, const kt_stage_term *terms, size_t count,
                 double *const *k, size_t n) {
     size_t i = 0;
     for (; i + TILE <= n; i += TILE) {
@@ -102,7 +102,7 @@ static inline double scale_of(double absolute, double relative, double y0, doubl
 }
 
 /* mean over i of (sum_j weight_j k_ji / scale_i)^2, summed in lanes i mod TILE. */
-static double mean_square(const kt_integrator *it, const kt_term *terms, size_t count) {
+static double mean_square(const kt_integrator *it, const kt_stage_term *terms, size_t count) {
     const size_t n = it->counted;
     const double *y0 = it->y, *y1 = it->trial, *each = it->options.absolute_tolerances;
     const double relative = it->options.relative_tolerance, absolute = it->options.absolute_tolerance;
@@ -139,7 +139,7 @@ static double error_norm(const kt_integrator *it, double h) {
     return fabs(h) * high / sqrt(high + 0.01 * low);
 }
 
-double kt_scale(const kt_integrator *it, size_t i, double y0, double y1) {
+double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {
     const double *each = it->options.absolute_tolerances;
     return scale_of(each != NULL ? each[i] : it->options.absolute_tolerance, it->options.relative_tolerance, y0, y1);
 }
@@ -147,7 +147,7 @@ double kt_scale(const kt_integrator *it, size_t i, double y0, double y1) {
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / kt_scale(it, i, it->y[i], it->y[i]);
+        const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / kt_error_scale(it, i, it->y[i], it->y[i]);
         sum += x * x;
     }
     return sqrt(sum / (double)it->counted);

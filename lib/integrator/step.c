@@ -3,7 +3,7 @@
  * Everything is decided in locals and in scratch; `memory` and the pointers to the states change only in commit(),
  * after which nothing can fail. So a failure needs no undoing.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The 3(2) pair of Bogacki and Shampine; its dense output is the cubic, of order 3. */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 static const double a[] = {
     1.0 / 2.0,                       /**/

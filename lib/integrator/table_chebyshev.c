@@ -7,7 +7,7 @@
  *
  * Source: B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315, sections 2 and 3.1.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 static const double a[] = {
     13.0 / 54.0,               /**/

@@ -4,7 +4,7 @@
  *
  * Sources: as chebyshev.c.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 /* clang-format off */
 static const double a[] = {

@@ -6,7 +6,7 @@
  * by the ends plus d_i theta^2 (1 - theta)^2, and d_i is the factor of theta^4. The digits of d that the paper does
  * not print follow from the conditions of order 4, with d_2 and d_7 as printed.
  */
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 static const double a[] = {
     /* k2 */

@@ -1,5 +1,5 @@
 /* Fixed: no freedom; the body shares its parent's link. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     (void)joint;

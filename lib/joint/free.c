@@ -1,6 +1,6 @@
 /* Free: position in the joint frame and a quaternion; velocity in the joint frame, angular velocity in the body frame.
  * One element, not six: a free link takes nothing from its parent but the wrench, and passes no inertia on. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     (void)joint;

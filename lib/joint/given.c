@@ -1,5 +1,5 @@
 /* Which parts of a joint's initial state are given: what is not zero is, and what `given` names. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* The list of joint types, and what they share. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 #define KT_JOINT_ENTRY(id, name, nq, nv) [id] = &kt_joint_##name,
 const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_ENTRY)};

@@ -1,6 +1,6 @@
 /* Planar: along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then about the axis. The slides come first,
  * so that x, y and their rates are components in the joint frame's triad. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     const kt_mat3 triad = kt_triad_from_axis(kt_joint_unit(joint->axis), 2);

@@ -1,5 +1,5 @@
 /* Prismatic: one freedom, along `axis`. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_PRISMATIC, joint->axis);

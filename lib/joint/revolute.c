@@ -1,5 +1,5 @@
 /* Revolute: one freedom, about `axis`. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);

@@ -1,5 +1,5 @@
 /* Screw: one freedom, about `axis`, advancing `pitch` metres a radian along it. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_SCREW, joint->axis);

@@ -1,5 +1,5 @@
 /* Spherical: a quaternion; angular velocity in the body frame. */
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
     (void)joint;

@@ -1,6 +1,6 @@
 /* Equations of each loop type (SCENE: "Loops"). Orientation closures are first order in the violation, so the counts
  * are those of the freedoms that a type removes. */
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 static const signed char equations[KT_LOOP_TYPE_COUNT] = {
     [KT_LOOP_SPHERICAL] = 3, [KT_LOOP_INLINE] = 2,    [KT_LOOP_INPLANE] = 1,     [KT_LOOP_DISTANCE] = 1,

@@ -1,5 +1,5 @@
 /* Coupling: sum of coefficient * position = offset; gears, pulleys, mimic joints. */
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double offset[3];

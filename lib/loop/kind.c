@@ -1,5 +1,5 @@
 /* The list of loop types, for one level of the instruction set. */
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 #define KT_LOOP_EXTERN(id, name) extern const kt_loop_kind KT_KERNEL(kt_loop_##name);
 KT_LOOP_LIST(KT_LOOP_EXTERN)

@@ -1,5 +1,5 @@
 /* Motion: a joint's position follows a function of time; phi = q - f(t), phi_t = -f', and -f'' in phi''. */
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double f[3];

@@ -1,4 +1,4 @@
-/* A loop as it lies in a plane (model/planar_loop.h), from what its type is made of (kind.h: parts).
+/* A loop as it lies in a plane (model/planar_loop.h), from what its type is made of (loop.h: parts).
  *
  * Ends are given in the plane's basis, n last. With e_k the axes of end 1, f_k those of end 2:
  *   x, y, z         phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
@@ -6,7 +6,7 @@
  *   tilt about k    the same, theta being the angle from e_z to f_z, if both lie in the plane; void if both are n
  *   normal          if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
  */
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 static kt_vec3 axis_of(const kt_pose *end, int k) {
     return k == 0 ? end->rotation.x : k == 1 ? end->rotation.y : end->rotation.z;

@@ -1,7 +1,7 @@
 /* What can be asked about the loops of a model one by one. */
 #include "kinetree/loop.h"
 
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 #include <string.h>
 

@@ -5,14 +5,14 @@
  *     w = w2 - w1.
  * For an axis e of that frame, e' = w1 x e, so phi = e . d has
  *     phi'  = e . u
- *     phi'' = e . u' - e . (2 w1 x u + w1 x (w1 x d)),   u' = a2 - a1 - alpha1 x d  [kind.h]
+ *     phi'' = e . u' - e . (2 w1 x u + w1 x (w1 x d)),   u' = a2 - a1 - alpha1 x d  [loop.h]
  * (du/dt = u' - w1 x (u + w1 x d), and e' . u = - e . (w1 x u)). The same holds of any direction fixed in end 1's
  * frame. Seen in that frame, w's rate is w' - w1 x w2.
  */
 #ifndef KT_LOOP_RELATIVE_H
 #define KT_LOOP_RELATIVE_H
 
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 typedef struct kt_loop_relative {
     kt_vector d, u, w;  /* see above */

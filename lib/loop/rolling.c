@@ -6,7 +6,7 @@
  * - rho t The velocity of the disc's material point at P against the plane, W = w1 - w2, U = v1 - v2 - w2 x r (r's rate
  * seen in the plane's frame): y = U - rho W x t Rows: y . x = 0, y . y = 0 (non-holonomic), and with contact y . n = 0,
  * which is the rate of the gap phi = n . r - rho s       (its rate n . U - rho s', and s' = W . (t x n) = n . (W x t))
- * Each is a velocity of end 1 against end 2 at P along k = x, y, n; in the terms of kind.h force -k, moment -(P - S) x
+ * Each is a velocity of end 1 against end 2 at P along k = x, y, n; in the terms of loop.h force -k, moment -(P - S) x
  * k. Differentiated in the plane's frame, with a' = W x a, c' = n . a', s' = -c c' / s, t' = -(c' a + c a' + s' t) / s:
  *     y' = U' - rho (W' x t + W x t')
  *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r),   W' = alpha1 - alpha2 - w2 x W

@@ -13,7 +13,7 @@
  */
 #include "reduction/levenberg_marquardt.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <stdio.h>
 #include <string.h>

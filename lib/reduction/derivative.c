@@ -10,7 +10,7 @@
  * eight in steps of KT_STEP, which leave h^8 / 630 times the ninth derivative and rounding errors of some eps / h of
  * the forces.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
 #include "reduction/dual.h"

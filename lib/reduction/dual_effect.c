@@ -3,7 +3,7 @@
  * What an effect between two bodies exerts depends on how one moves against the other alone, and turns with them: so
  * the link that carries both is taken to be at rest, as for loops. One with a single end is told from the ground.
  */
-#include "effect/kind.h"
+#include "effect/effect.h"
 #include "reduction/support.h"
 
 /* The deepest link that carries both. */

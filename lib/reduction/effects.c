@@ -2,8 +2,8 @@
  * no effect of the scene needs is not even looked at. Powers are summed only where they are asked for: the sum is
  * compiled once with them and once without.
  */
-#include "dynamics/kernel.h"
-#include "effect/kind.h"
+#include "dynamics/dynamics.h"
+#include "effect/effect.h"
 #include "kinetree/dynamics.h"
 #include "reduction/evaluate.h"
 

@@ -14,7 +14,7 @@
  */
 #include "reduction/evaluate.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <stdio.h>
 #include <string.h>

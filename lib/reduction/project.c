@@ -10,7 +10,7 @@
  */
 #include "reduction/levenberg_marquardt.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <float.h>
 #include <stdio.h>

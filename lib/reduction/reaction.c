@@ -8,7 +8,7 @@
  * Of loops in a plane the reactions are those in space, with what acts out of the plane: the spatial kernels are asked,
  * for which the planar ones' accelerations are as good as their own.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "reduction/evaluate.h"
 
 #include <stdio.h>

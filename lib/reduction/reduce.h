@@ -7,7 +7,7 @@
 
 #include "base/arena.h"
 #include "base/isa.h"
-#include "loop/kind.h"
+#include "loop/loop.h"
 #include "model/model.h"
 
 #include <math.h>

@@ -13,7 +13,7 @@
 #ifndef KT_REDUCTION_SUPPORT_H
 #define KT_REDUCTION_SUPPORT_H
 
-#include "loop/kind.h"
+#include "loop/loop.h"
 #include "reduction/dual.h"
 
 /* ---- the ways to the ends ---------------------------------------------------------------------------------------- */

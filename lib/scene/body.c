@@ -80,7 +80,7 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     kt_body *body = object;
     if (node->kind != KT_NODE_MAP)
         return kt_fault_expected(r, scope, node, "a mapping of names to points (tip: [1, 0, 0])");
-    kt_marker *markers = kt_arena_take(&r->keep, node->count, sizeof *markers);
+    kt_marker *markers = kt_pool_take(&r->keep, node->count, sizeof *markers);
     if (markers == NULL)
         return kt_reader_out_of_memory(r);
     bool good = true;
@@ -150,7 +150,7 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
                    int *count) {
     if (list->kind != KT_NODE_LIST)
         return kt_fault_expected(r, scope, list, expected);
-    *nodes = kt_arena_take(&r->scratch, list->count, sizeof **nodes);
+    *nodes = kt_pool_take(&r->scratch, list->count, sizeof **nodes);
     if (*nodes == NULL)
         return kt_reader_out_of_memory(r);
     *count = 0;
@@ -159,11 +159,11 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
     return true;
 }
 
-bool kt_index_bodies(kt_arena *arena, kt_names *names, const kt_body *bodies, int count) {
+bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count) {
     size_t most = (size_t)count;
     for (int i = 0; i < count; i++)
         most += (size_t)bodies[i].marker_count;
-    void *memory = kt_arena_take(arena, 1, kt_names_size(most));
+    void *memory = kt_pool_take(pool, 1, kt_names_size(most));
     if (memory == NULL)
         return false;
     kt_names_init(names, most, memory);
@@ -197,7 +197,7 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     r->names_are_known = node->kind == KT_NODE_LIST;
     if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->body_nodes, &count))
         return false;
-    kt_body *bodies = kt_arena_take(&r->keep, (size_t)count, sizeof *bodies);
+    kt_body *bodies = kt_pool_take(&r->keep, (size_t)count, sizeof *bodies);
     if (bodies == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {

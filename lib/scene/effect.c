@@ -181,7 +181,7 @@ static bool read_effects(kt_reader *r, const kt_scope *scope, kt_node *node, con
     int count = 0;
     if (!kt_list_nodes(r, scope, node, "a list of effects ('- {type: ..., ...}')", &r->effect_nodes, &count))
         return false;
-    kt_effect *effects = kt_arena_take(&r->keep, (size_t)count, sizeof *effects);
+    kt_effect *effects = kt_pool_take(&r->keep, (size_t)count, sizeof *effects);
     if (effects == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {

@@ -25,7 +25,7 @@ static bool split(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *ou
     out->body = text;
     if (point == NULL)
         return true;
-    out->body = kt_arena_text(&r->keep, text, (size_t)(point - text));
+    out->body = kt_pool_text(&r->keep, text, (size_t)(point - text));
     if (out->body == NULL)
         return kt_reader_out_of_memory(r);
     out->marker = point + 1;

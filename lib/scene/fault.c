@@ -43,7 +43,7 @@ static kt_fault *next_fault(kt_reader *r) {
     }
     if (r->fault_count == r->fault_room) {
         size_t room = r->fault_room == 0 ? 8 : 2 * r->fault_room;
-        kt_fault *faults = kt_arena_take(&r->scratch, room, sizeof *faults);
+        kt_fault *faults = kt_pool_take(&r->scratch, room, sizeof *faults);
         if (faults == NULL) {
             kt_reader_out_of_memory(r);
             return NULL;
@@ -60,7 +60,7 @@ static void put_phrase(kt_reader *r, kt_status code, uint32_t line, uint32_t col
     kt_fault *fault = next_fault(r);
     if (fault == NULL)
         return;
-    const char *message = kt_arena_text(&r->scratch, phrase->text, phrase->length);
+    const char *message = kt_pool_text(&r->scratch, phrase->text, phrase->length);
     if (message == NULL) {
         kt_reader_out_of_memory(r);
         return;

@@ -13,7 +13,7 @@ static bool read_ordinate(kt_reader *r, const kt_scope *scope, kt_node *node, co
 static const kt_kind kind_ordinate = {read_ordinate, kt_number_write, kt_number_same};
 
 static bool take_numbers(kt_reader *r, size_t count, kt_function *out, double **numbers) {
-    *numbers = kt_arena_take(&r->keep, count, sizeof **numbers);
+    *numbers = kt_pool_take(&r->keep, count, sizeof **numbers);
     if (*numbers == NULL)
         return kt_reader_out_of_memory(r);
     out->numbers = *numbers;

@@ -17,7 +17,7 @@ struct kt_scene_marks {
 
 /* Of each item the place of a key that the faults are about, or of the item where the key is not there. */
 static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count, const char *key) {
-    kt_mark *marks = kt_arena_take(&r->keep, (size_t)count + 1, sizeof *marks);
+    kt_mark *marks = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *marks);
     for (int i = 0; marks != NULL && i < count; i++) {
         const kt_node *node = kt_node_find(items[i], key);
         node = node != NULL ? node : items[i];
@@ -27,10 +27,10 @@ static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count,
 }
 
 bool kt_scene_mark(kt_reader *r, const char *path, kt_scene *scene) {
-    kt_scene_marks *marks = kt_arena_take(&r->keep, 1, sizeof *marks);
+    kt_scene_marks *marks = kt_pool_take(&r->keep, 1, sizeof *marks);
     if (marks == NULL)
         return kt_reader_out_of_memory(r);
-    marks->path = kt_arena_text(&r->keep, path, strlen(path));
+    marks->path = kt_pool_text(&r->keep, path, strlen(path));
     marks->bodies = mark_items(r, r->body_nodes, scene->description.body_count, "joint");
     marks->loops = mark_items(r, r->loop_nodes, scene->description.loop_count, "between");
     scene->marks = marks;

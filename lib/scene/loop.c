@@ -28,7 +28,7 @@ static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const
     kt_loop *loop = object;
     if (node->kind != KT_NODE_MAP || node->count == 0)
         return kt_fault_expected(r, scope, node, "a mapping of joints to numbers (crank: 1)");
-    kt_term *terms = kt_arena_take(&r->keep, node->count, sizeof *terms);
+    kt_term *terms = kt_pool_take(&r->keep, node->count, sizeof *terms);
     if (terms == NULL)
         return kt_reader_out_of_memory(r);
     bool good = true;
@@ -99,7 +99,7 @@ static bool read_loops(kt_reader *r, const kt_scope *scope, kt_node *node, const
     int count = 0;
     if (!kt_list_nodes(r, scope, node, "a list of loops ('- {type: ..., between: ...}')", &r->loop_nodes, &count))
         return false;
-    kt_loop *loops = kt_arena_take(&r->keep, (size_t)count, sizeof *loops);
+    kt_loop *loops = kt_pool_take(&r->keep, (size_t)count, sizeof *loops);
     if (loops == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
@@ -139,7 +139,7 @@ static bool read_hold(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     int count = 0;
     if (!kt_list_nodes(r, scope, node, "a list of joints", &r->hold_nodes, &count))
         return false;
-    const char **hold = kt_arena_take(&r->keep, (size_t)count, sizeof *hold);
+    const char **hold = kt_pool_take(&r->keep, (size_t)count, sizeof *hold);
     if (hold == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {

@@ -89,7 +89,7 @@ static kt_node *add_node(kt_builder *b, kt_node_kind kind, yaml_mark_t mark) {
         (void)fault_at_mark(b->r, mark, "the file has more values than a scene may have (8388608)");
         return NULL;
     }
-    kt_node *node = kt_arena_take(&b->r->scratch, 1, sizeof *node);
+    kt_node *node = kt_pool_take(&b->r->scratch, 1, sizeof *node);
     if (node == NULL) {
         (void)kt_reader_out_of_memory(b->r);
         return NULL;
@@ -137,7 +137,7 @@ static bool add_scalar(kt_builder *b, const yaml_event_t *event) {
     if (node == NULL)
         return false;
     size_t length = event->data.scalar.length;
-    node->of.text = kt_arena_text(&b->r->scratch, (const char *)event->data.scalar.value, length);
+    node->of.text = kt_pool_text(&b->r->scratch, (const char *)event->data.scalar.value, length);
     if (node->of.text == NULL)
         return kt_reader_out_of_memory(b->r);
     node->count = (uint32_t)length;

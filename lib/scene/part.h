@@ -24,9 +24,9 @@ int kt_find_marker(const kt_reader *r, int body, const char *name);
 /* Whether markers or joint of a body could not be read: then nothing that refers to them can be judged. */
 bool kt_body_is_hidden(const kt_reader *r, int body);
 
-/* Fills *names, in the arena, with the names of bodies (scope 0) and of the markers of body i (scope i + 1). False
+/* Fills *names, in the pool, with the names of bodies (scope 0) and of the markers of body i (scope i + 1). False
  * where there is no memory. */
-bool kt_index_bodies(kt_arena *arena, kt_names *names, const kt_body *bodies, int count);
+bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count);
 
 /* Whether a method chooses its steps by itself. */
 bool kt_method_is_adaptive(const kt_method *method);

@@ -4,9 +4,9 @@
 
 #include "base/names.h"
 #include "kinetree/scene.h"
-#include "scene/arena.h"
 #include "scene/emit.h"
 #include "scene/node.h"
+#include "scene/pool.h"
 
 #include <stdint.h>
 
@@ -25,8 +25,8 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
 
 struct kt_reader {
-    kt_arena keep;              /* what the scene holds in the end */
-    kt_arena scratch;           /* nodes, messages */
+    kt_pool keep;               /* what the scene holds in the end */
+    kt_pool scratch;            /* nodes, messages */
     bool out_of_memory;         /* then nothing else counts */
     int64_t effort;             /* what may still be spent on looking for the names that were meant */
     const char *const *refused; /* see support.h */

@@ -48,14 +48,14 @@ static kt_status check_markers(const kt_run *run, const kt_description *descript
         return refuse(error, "output.markers", "the list is NULL, or its count negative");
     if (run->marker_count == 0)
         return KT_OK;
-    kt_arena arena = {NULL, 0};
+    kt_pool pool = {NULL, 0};
     kt_names names;
     kt_status status = KT_OK;
-    if (!kt_index_bodies(&arena, &names, description->bodies, description->body_count))
+    if (!kt_index_bodies(&pool, &names, description->bodies, description->body_count))
         status = kt_error_set(error, KT_ERROR_MEMORY, "output.markers", "there is not enough memory to look them up");
     for (int i = 0; status == KT_OK && i < run->marker_count; i++)
         status = check_marker(&names, run, i, error);
-    kt_arena_free(arena.chunks);
+    kt_pool_free(pool.chunks);
     return status;
 }
 

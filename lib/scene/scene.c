@@ -163,9 +163,9 @@ kt_status kt_scene_parse_without(const char *const *refused, const char *path, c
         read.memory = r.keep.chunks;
         *scene = read;
     } else {
-        kt_arena_free(r.keep.chunks);
+        kt_pool_free(r.keep.chunks);
     }
-    kt_arena_free(r.scratch.chunks);
+    kt_pool_free(r.scratch.chunks);
     return status;
 }
 
@@ -189,7 +189,7 @@ kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *repo
 void kt_scene_free(kt_scene *scene) {
     if (scene == NULL)
         return;
-    kt_arena_free(scene->memory);
+    kt_pool_free(scene->memory);
     *scene = kt_scene_default();
 }
 

@@ -298,8 +298,8 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     int count = 0;
     if (!kt_list_nodes(r, scope, node, "a list of markers [BODY.MARKER, ...]", &nodes, &count))
         return false;
-    kt_marker_pair *markers = kt_arena_take(&r->keep, (size_t)count, sizeof *markers);
-    void *memory = kt_arena_take(&r->scratch, 1, kt_names_size((size_t)count));
+    kt_marker_pair *markers = kt_pool_take(&r->keep, (size_t)count, sizeof *markers);
+    void *memory = kt_pool_take(&r->scratch, 1, kt_names_size((size_t)count));
     if (markers == NULL || memory == NULL)
         return kt_reader_out_of_memory(r);
     kt_names seen;

@@ -200,7 +200,7 @@ const kt_kind kt_kind_axis = {read_axis, write_axis, same_vector};
 /* ---- texts and words --------------------------------------------------------------------------------------------- */
 
 static bool keep_text(kt_reader *r, const kt_node *node, const char **out) {
-    const char *text = kt_arena_text(&r->keep, node->of.text, node->count);
+    const char *text = kt_pool_text(&r->keep, node->of.text, node->count);
     if (text == NULL)
         return kt_reader_out_of_memory(r);
     *out = text;

@@ -9,7 +9,7 @@
 #include "simulation/absolute.h"
 
 #include "compile/absolute.h"
-#include "joint/kind.h"
+#include "joint/joint.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
  * began, torques and wrenches of the last and of the next step, and in the absolute formulation the tree's state.
  */
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <stdio.h>
 #include <string.h>

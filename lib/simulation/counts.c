@@ -1,5 +1,5 @@
 /* What has been done, and how far iterations have gone. */
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 void kt_simulation_count(kt_simulation *simulation) {
     kt_iterations *most = &simulation->memory.iterations;

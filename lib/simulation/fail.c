@@ -6,9 +6,9 @@
  * later, from where it was last closed: by a step, or where steps are not fixed by the interval between records. If the
  * loops cannot be closed there either, it is they that are told, and how far they stay apart.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "reduction/project.h"
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Laying a simulation out in memory. */
 #include "base/arena.h"
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,7 +5,7 @@
  * loops run, and whole passes stand behind a test of a count that is zero; this file reads the same counts.
  */
 #include "reduction/cost.h"
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,9 +4,9 @@
  * Between a step's ends the interpolated quaternions are off unit norm by the interpolation's error: they are scaled in
  * the record, not in the state.
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "reduction/evaluate.h"
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>

@@ -4,7 +4,7 @@
  * the first stage of the next step, which finds it there. The data then hold what that evaluation went through, from
  * which kinematics and reactions follow; or they hold the poses that the projection ended with.
  */
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <string.h>
 

@@ -13,8 +13,8 @@
  * method's order.
  */
 #include "algebra/lane.h"
-#include "dynamics/kernel.h"
-#include "simulation/internal.h"
+#include "dynamics/dynamics.h"
+#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>

@@ -5,7 +5,7 @@
  */
 #include "reduction/evaluate.h"
 #include "simulation/absolute.h"
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #include "check.h"
 #include "sincos_level.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 
 #include <float.h>

@@ -1,6 +1,6 @@
 /* Derivatives of inverse and forward dynamics: against differences of the slow equations in long double, against each
  * other, and against a closed form. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "oracle.h"
 
 #include <float.h>

@@ -3,7 +3,7 @@
 #include "interpose.h"
 #include "tree.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <math.h>
 #include <string.h>

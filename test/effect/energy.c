@@ -2,7 +2,7 @@
  * from and goes to, and that nothing is left over on a pair. Records and motions are random.
  */
 #include "check.h"
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <float.h>
 

@@ -1,6 +1,6 @@
 /* Effects in joints, and the list of all effects. */
 #include "check.h"
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <float.h>
 

@@ -5,7 +5,7 @@
  */
 #include "../simulation/scenes.h"
 
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <float.h>
 #include <math.h>

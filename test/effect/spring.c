@@ -1,7 +1,7 @@
 /* Springs: forces against differences of the energy, power against its sources, and what happens at coincident points.
  */
 #include "check.h"
-#include "effect/kind.h"
+#include "effect/effect.h"
 
 #include <float.h>
 

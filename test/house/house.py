@@ -2,6 +2,7 @@
 
 house.py SOURCE-ROOT
 """
+import collections
 import pathlib
 import re
 import sys
@@ -93,6 +94,13 @@ def main():
     claim("every_source_is_built",
           [*unbuilt(root, "lib", "*.c"), *unbuilt(root, "apps", "*.c"), *unbuilt(root, "test", "*.c"),
            *unbuilt(root, "bench", "*.c")])
+
+    places = collections.defaultdict(list)
+    for path in library:
+        if path.stem in ("internal", "kind", "kernel") and path.suffix == ".h":
+            places[path.name].append(path.parent.name)
+    claim("no_header_is_called_internal_kind_or_kernel_in_two_folders",
+          [f"{name}: {', '.join(folders)}" for name, folders in places.items() if len(folders) > 1])
 
     callers = [str(path.relative_to(root)) for path in library if re.search(r"\b(LAPACKE|cblas)_", path.read_text())]
     claim("lapack_is_called_in_one_file", callers if len(callers) > 1 else [])

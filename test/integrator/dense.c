@@ -2,7 +2,7 @@
 
 #include "problems.h"
 
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <limits.h>

@@ -3,7 +3,7 @@
 #include "interpose.h"
 #include "problems.h"
 
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>

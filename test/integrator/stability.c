@@ -4,7 +4,7 @@
 #include "problems.h"
 
 #include "integrator/chebyshev.h"
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 
 #include "problems.h"
 
-#include "integrator/internal.h"
+#include "integrator/integrator.h"
 
 #include <float.h>
 #include <math.h>
@@ -193,7 +193,7 @@ KT_TEST(combinations_are_exact_to_rounding) {
     enum { MOST = 37, TERMS = 9 };
     double k[TERMS][MOST], y[MOST], out[MOST];
     double *slopes[TERMS];
-    kt_term terms[TERMS];
+    kt_stage_term terms[TERMS];
     kt_worst worst = kt_worst_make("sum");
     for (size_t n = 1; n <= MOST; n++) {
         for (size_t j = 0; j < TERMS; j++) {

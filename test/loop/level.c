@@ -1,7 +1,7 @@
 /* The same bits on every level of the instruction set that this processor has. */
 #include "moving.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <string.h>
 

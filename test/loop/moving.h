@@ -5,7 +5,7 @@
 
 #include "check.h"
 #include "jet.h"
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 /* A frame in motion: origin, and orientation as a unit quaternion, scalar first. */
 typedef struct moving {

@@ -1,6 +1,6 @@
 /* Relations of joint positions: coupling and motion, against closed forms of their functions. */
 #include "check.h"
-#include "loop/kind.h"
+#include "loop/loop.h"
 
 #include <float.h>
 

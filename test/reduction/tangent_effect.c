@@ -4,7 +4,7 @@
  */
 #include "tangle.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "model/model.h"
 #include "reduction/dual.h"
 #include "reduction/evaluate.h"

@@ -8,7 +8,7 @@
 #include "linkage.h"
 #include "tangle.h"
 
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <cblas.h>
 #include <math.h>

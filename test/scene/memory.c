@@ -9,8 +9,8 @@
 #include "check.h"
 #include "collect.h"
 #include "interpose.h"
-#include "scene/arena.h"
 #include "scene/parse.h"
+#include "scene/pool.h"
 
 static char right[] = "kinetree: 1\n"
                       "name: a scene\n"
@@ -148,14 +148,14 @@ KT_TEST(each_piece_can_fail_to_be_taken) {
 }
 
 KT_TEST(sizes_beyond_all_memory_are_refused) {
-    kt_arena arena = {NULL, 0};
-    kt_check_true("a product that overflows", kt_arena_take(&arena, SIZE_MAX / 2, 3) == NULL);
-    kt_check_true("a piece that leaves no room for its chunk", kt_arena_take(&arena, SIZE_MAX - 16, 1) == NULL);
-    kt_check_true("a text without room for its end", kt_arena_text(&arena, "", SIZE_MAX) == NULL);
-    kt_check_true("nothing was taken", arena.chunks == NULL);
-    kt_check_true("pieces of no size are there", kt_arena_take(&arena, 3, 0) != NULL);
-    kt_check_true("a text is", kt_arena_text(&arena, "abc", 2) != NULL);
-    kt_arena_free(arena.chunks);
+    kt_pool pool = {NULL, 0};
+    kt_check_true("a product that overflows", kt_pool_take(&pool, SIZE_MAX / 2, 3) == NULL);
+    kt_check_true("a piece that leaves no room for its chunk", kt_pool_take(&pool, SIZE_MAX - 16, 1) == NULL);
+    kt_check_true("a text without room for its end", kt_pool_text(&pool, "", SIZE_MAX) == NULL);
+    kt_check_true("nothing was taken", pool.chunks == NULL);
+    kt_check_true("pieces of no size are there", kt_pool_take(&pool, 3, 0) != NULL);
+    kt_check_true("a text is", kt_pool_text(&pool, "abc", 2) != NULL);
+    kt_pool_free(pool.chunks);
 }
 
 static kt_status read_file(void *user) {

@@ -3,7 +3,7 @@
 #include "interpose.h"
 #include "scenes.h"
 
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>

@@ -4,7 +4,7 @@
 #include "scenes.h"
 
 #include "model/model.h"
-#include "simulation/internal.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,25 +1,25 @@
 /* Memory that is taken in small pieces and given back in one. */
-#ifndef KT_SCENE_ARENA_H
-#define KT_SCENE_ARENA_H
+#ifndef KT_SCENE_POOL_H
+#define KT_SCENE_POOL_H
 
 #include <stddef.h>
 
 typedef struct kt_chunk kt_chunk;
 
-/* A struct of zeros is an empty arena. */
-typedef struct kt_arena {
+/* A struct of zeros is an empty pool. */
+typedef struct kt_pool {
     kt_chunk *chunks; /* the newest first */
     size_t used;      /* bytes taken of the newest */
-} kt_arena;
+} kt_pool;
 
 /* `count` pieces of `size` bytes, zeroed, aligned for any type; NULL where there is no memory. O(1) but for the zeros.
  */
-void *kt_arena_take(kt_arena *arena, size_t count, size_t size);
+void *kt_pool_take(kt_pool *pool, size_t count, size_t size);
 
 /* A terminated copy of `length` bytes; NULL where there is no memory. */
-char *kt_arena_text(kt_arena *arena, const char *text, size_t length);
+char *kt_pool_text(kt_pool *pool, const char *text, size_t length);
 
-/* Releases everything that was taken from an arena, given its `chunks`. */
-void kt_arena_free(kt_chunk *chunks);
+/* Releases everything that was taken from a pool, given its `chunks`. */
+void kt_pool_free(kt_chunk *chunks);
 
 #endif

@@ -13,8 +13,8 @@
  *     radius.c    the spectral radius that says how many stages that needs
  *     stability.c linear stability of all of them
  */
-#ifndef KT_INTEGRATOR_INTERNAL_H
-#define KT_INTEGRATOR_INTERNAL_H
+#ifndef KT_INTEGRATOR_INTEGRATOR_H
+#define KT_INTEGRATOR_INTEGRATOR_H
 
 #include "kinetree/integrator.h"
 
@@ -58,10 +58,10 @@ static inline int kt_method_slots(const kt_method *method) {
 /* ---- integrator -------------------------------------------------------------------------------------------------- */
 
 /* weight * k_slot */
-typedef struct kt_term {
+typedef struct kt_stage_term {
     double weight;
     size_t slot;
-} kt_term;
+} kt_stage_term;
 
 /* Rows of the compiled table, zeros left out: the stages, then these, then the stages of the dense output. */
 enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
@@ -78,7 +78,7 @@ typedef struct kt_integrator_sizes {
 /* Every array: type, name, count, what becomes of it between calls, meaning. One list declares, measures, places and
  * poisons. SCRATCH holds what is written before it is read, or can be computed again. */
 #define KT_INTEGRATOR_FIELDS(X)                                                                                        \
-    X(kt_term, terms, s->terms, KEPT, "the table without its zeros")                                                   \
+    X(kt_stage_term, terms, s->terms, KEPT, "the table without its zeros")                                             \
     X(size_t, row, s->rows + 1, KEPT, "first term of each row")                                                        \
     X(double *, k, s->slots, KEPT, "slope in each slot")                                                               \
     X(double, y, s->n, KEPT, "state at t")                                                                             \
@@ -145,7 +145,8 @@ typedef struct kt_interval {
 } kt_interval;
 
 /* out = y + h sum_j weight_j k_j over one row, n values, summed in the order of the row. */
-void kt_combine(double *out, const double *y, double h, const kt_term *terms, size_t count, double *const *k, size_t n);
+void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
+                size_t n);
 
 /* The first value that is not finite; n if all are. */
 size_t kt_first_not_finite(const double *values, size_t n);
@@ -176,7 +177,7 @@ kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result);
 double kt_stabilised_reach(const kt_integrator *it);
 
 /* absolute_i + relative max(|y0|, |y1|) */
-double kt_scale(const kt_integrator *it, size_t i, double y0, double y1);
+double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 
 /* sqrt(mean((u_i - v_i) / scale_i)^2)) with the scale of the current state; v may be NULL: 0. */
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);

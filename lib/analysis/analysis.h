@@ -1,6 +1,6 @@
 /* The inside of a linearisation, for the files of this folder. */
-#ifndef KT_ANALYSIS_INTERNAL_H
-#define KT_ANALYSIS_INTERNAL_H
+#ifndef KT_ANALYSIS_ANALYSIS_H
+#define KT_ANALYSIS_ANALYSIS_H
 
 #include "kinetree/analysis.h"
 #include "model/model.h"

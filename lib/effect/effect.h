@@ -5,8 +5,8 @@
  * comes from: with P the power of all it exerts,
  *     P = supplied - dissipated - dV/dt,   V its potential energy.
  */
-#ifndef KT_EFFECT_KIND_H
-#define KT_EFFECT_KIND_H
+#ifndef KT_EFFECT_EFFECT_H
+#define KT_EFFECT_EFFECT_H
 
 #include "effect/triple.h"
 #include "kinetree/effect.h"

@@ -3,8 +3,8 @@
  * A kernel checks nothing about its arguments: every pointer is there, and outputs are scratch of the data. Those that
  * can fail return the link at which they did, or 0.
  */
-#ifndef KT_DYNAMICS_KERNEL_H
-#define KT_DYNAMICS_KERNEL_H
+#ifndef KT_DYNAMICS_DYNAMICS_H
+#define KT_DYNAMICS_DYNAMICS_H
 
 #include "base/isa.h"
 #include "model/model.h"

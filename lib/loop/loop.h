@@ -1,8 +1,8 @@
 /* What a loop type tells the reduction: its equations as wrenches between two frames, or as a relation of joint
  * positions.
  */
-#ifndef KT_LOOP_KIND_H
-#define KT_LOOP_KIND_H
+#ifndef KT_LOOP_LOOP_H
+#define KT_LOOP_LOOP_H
 
 #include "algebra/real.h"
 #include "base/isa.h"

@@ -3,7 +3,7 @@
  * Chunks double from 4 KB to 1 MB, so that a small scene takes little and a large one asks seldom; what does not fit
  * into the rest of a chunk begins a new one.
  */
-#include "scene/arena.h"
+#include "scene/pool.h"
 
 #include <stdint.h>
 #include <stdlib.h>
@@ -17,8 +17,8 @@ struct kt_chunk {
     max_align_t bytes[];
 };
 
-static kt_chunk *add_chunk(kt_arena *arena, size_t size) {
-    size_t next = arena->chunks == NULL ? FIRST_CHUNK : 2 * arena->chunks->size;
+static kt_chunk *add_chunk(kt_pool *pool, size_t size) {
+    size_t next = pool->chunks == NULL ? FIRST_CHUNK : 2 * pool->chunks->size;
     if (next > LARGEST_CHUNK)
         next = LARGEST_CHUNK;
     if (next < size)
@@ -28,35 +28,35 @@ static kt_chunk *add_chunk(kt_arena *arena, size_t size) {
     kt_chunk *chunk = calloc(1, sizeof *chunk + next);
     if (chunk == NULL)
         return NULL;
-    chunk->next = arena->chunks;
+    chunk->next = pool->chunks;
     chunk->size = next;
-    arena->chunks = chunk;
-    arena->used = 0;
+    pool->chunks = chunk;
+    pool->used = 0;
     return chunk;
 }
 
-void *kt_arena_take(kt_arena *arena, size_t count, size_t size) {
+void *kt_pool_take(kt_pool *pool, size_t count, size_t size) {
     if (size != 0 && count > (SIZE_MAX - ALIGNMENT) / size)
         return NULL;
     size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    kt_chunk *chunk = arena->chunks;
-    if (chunk == NULL || bytes > chunk->size - arena->used)
-        chunk = add_chunk(arena, bytes);
+    kt_chunk *chunk = pool->chunks;
+    if (chunk == NULL || bytes > chunk->size - pool->used)
+        chunk = add_chunk(pool, bytes);
     if (chunk == NULL)
         return NULL;
-    void *piece = (char *)chunk->bytes + arena->used;
-    arena->used += bytes;
+    void *piece = (char *)chunk->bytes + pool->used;
+    pool->used += bytes;
     return piece;
 }
 
-char *kt_arena_text(kt_arena *arena, const char *text, size_t length) {
-    char *copy = length < SIZE_MAX ? kt_arena_take(arena, length + 1, 1) : NULL;
+char *kt_pool_text(kt_pool *pool, const char *text, size_t length) {
+    char *copy = length < SIZE_MAX ? kt_pool_take(pool, length + 1, 1) : NULL;
     if (copy != NULL && length > 0)
         memcpy(copy, text, length);
     return copy;
 }
 
-void kt_arena_free(kt_chunk *chunks) {
+void kt_pool_free(kt_chunk *chunks) {
     while (chunks != NULL) {
         kt_chunk *next = chunks->next;
         free(chunks);

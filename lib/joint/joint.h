@@ -1,6 +1,6 @@
 /* What a joint type tells the compiler, and what the files of the types share. */
-#ifndef KT_JOINT_KIND_H
-#define KT_JOINT_KIND_H
+#ifndef KT_JOINT_JOINT_H
+#define KT_JOINT_JOINT_H
 
 #include "model/model.h"
 

@@ -1,6 +1,6 @@
 /* The inside of a simulation, for the files of this folder. */
-#ifndef KT_SIMULATION_INTERNAL_H
-#define KT_SIMULATION_INTERNAL_H
+#ifndef KT_SIMULATION_SIMULATION_H
+#define KT_SIMULATION_SIMULATION_H
 
 #include "kinetree/simulation.h"
 
