@@ -170,6 +170,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_rows, factored, n->group, "which equations of each group")                                                    \
     X(double, last, n->group, "size of its last independent direction, where a group is near a singular position")     \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
+    X(bool, lost, n->group, "whether one of its directions is all but lost (project.c)")                               \
     X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
     X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \
     X(bool, settled, n->group, "whether that is all that can be done for a group")                                     \
@@ -184,6 +185,7 @@ struct kt_data {
     size_t bytes;
     const kt_model *model;
     void *owned; /* memory of kt_data_create, or NULL */
+    bool dead;   /* the last projection was refused for a dead point (reduction/project.c) */
     bool beside; /* the last accelerations are those of states beside a singular position of the loops: poses and
                     equations are not those of the state that was asked for */
     kt_iterations iterations; /* since they were last asked for (kt_data_iterations) */

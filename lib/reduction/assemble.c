@@ -276,6 +276,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* held against the speeds of what is fixed, too */
     (void)kernels->look(model, data, t, q, v, data->fixed, &violation);
+    kt_velocity_gaps_share(model, data);
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "
                                "apart are",

@@ -150,6 +150,56 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
                : KT_CLOSURE_OPEN;
 }
 
+/* A dead point: where one direction of a group is lost, and what its drives ask for is asked along that direction, no
+ * velocities fit, and on the way there they grow like 1 / sqrt(t* - t), until rounding lets a step leap to where the
+ * drives push back again. Where a motion goes through a singular position its velocities stay finite, and what is asked
+ * for along the lost direction vanishes with its size. So near the position (KT_DEAD) the rates of the drives are held
+ * against what the other directions alone can follow. */
+static bool is_dead(const kt_group_work *w, const double *missed) {
+    double most = 0.0, rate = 0.0;
+    for (int r = 0; r < w->k; r++) {
+        most = fmax(most, fabs(missed[r]) / w->scale[r]);
+        rate = fmax(rate, fabs(w->rate[r]) / w->scale[r]);
+    }
+    return most > KT_DEAD_SHARE * rate;
+}
+
+/* Whether a direction of a group is all but lost, as last factored with all directions counted. Of groups that have no
+ * equations but those of positions it is not asked: a search for positions ahead tells where they end
+ * (simulation/fail.c). */
+static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
+    const kt_group *group = &model->group[g];
+    return group->count[KT_ROWS_ALL] > group->count[KT_ROWS_CLOSED] && data->near[g] &&
+           (data->rank[g] < group->rank[KT_ROWS_ALL] || data->last[g] < KT_DEAD * group->usual[KT_ROWS_ALL]);
+}
+
+/* Needs the equations as a projection leaves them; where this is a dead point, `right` has what cannot be followed, and
+ * zeros in other groups. */
+static bool is_dead_point(const kt_model *model, kt_data *data) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    kt_violation violation;
+    bool lost = false, dead = false;
+    if (!model->driven || !is_near_singular(model, data) || !kernels->factor(model, data, KT_ROWS_ALL, false))
+        return false;
+    for (size_t g = 0; g < model->n.group; g++)
+        lost |= data->lost[g] = is_lost(model, data, g);
+    if (!lost || !kernels->factor(model, data, KT_ROWS_ALL, true))
+        return false;
+    memset(data->delta, 0, model->n.v * sizeof *data->delta);
+    look_at_velocities(model, data, data->delta, &violation);
+    if (!kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
+        return false;
+    look_at_velocities(model, data, data->delta, &violation);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        const bool here = data->lost[g] && is_dead(&w, w.right);
+        for (int r = 0; r < w.k && !here; r++)
+            w.right[r] = 0.0;
+        dead |= here;
+    }
+    return dead;
+}
+
 /* ---- messages ------------------------------------------------------------------------------------------------------
  */
 
@@ -217,9 +267,7 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
     return worst;
 }
 
-/* What velocities are apart by where all equations give way alike, into `right`: as factored, one of some that
- * contradict each other would have it all. */
-static void share_out(const kt_model *model, const kt_data *data) {
+void kt_velocity_gaps_share(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -239,8 +287,6 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
     double relative = (double)INFINITY, most = 0.0;
     int worst = -1;
     bool others = false;
-    if (moving)
-        share_out(model, data);
     for (int n = 0; n <= NAMED; n++) { /* one after the other, the worst first */
         worst = next_worst(model, data, moving, relative, worst);
         if (worst < 0)
@@ -315,10 +361,16 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
                         bool moving, kt_error *error) {
     if (closure == KT_CLOSURE_OPEN && !moving)
         return refuse_open(model, data, t, input->q, error);
-    if (closure == KT_CLOSURE_OPEN)
+    if (closure == KT_CLOSURE_DEAD)
+        return kt_open_loops_error(model, data, t,
+                                   "a dead point, where the loops cannot move as they are driven: no velocity follows",
+                                   true, error);
+    if (closure == KT_CLOSURE_OPEN) {
+        kt_velocity_gaps_share(model, data);
         return kt_open_loops_error(model, data, t,
                                    "the velocities cannot be brought to fit the loops, which contradict each other at",
                                    true, error);
+    }
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     if (closure == KT_CLOSURE_SINGULAR)
@@ -344,13 +396,17 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
     kt_violation violation;
     const kt_input input = {.q = q, .v = v};
+    data->dead = false;
     memcpy(new_q, q, model->n.q * sizeof *q);
     memcpy(new_v, v, model->n.v * sizeof *v);
     if (!kt_unit_quaternions(model, new_q))
         return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
     if (model->n.group) {
-        const kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, KT_POSITION_STEPS_MAX, KT_CLOSED,
-                                                       KT_CLOSED_STEP, &moved, &violation);
+        kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, KT_POSITION_STEPS_MAX, KT_CLOSED,
+                                                 KT_CLOSED_STEP, &moved, &violation);
+        data->dead = closure == KT_CLOSURE_DONE && is_dead_point(model, data);
+        if (data->dead)
+            closure = KT_CLOSURE_DEAD;
         remember(data);
         if (closure != KT_CLOSURE_DONE)
             return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_STEP, error);

@@ -15,7 +15,18 @@
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
 
-typedef enum kt_closure { KT_CLOSURE_DONE = 0, KT_CLOSURE_OPEN, KT_CLOSURE_NOT_FINITE, KT_CLOSURE_SINGULAR } kt_closure;
+/* A direction below this part of its usual size, and what of the drives' rates the other directions then miss: a dead
+ * point (project.c). The motion would have to be KT_DEAD_SHARE / KT_DEAD = 1000 times as fast as usual. */
+#define KT_DEAD 1e-4
+#define KT_DEAD_SHARE 0.1
+
+typedef enum kt_closure {
+    KT_CLOSURE_DONE = 0,
+    KT_CLOSURE_OPEN,
+    KT_CLOSURE_NOT_FINITE,
+    KT_CLOSURE_SINGULAR,
+    KT_CLOSURE_DEAD
+} kt_closure;
 
 /* Unit quaternions keep their bits (within rounding of one, another division would only make them wander); others are
  * scaled to one. false where one is zero or not finite. */
@@ -38,6 +49,10 @@ bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double 
 /* KT_OK where a search from q closes the loops at t to `tolerance`; else kt_open_loops_error, with `what`. */
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error);
+
+/* What velocities are apart by where all equations give way alike, into `right`: as factored, one of some that
+ * contradict each other would have it all. */
+void kt_velocity_gaps_share(const kt_model *model, const kt_data *data);
 
 /* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
  * gaps; or where `moving`, the loops whose velocity equations are violated as `right` has it. */

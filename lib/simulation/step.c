@@ -149,14 +149,18 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
-/* The integrator has seen to it that y is finite. */
+/* The integrator has seen to it that y is finite. At a dead point of its drives a motion ends: smaller steps would only
+ * come nearer, and in the end leap over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
     simulation->ahead = true;
     if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL)
         simulation->held = KT_CACHED_POSES;
-    return status == KT_OK ? 0 : kt_simulation_is_recoverable(status) ? 1 : -1;
+    if (status == KT_OK)
+        return 0;
+    const bool dead = simulation->projection == NULL && simulation->data->dead;
+    return kt_simulation_is_recoverable(status) && !dead ? 1 : -1;
 }
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {

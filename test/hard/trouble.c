@@ -162,6 +162,34 @@ static void run_out_of_reach(kt_hard *h) {
     kt_hard_say(h, "%s: %s", error.where, error.message);
 }
 
+/* A length is driven, and at 0.0160174 s the mechanism of a wheel, a plane and that length loses the direction along
+ * which it would have to follow, though positions that close it remain: velocities grow like 1 / sqrt(t* - t). What is
+ * told may come as much later as a step near there leaps. */
+static void run_dead_point(kt_hard *h) {
+    static const char *const names[] = {"qr", "partition", "svd"};
+    h->observed[0] = h->observed[1] = 0.0;
+    for (int r = KT_REDUCTION_QR; r <= KT_REDUCTION_SVD; r++) {
+        const kt_hard_motion motion = {.scene = "dead-point",
+                                       .integrator = "dop853",
+                                       .duration = 0.02,
+                                       .tolerance = 1e-12,
+                                       .interval = 0.01,
+                                       .reduction = (kt_reduction)r};
+        kt_error error = {KT_OK, "", ""};
+        int records = 0;
+        if (!kt_hard_open(h, &motion) || !kt_hard_start(h, &motion))
+            return;
+        const kt_status status = kt_simulation_run(h->simulation, count_record, &records, &error);
+        h->observed[0] = fmax(h->observed[0], fabs(kt_simulation_time(h->simulation) - 0.0160174061));
+        kt_hard_claim(h, 1, status == KT_ERROR_CONSTRAINT, "the constraint is the error");
+        kt_hard_claim(h, 1,
+                      strstr(error.where, "t = ") && strstr(error.message, "dead point") && strstr(error.message, "'l"),
+                      "time, dead point and loops are told");
+        kt_hard_say(h, "%s: %s: %s", names[r], error.where, error.message);
+        kt_hard_close(h);
+    }
+}
+
 /* ---- 15: torques that are no numbers ----------------------------------------------------------------------------- */
 
 /* What the callback exerts from t = 0.5 s on for one instant. */
@@ -258,6 +286,11 @@ const kt_hard_case kt_hard_trouble[] = {{.number = 11,
                                          .run = run_out_of_reach,
                                          .why = "the rates go to infinity before the loop opens",
                                          .measures = {{"time of the error, off 3 s", "s", 5e-3}, {"claims", "", 0.0}}},
+                                        {.number = 12,
+                                         .name = "dead point of a driven length",
+                                         .run = run_dead_point,
+                                         .why = "positions close, but no velocity follows what drives them",
+                                         .measures = {{"time of the error, off", "s", 1e-4}, {"claims", "", 0.0}}},
                                         {.number = 15,
                                          .name = "NaN and infinite torque",
                                          .run = run_burst,
