@@ -44,25 +44,23 @@ static int width_of(const kt_plot *plot) {
 static void draw_row(cairo_t *c, const kt_plot *plot, const kt_palette *palette) {
     double left = LEFT;
     for (int i = 0; i < plot->panel_count; i++) {
-        kt_panel_draw(c, palette, &plot->panels[i], left, TOP + HEAD, ROW_PANEL, ROW_HEIGHT, ROW_RIGHT);
+        (void)kt_panel_draw(c, palette, &plot->panels[i], left, TOP + HEAD, ROW_PANEL, ROW_HEIGHT, ROW_RIGHT);
         left += ROW_PANEL + ROW_GAP;
     }
 }
 
 static void draw_column(cairo_t *c, const kt_plot *plot, const kt_palette *palette) {
     double top = TOP + HEAD;
+    int exponent = 0;
     for (int i = 0; i < plot->panel_count; i++) {
-        kt_panel_draw(c, palette, &plot->panels[i], LEFT, top, WIDTH - LEFT - RIGHT, PANEL_HEIGHT, RIGHT);
+        exponent = kt_panel_draw(c, palette, &plot->panels[i], LEFT, top, WIDTH - LEFT - RIGHT, PANEL_HEIGHT, RIGHT);
         top += PANEL_HEIGHT + gap_after(plot, i);
     }
     if (plot->panel_count == 0 || plot->panels[plot->panel_count - 1].x_title != NULL)
         return;
-    char text[128];
-    snprintf(text, sizeof text, "%s%s%s", plot->x_title, plot->x_unit != NULL ? ", " : "",
-             plot->x_unit != NULL ? plot->x_unit : "");
-    cairo_set_font_size(c, kt_text_size);
     kt_paper_use(c, palette->ink);
-    kt_paper_text(c, 0.5 * (LEFT + WIDTH - RIGHT), top - GAP + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, text);
+    kt_paper_quantity(c, 0.5 * (LEFT + WIDTH - RIGHT), top - GAP + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, plot->x_title,
+                      plot->x_unit, exponent);
 }
 
 static void draw_all(cairo_t *c, const kt_plot *plot) {

@@ -243,8 +243,8 @@ static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
     return kt_axis_make(low - room, high + room, most);
 }
 
-void kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
-                   double width, double height, double room) {
+int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
+                  double width, double height, double room) {
     kt_plot_frame f = {left,
                        left + width,
                        top,
@@ -255,17 +255,15 @@ void kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *p
     draw_grid(c, &f);
     draw_blind(c, &f, panel);
     kt_paper_use(c, palette->ink);
-    kt_paper_quantity(c, left - 50.0, top - 12.0, panel->title, panel->unit, f.y.exponent);
-    if (panel->x_title != NULL) {
-        const char *comma = panel->x_unit != NULL ? ", " : "", *unit = panel->x_unit != NULL ? panel->x_unit : "";
-        char text[128];
-        snprintf(text, sizeof text, "%s%s%s", panel->x_title, comma, unit);
-        kt_paper_text(c, 0.5 * (f.left + f.right), f.bottom + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, text);
-    }
+    kt_paper_quantity(c, left - 50.0, top - 12.0, KT_ANCHOR_LEFT, panel->title, panel->unit, f.y.exponent);
+    if (panel->x_title != NULL)
+        kt_paper_quantity(c, 0.5 * (f.left + f.right), f.bottom + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, panel->x_title,
+                          panel->x_unit, f.x.exponent);
     for (int halo = 1; halo >= 0; halo--)
         for (int i = 0; i < panel->series_count; i++)
             if (panel->series[i].is_halo == (halo == 1))
                 draw_series(c, &f, &panel->series[i], colour_of(&f, &panel->series[i], i));
     if (panel->has_legend)
         draw_legend(c, &f, panel, room);
+    return f.x.exponent;
 }

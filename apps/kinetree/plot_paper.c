@@ -120,25 +120,31 @@ void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char
     kt_paper_text(c, x, y, KT_ANCHOR_LEFT, "10");
 }
 
-void kt_paper_quantity(cairo_t *c, double x, double y, const char *title, const char *unit, int exponent) {
-    char text[256], power[16];
+static double width_at(cairo_t *c, double size, const char *text) {
+    cairo_set_font_size(c, size);
+    return kt_paper_width(c, text);
+}
+
+void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const char *title, const char *unit,
+                       int exponent) {
+    char text[256], power[16] = "", tail[64] = "";
     snprintf(text, sizeof text, "%s%s%s", title, unit != NULL || exponent != 0 ? ", " : "",
              exponent == 0 && unit != NULL ? unit : "");
-    cairo_set_font_size(c, kt_text_size);
-    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
-    if (exponent == 0)
+    if (exponent == 0) {
+        cairo_set_font_size(c, kt_text_size);
+        kt_paper_text(c, x, y, anchor, text);
         return;
-    x += kt_paper_width(c, text);
+    }
     snprintf(power, sizeof power, "%s%d", exponent < 0 ? "\u2212" : "", abs(exponent));
-    kt_paper_power(c, x, y, KT_ANCHOR_LEFT, power, kt_text_size);
-    if (unit == NULL)
-        return;
-    x += kt_paper_width(c, "10");
-    cairo_set_font_size(c, 0.75 * kt_text_size);
-    x += kt_paper_width(c, power);
-    cairo_set_font_size(c, kt_text_size);
-    snprintf(text, sizeof text, " %s", unit);
+    if (unit != NULL)
+        snprintf(tail, sizeof tail, " %s", unit);
+    const double after = width_at(c, 0.75 * kt_text_size, power), ten = width_at(c, kt_text_size, "10");
+    const double before = kt_paper_width(c, text);
+    x -= shift(anchor, before + ten + after + kt_paper_width(c, tail));
     kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+    kt_paper_power(c, x + before, y, KT_ANCHOR_LEFT, power, kt_text_size);
+    if (unit != NULL)
+        kt_paper_text(c, x + before + ten + after, y, KT_ANCHOR_LEFT, tail);
 }
 
 /* ---- marks ------------------------------------------------------------------------------------------------------- */
