@@ -109,6 +109,87 @@ static void check_angles(check *c) {
         check_limit_angles(c, &d->effects[i]);
 }
 
+/* ---- functions of time ------------------------------------------------------------------------------------------- */
+
+/* Of the values of a function that drives a turning joint: the first that is doubtful. */
+static void check_function_angles(check *c, const char *what, const char *name, const kt_function *f) {
+    switch (f->type) {
+    case KT_FUNCTION_CONSTANT:
+        check_angle(c, what, name, "position", f->value);
+        break;
+    case KT_FUNCTION_SINE:
+        check_angle(c, what, name, "position.sine.amplitude", f->amplitude);
+        check_angle(c, what, name, "position.sine.offset", f->offset);
+        break;
+    case KT_FUNCTION_RAMP:
+        check_angle(c, what, name, "position.ramp.from", f->from);
+        check_angle(c, what, name, "position.ramp.to", f->to);
+        break;
+    case KT_FUNCTION_TABLE:
+        for (int i = 1; i < f->number_count; i += 2) {
+            char key[48];
+            snprintf(key, sizeof key, "position.table[%d][1]", i / 2);
+            if (!is_doubtful_angle(f->numbers[i]))
+                continue;
+            check_angle(c, what, name, key, f->numbers[i]);
+            break; /* one row tells of all */
+        }
+        break;
+    case KT_FUNCTION_NONE:
+    case KT_FUNCTION_POLYNOMIAL: /* whose coefficients are rates, too: 40 rad/s is usual */
+        break;
+    }
+}
+
+static bool turns(const check *c, const char *joint) {
+    const int body = joint != NULL ? kt_body_find(c->model, joint) : -1;
+    return body >= 0 && kt_body_coordinates(c->model, body).type == KT_JOINT_REVOLUTE;
+}
+
+static void check_driven_angles(check *c) {
+    const kt_description *d = &c->scene->description;
+    for (int i = 0; i < d->loop_count; i++)
+        if (d->loops[i].type == KT_LOOP_MOTION && turns(c, d->loops[i].joint))
+            check_function_angles(c, "loop", d->loops[i].name, &d->loops[i].function);
+    for (int i = 0; i < d->effect_count; i++)
+        if (d->effects[i].type == KT_EFFECT_JOINT_SPRING && turns(c, d->effects[i].joint))
+            check_angle(c, "joint_spring of", d->effects[i].joint, "rest", d->effects[i].rest);
+}
+
+/* ---- stops ------------------------------------------------------------------------------------------------------- */
+
+typedef struct effect_name {
+    char text[80];
+} effect_name;
+
+/* "'floor' "; an empty text where it has none. */
+static effect_name show_name(const kt_effect *effect) {
+    effect_name shown = {""};
+    if (effect->name != NULL && *effect->name != '\0')
+        snprintf(shown.text, sizeof shown.text, "'%.70s' ", effect->name);
+    return shown;
+}
+
+/* As a contact: what a stop bears at rest is hardly more than twice the weight of all, in a turning joint on a lever of
+ * 1 m. */
+static void check_limit(check *c, const kt_effect *effect, double weight) {
+    const int body = kt_body_find(c->model, effect->joint);
+    const kt_coordinates at = kt_body_coordinates(c->model, body);
+    const double q = c->q[at.q], excess = fmax(effect->lower - q, q - effect->upper);
+    const double force = excess > 0.0 ? effect->stiffness * excess : 0.0;
+    const char *unit = at.type == KT_JOINT_PRISMATIC ? "m" : "rad";
+    const char *of_force = at.type == KT_JOINT_PRISMATIC ? "N" : "N m";
+    const bool below = q < effect->lower;
+    if (excess <= 0.0 || !(force > 2.0 * weight))
+        return;
+    warn(c,
+         "joint_limit %sof '%s' starts %.3g %s beyond '%s', where it pushes with %.3g %s and stores %.3g J; start the "
+         "joint at %.6g %s or %s, or move '%s'",
+         show_name(effect).text, effect->joint, excess, unit, below ? "lower" : "upper", force, of_force,
+         0.5 * force * excess, below ? effect->lower : effect->upper, unit, below ? "above" : "below",
+         below ? "lower" : "upper");
+}
+
 /* ---- contacts ---------------------------------------------------------------------------------------------------- */
 
 static kt_vec3 end_point(const check *c, const kt_end *end) {
@@ -131,16 +212,17 @@ static kt_vec3 plane_normal(const check *c, const kt_effect *effect) {
 /* A contact that bears no more than twice the weight of all bodies may well be at rest so. */
 static void check_contact(check *c, const kt_effect *effect, double weight) {
     const kt_vec3 apart = kt_vec3_sub(end_point(c, &effect->between[0]), end_point(c, &effect->between[1]));
-    const double depth = effect->radius - kt_vec3_dot(plane_normal(c, effect), apart);
+    const kt_vec3 normal = plane_normal(c, effect);
+    const double depth = effect->radius - kt_vec3_dot(normal, apart);
     const double force = depth > 0.0 ? effect->stiffness * pow(depth, effect->exponent) : 0.0;
     const double energy = force * depth / (effect->exponent + 1.0);
     if (!(force > 2.0 * weight) || depth <= 0.0)
         return;
     warn(c,
-         "contact '%s' of '%s' starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) "
-         "and stores %.3g J; start it %.3g m higher",
-         effect->name != NULL ? effect->name : "", effect->between[0].body != NULL ? effect->between[0].body : "world",
-         depth, force, weight, energy, depth);
+         "contact %sof '%s' starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) "
+         "and stores %.3g J; start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]",
+         show_name(effect).text, effect->between[0].body != NULL ? effect->between[0].body : "world", depth, force,
+         weight, energy, depth, normal.x + 0.0, normal.y + 0.0, normal.z + 0.0); /* no -0 */
 }
 
 static void check_contacts(check *c) {
@@ -153,6 +235,8 @@ static void check_contacts(check *c) {
     for (int i = 0; i < d->effect_count; i++)
         if (d->effects[i].type == KT_EFFECT_CONTACT)
             check_contact(c, &d->effects[i], weight);
+        else if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT)
+            check_limit(c, &d->effects[i], weight);
 }
 
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */
@@ -183,7 +267,14 @@ static int check_start(check *c) {
     c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v) > 0;
     check_freedoms(c);
     check_angles(c);
+    check_driven_angles(c);
     check_contacts(c);
+    const char *jumping = kt_start_jumping(c->scene);
+    if (jumping != NULL)
+        warn(c,
+             "the speed of loop '%s' jumps at the rows of its table; give the table 'interpolation: cubic' or "
+             "'monotone'",
+             jumping);
     return KT_EXIT_DONE;
 }
 

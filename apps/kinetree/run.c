@@ -284,10 +284,21 @@ static void warn_of_long_step(kt_outcome *outcome) {
 }
 
 /* The simulation has been made, and stands at its start. */
+static void warn_of_jumps(kt_outcome *outcome) {
+    const char *loop = kt_start_jumping(outcome->scene);
+    const kt_warning warning = {.code = "speed_jump",
+                                .time = (double)NAN,
+                                .value = (double)NAN,
+                                .remedy = "Give the table 'interpolation: cubic' or 'monotone'"};
+    if (loop != NULL)
+        kt_warn(&outcome->warnings, &warning, "the speed of loop '%s' jumps at the rows of its table", loop);
+}
+
 static void tell_start(kt_outcome *outcome, bool quiet) {
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
     warn_of_long_step(outcome);
+    warn_of_jumps(outcome);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
         (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);

@@ -23,6 +23,9 @@ json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
 /* After an assembly that failed: says how far each equation is open, and what would close the loops. */
 void kt_start_say_open(const kt_scene *scene, const kt_model *model);
 
+/* The first motion loop that follows a table of straight lines, so that its joint's speed jumps at rows; NULL: none. */
+const char *kt_start_jumping(const kt_scene *scene);
+
 /* Says which inertias break the triangle inequality, as `inertia_check: warn` lets them. Returns how many. */
 int kt_start_say_inertias(const kt_scene *scene);
 

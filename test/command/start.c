@@ -121,11 +121,18 @@ KT_TEST(check_warns_and_ends_well) {
     kt_expect(
         0,
         "b.yaml: warning: contact 'floor' of 'ball' starts 0.1 m inside its plane, where it pushes with 3.16e+04 N "
-        "(all bodies weigh 9.81 N) and stores 1.26e+03 J; start it 0.1 m higher",
+        "(all bodies weigh 9.81 N) and stores 1.26e+03 J; start it 0.1 m further along the plane's normal [0, 0, 1]",
         "$K check b.yaml");
     snprintf(text, sizeof text, ball, "0.4995418"); /* (9.81 / 1e6)^(2/3) deep */
     kt_write_file("b.yaml", text);
     kt_expect(0, NULL, "$K check b.yaml");
+
+    kt_write_file("b.yaml",
+                  "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies: [{name: ball, joint: {type: free}, mass: 1,\n"
+                  "  inertia: [1, 1, 1]}]\neffects: [{type: contact, point: ball, radius: 0.2, plane: world,\n"
+                  "  axis: -y, stiffness: 1e6}]\n");
+    kt_expect(0, "b.yaml: warning: contact of 'ball' starts 0.2 m inside its plane", "$K check b.yaml");
+    kt_expect(0, "start it 0.2 m further along the plane's normal [0, -1, 0]", "$K check b.yaml");
 
     kt_write_file("a.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, position: 120}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");
@@ -146,6 +153,53 @@ KT_TEST(check_warns_and_ends_well) {
                             "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
                             "loops: [{name: stop, type: weld, between: [a, world]}]\n");
     kt_expect(0, "z.yaml: warning: nothing can move: the joints have 1 degrees of freedom", "$K check z.yaml");
+}
+
+/* 0.1 m beyond a stop of 1e5 N/m: 1e4 N, and 1e5 * 0.1^2 / 2 J. */
+KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
+    static const char slide[] = "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+                                "  - {name: slide, joint: {type: prismatic, axis: y, position: 0.1}, mass: 1}\n"
+                                "effects: [{name: stop, type: joint_limit, joint: slide, lower: %s, stiffness: 1e5}]\n";
+    char text[400];
+    snprintf(text, sizeof text, slide, "0.2");
+    kt_write_file("l.yaml", text);
+    kt_expect(
+        0,
+        "l.yaml: warning: joint_limit 'stop' of 'slide' starts 0.1 m beyond 'lower', where it pushes with 1e+04 N "
+        "and stores 500 J; start the joint at 0.2 m or above, or move 'lower'",
+        "$K check l.yaml");
+    snprintf(text, sizeof text, slide, "0.1000981"); /* at rest on it: 9.81 N / 1e5 N/m */
+    kt_write_file("l.yaml", text);
+    kt_expect(0, NULL, "$K check l.yaml");
+}
+
+KT_TEST(doubtful_functions_of_driven_joints_are_told) {
+    static const char drive[] = "kinetree: 1\nbodies: [{name: a, joint: {type: %s}, mass: 1, inertia: [1, 1, 1]}]\n"
+                                "loops: [{name: drive, type: motion, joint: a, position: {%s}}]\n"
+                                "simulate: {duration: 0.01}\n";
+    static const struct {
+        const char *joint, *function, *words;
+    } cases[] = {
+        {"revolute", "table: [[0, 0], [1, 90], [2, 0]], interpolation: cubic",
+         "position.table[1][1]: 90 is in radians"},
+        {"revolute", "ramp: {from: 0, to: 90, start: 0, end: 1}", "position.ramp.to: 90 is in radians"},
+        {"revolute", "sine: {amplitude: 90, frequency: 1}", "position.sine.amplitude: 90 is in radians"},
+        {"revolute", "table: [[0, 0], [1, 90 deg], [2, 360 deg]], interpolation: cubic", NULL},
+        {"prismatic", "table: [[0, 0], [1, 90], [2, 0]], interpolation: monotone", NULL},
+        {"revolute", "table: [[0, 0], [1, 90 deg], [2, 0]], interpolation: linear",
+         "the speed of loop 'drive' jumps at the rows of its table"},
+    };
+    char text[500];
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        snprintf(text, sizeof text, drive, cases[i].joint, cases[i].function);
+        kt_write_file("d.yaml", text);
+        kt_expect(0, cases[i].words, "$K check d.yaml");
+    }
+    kt_check_contains("a run, too", kt_shell("$K run d.yaml --out /dev/null").err,
+                      "the speed of loop 'drive' jumps at the rows of its table");
+    kt_write_file("d.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+                            "effects: [{type: joint_spring, joint: a, stiffness: 1, rest: 90}]\n");
+    kt_expect(0, "joint_spring of 'a': rest: 90 is in radians", "$K check d.yaml");
 }
 
 KT_TEST(accepted_inertias_are_told) {
