@@ -179,6 +179,10 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
         length = system->unit[i] != 1.0 ? system->unit[i] : length;
     printf("%s: linearised about its %s, %d state%s\n", kt_show(motion->name).text, state, system->states,
            system->states == 1 ? "" : "s");
+    if (system->states == 0) {
+        puts("There are no degrees of freedom, and so no modes.");
+        return kt_finish_output(KT_EXIT_DONE);
+    }
     printf("mode  %12s  %12s  %9s  %s\n", "frequency", "rate", "damping", "joints that move most");
     printf("      %12s  %12s  %9s\n", "Hz", "1/s", "ratio");
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {

@@ -248,8 +248,12 @@ static int show(const kt_stability_look *look, const arguments *given) {
         const int samples = kt_spectrum_samples(look->spectrum);
         printf("%s: %d state%s in %g s\n\n", kt_show(look->name).text, samples, samples == 1 ? "" : "s",
                look->duration);
-        print_modes(look);
-        print_limits(look);
+        if (kt_model_mobility(look->model).minimal == 0) {
+            puts("there are no degrees of freedom: no step is unstable");
+        } else {
+            print_modes(look);
+            print_limits(look);
+        }
     }
     return given->plot != NULL ? kt_stability_draw(look, given->plot, given->dark) : KT_EXIT_DONE;
 }
