@@ -19,9 +19,10 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "test"), str(ROOT / "include")]
+sys.path[:0] = [str(ROOT / "test"), str(ROOT / "test/house"), str(ROOT / "include")]
 import document
 from claims import claim, finish, note
+from folders import FOLDERS
 
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
 HEAD = "#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n"
@@ -181,9 +182,9 @@ def main():
             Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder).take(found)
     claim("benchmarks that pages name are there", benchmarks(root, pages))
     claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
-    drawn = (root / "include/pages/architecture.md").read_text().partition("\n## The folders of lib\n")[2].partition("\n## ")[0]
-    folders = {path.parent.relative_to(root / "lib").as_posix() for path in (root / "lib").rglob("*.c")}
-    claim("every folder of lib is in the drawing", sorted(name for name in folders if f"lib/{name}" not in drawn.split()))
+    drawing = (root / "include/pages/architecture.md").read_text()
+    drawn = [name for line in drawing.splitlines() if ".. lib/" in line for name in re.findall(r"lib/(\w+)", line)]
+    claim("folders of lib are drawn in their order", [] if drawn[::-1] == FOLDERS else [" ".join(drawn[::-1]), " ".join(FOLDERS)])
     finish()
 
 
