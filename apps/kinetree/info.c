@@ -14,9 +14,7 @@ typedef struct info_arguments {
 
 static const kt_option options[] = {
     {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
-     "what is computed at each evaluation, step and record, what it costs in floating-point operations, and what the "
-     "scene does without",
-     NULL},
+     "what is computed at each evaluation, step and record, on how many items, and what the scene does without", NULL},
     {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "the plan as JSON", NULL},
 };
 

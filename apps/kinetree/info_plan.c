@@ -3,25 +3,12 @@
 
 #include "json.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 static const char *const phase_names[KT_PHASE_COUNT] = {"evaluation", "step", "record"};
 static const char *const phase_titles[KT_PHASE_COUNT] = {"At every evaluation of accelerations", "After every step",
                                                          "At every record"};
-
-static double total_of(const kt_plan_step *steps, int count, bool *whole) {
-    double sum = 0.0;
-    *whole = true;
-    for (int i = 0; i < count; i++) {
-        if (steps[i].phase != KT_PHASE_EVALUATION || steps[i].dropped)
-            continue;
-        *whole = *whole && !isnan(steps[i].flops);
-        sum += isnan(steps[i].flops) ? 0.0 : steps[i].flops;
-    }
-    return sum;
-}
 
 /* "2 links", "1 link"; units are plurals, but for "pass", of which there is one. */
 static void print_amount(const kt_plan_step *s, char *text, size_t size) {
@@ -34,17 +21,14 @@ static void print_amount(const kt_plan_step *s, char *text, size_t size) {
 
 static void print_phase(const kt_plan_step *steps, int count, kt_phase phase) {
     int done = 0;
-    printf("\n%s%s\n", phase_titles[phase], phase == KT_PHASE_EVALUATION ? ", flops each time" : "");
+    printf("\n%s\n", phase_titles[phase]);
     for (int i = 0; i < count; i++) {
         const kt_plan_step *s = &steps[i];
         if (s->phase != phase || s->dropped)
             continue;
         char amount[48];
         print_amount(s, amount, sizeof amount);
-        printf("  %-42s %-16s", s->name, amount);
-        if (!isnan(s->flops))
-            printf(" %8.0f", s->flops);
-        putchar('\n');
+        printf("  %-42s %s\n", s->name, amount);
         done++;
     }
     if (done == 0)
@@ -60,34 +44,25 @@ static void print_dropped(const kt_plan_step *steps, int count) {
 
 void kt_info_print_plan(const kt_model *model, const kt_run *run) {
     kt_plan_step steps[KT_PLAN_STEPS_MAX];
-    bool whole;
     const int count = kt_plan_steps(model, run, steps);
-    const double total = total_of(steps, count, &whole);
     printf("Plan: %s\n", kt_model_plan(model));
-    for (int phase = 0; phase < KT_PHASE_COUNT; phase++) {
+    for (int phase = 0; phase < KT_PHASE_COUNT; phase++)
         print_phase(steps, count, (kt_phase)phase);
-        if (phase == KT_PHASE_EVALUATION)
-            printf("  %-42s %-16s %8.0f\n", "together", whole ? "" : "at least", total);
-    }
     print_dropped(steps, count);
 }
 
 int kt_info_write_plan(const kt_model *model, const kt_run *run) {
     kt_plan_step steps[KT_PLAN_STEPS_MAX];
     const int count = kt_plan_steps(model, run, steps);
-    bool whole;
     json_t *root = json_object(), *list = json_array();
     for (int i = 0; i < count; i++) {
         const kt_plan_step *s = &steps[i];
         json_t *step = json_pack("{s:s, s:s, s:I, s:s}", "phase", phase_names[s->phase], "name", s->name, "count",
                                  (json_int_t)s->count, "unit", s->unit);
-        json_object_set_new(step, "flops", kt_json_number(s->flops));
         json_object_set_new(step, "dropped", s->dropped ? json_string(s->dropped) : json_null());
         json_array_append_new(list, step);
     }
     json_object_set_new(root, "plan", json_string(kt_model_plan(model)));
-    json_object_set_new(root, "flops", json_real(total_of(steps, count, &whole)));
-    json_object_set_new(root, "counted_in_full", json_boolean(whole));
     json_object_set_new(root, "steps", list);
     return kt_json_write(root, "-");
 }

@@ -156,7 +156,6 @@ typedef struct line {
     kt_bench_times times[TASKS];    /* none, one, 1 + max */
     double first, each;             /* s: medians of the differences round by round */
     double first_count, each_count; /* instructions */
-    double flops;                   /* of each, as the plan says */
     bool trusted;
 } line;
 
@@ -166,17 +165,6 @@ static double median_difference(const kt_bench_times *less, const kt_bench_times
         differences.sample[i] = (more->sample[i] - less->sample[i]) / by;
     kt_bench_sort(&differences);
     return differences.median;
-}
-
-/* As the plan counts them, of all effects of a model. */
-static double flops_of(const kt_model *model) {
-    kt_plan_step steps[KT_PLAN_STEPS_MAX];
-    const int count = kt_plan_steps(model, NULL, steps);
-    double flops = 0.0;
-    for (int i = 0; i < count; i++)
-        if (strncmp(steps[i].name, "effect ", strlen("effect ")) == 0)
-            flops += steps[i].flops;
-    return flops;
 }
 
 /* none: instructions without effects. */
@@ -198,7 +186,6 @@ static kt_status measure(int type, double none, const kt_bench_options *options,
         const double one = count_instructions(type, 1);
         l->first_count = one - none;
         l->each_count = (count_instructions(type, counts[2]) - one) / options->max;
-        l->flops = (flops_of(s[2].model) - flops_of(s[1].model)) / options->max;
         const double change = kt_chain_difference(s[1].a, s[0].a, s[0].a, LINKS);
         l->trusted = isfinite(change) && change > 0.0;
         for (int i = 0; i < TASKS; i++)
@@ -225,7 +212,6 @@ static void print_line(const line *l) {
     print_number(1e9 * l->each, 1);
     print_number(l->first_count, 0);
     print_number(l->each_count, 0);
-    print_number(l->flops, 0);
     puts(l->trusted ? "" : "  NOT TO BE TRUSTED");
     (void)fflush(stdout);
 }
@@ -239,7 +225,6 @@ static void write_line(kt_csv *csv, const line *l, int max, kt_isa level) {
         kt_csv_number(csv, l->each);
         kt_csv_number(csv, l->first_count);
         kt_csv_number(csv, l->each_count);
-        kt_csv_number(csv, l->flops);
         kt_csv_origin(csv, level);
         kt_csv_line(csv);
     }
@@ -249,8 +234,8 @@ static void write_line(kt_csv *csv, const line *l, int max, kt_isa level) {
 
 static const char about[] =
     "Costs of each type of effect: of the first in a scene, and of each of --max further ones.\n";
-static const char columns[] = "effect,effects," KT_CSV_TIMES ",first_s,each_s,first_instructions,each_instructions,"
-                              "each_flops," KT_CSV_ORIGIN;
+static const char columns[] =
+    "effect,effects," KT_CSV_TIMES ",first_s,each_s,first_instructions,each_instructions," KT_CSV_ORIGIN;
 
 static int run(const kt_bench_options *options, kt_csv *csv) {
     const double none = count_instructions(0, 0);
@@ -283,9 +268,9 @@ int main(int argc, char **argv) {
         "ns: time that an evaluation of accelerations takes more (median of the rounds), for the first effect of a "
         "type,\n"
         "which wants the motion of the links below it, and for each further one. Instructions: the same, counted by\n"
-        "callgrind with the baseline kernels (-: valgrind is not there). Flops of each: as the plan tells them.\n\n"
-        "%-16s%14s%14s%14s%14s%14s\n",
-        "effect", "first ns", "each ns", "first instr.", "each instr.", "each flops");
+        "callgrind with the baseline kernels (-: valgrind is not there).\n\n"
+        "%-16s%14s%14s%14s%14s\n",
+        "effect", "first ns", "each ns", "first instr.", "each instr.");
     const int result = run(&options, &csv);
     return kt_csv_close(&csv) ? result : KT_BENCH_FAILED;
 }

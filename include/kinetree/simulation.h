@@ -124,17 +124,14 @@ typedef enum kt_phase {
     KT_PHASE_COUNT           /* how many */
 } kt_phase;
 
-/* One step: a kernel, and how much of its matter there is; or one that this scene does without, and why. Texts are
- * static. */
+/* One step of the plan: a kernel and the number of items that it works on; or a kernel that this scene leaves out, and
+ * why. Texts are static. */
 typedef struct kt_plan_step {
-    kt_phase phase;      /* when it is taken */
-    const char *name;    /* of the kernel: "effect spring" */
-    int64_t count;       /* of its matter: 12 */
-    const char *unit;    /* of the count: "links" */
-    double flops;        /* floating-point operations each time (additions, multiplications, divisions and roots of the
-                            baseline kernels, all lanes of vectors, without functions of the C library), within 5 % of what
-                            is executed where contacts touch; 0 where it is dropped, NaN where it has not been counted */
-    const char *dropped; /* why it is not there; NULL: it is there */
+    kt_phase phase;      /* when the kernel runs */
+    const char *name;    /* the kernel's name: "effect spring" */
+    int64_t count;       /* the number of items: 12; 0 if it is left out */
+    const char *unit;    /* what is counted: "links" */
+    const char *dropped; /* why the kernel is left out; NULL if it runs */
 } kt_plan_step;
 
 /* The most steps that a plan has. */

@@ -1,32 +1,24 @@
-/* The plan of a scene, told: what is computed when, how much of it there is, what it costs, and what is left out and
- * why.
+/* The plan of a scene as a list: which kernels run and when, on how many items each, and which are left out and why.
  *
  * Nothing is decided here. What a scene does not name has no entries in the model's arrays, over which the kernels'
- * loops run, and whole passes stand behind a test of a count that is zero; this file reads the same counts.
+ * loops run, and whole passes are skipped when a count is zero; this file reads the same counts.
  */
-#include "reduction/cost.h"
-#include "simulation/simulation.h"
-
-#include <math.h>
-#include <string.h>
+#include "model/internal.h"
+#include "simulation/internal.h"
 
 typedef struct list {
     kt_plan_step *step;
     int count;
 } list;
 
-static kt_plan_step *add(list *l, kt_phase phase, const char *name, size_t count, const char *unit) {
-    kt_plan_step *s = &l->step[l->count++];
-    *s = (kt_plan_step){.phase = phase, .name = name, .count = (int64_t)count, .unit = unit, .flops = (double)NAN};
-    return s;
+static void add(list *l, kt_phase phase, const char *name, size_t count, const char *unit) {
+    l->step[l->count++] = (kt_plan_step){.phase = phase, .name = name, .count = (int64_t)count, .unit = unit};
 }
 
-/* A step that is there where there is something to do. */
-static void add_or_drop(list *l, kt_phase phase, const char *name, size_t count, const char *unit, double flops,
-                        const char *why) {
-    kt_plan_step *s = add(l, phase, name, count, unit);
-    s->flops = count > 0 ? flops : 0.0;
-    s->dropped = count > 0 ? NULL : why;
+/* Adds a step; if its count is zero, the step is listed as left out, with the reason. */
+static void add_or_drop(list *l, kt_phase phase, const char *name, size_t count, const char *unit, const char *why) {
+    add(l, phase, name, count, unit);
+    l->step[l->count - 1].dropped = count > 0 ? NULL : why;
 }
 
 /* ---- every evaluation -------------------------------------------------------------------------------------------- */
@@ -38,32 +30,31 @@ static const char *effect_name(int type) {
     return type == KT_EFFECT_CUSTOM ? "effect of the caller's" : names[type];
 }
 
-/* Batches with ends, or those on joints; their number. */
+/* Adds the batches of effects with ends (`ends`), or those on joints (not `ends`); returns their number. */
 static int add_batches(list *l, const kt_model *model, bool ends) {
     int count = 0;
     for (size_t i = 0; i < model->n.batch; i++) {
         const kt_effect_batch *batch = &model->batch[i];
         if ((batch->ends > 0) != ends)
             continue;
-        add(l, KT_PHASE_EVALUATION, effect_name(batch->type), (size_t)batch->count, "effects")->flops =
-            kt_cost_of_batch(model, batch);
+        add(l, KT_PHASE_EVALUATION, effect_name(batch->type), (size_t)batch->count, "effects");
         count++;
     }
     return count;
 }
 
-static void add_effects(list *l, const kt_model *model, const kt_cost *cost) {
+static void add_effects(list *l, const kt_model *model) {
     static const char none[] = "the scene names none";
     const size_t force_links = model->n.force_link > 0 ? model->n.force_link - 1 : 0;
     const bool ends = model->n.force_link > 0;
     if (add_batches(l, model, false) == 0)
-        add_or_drop(l, KT_PHASE_EVALUATION, "effects on joints", 0, "effects", 0.0, none);
-    add_or_drop(l, KT_PHASE_EVALUATION, "motion of links that bear effects", force_links, "links", cost->force_links,
+        add_or_drop(l, KT_PHASE_EVALUATION, "effects on joints", 0, "effects", none);
+    add_or_drop(l, KT_PHASE_EVALUATION, "motion of links that carry forces", force_links, "links",
                 ends ? "all ends of effects are on the world" : "no effect acts on a body");
     if (add_batches(l, model, true) == 0)
-        add_or_drop(l, KT_PHASE_EVALUATION, "effects on bodies", 0, "effects", 0.0, none);
+        add_or_drop(l, KT_PHASE_EVALUATION, "effects on bodies", 0, "effects", none);
     add_or_drop(l, KT_PHASE_EVALUATION, "wrenches from bodies onto links", ends ? model->n.body - 1 : 0, "bodies",
-                cost->external, "no effect acts on a body (wrenches that a caller sets would)");
+                "no effect acts on a body (wrenches that a caller sets would)");
 }
 
 static size_t equations_of(const kt_model *model, bool planar, size_t *large) {
@@ -85,23 +76,21 @@ static size_t outside_groups(const kt_model *model, bool planar) {
     return count;
 }
 
-static void add_dynamics(list *l, const kt_model *model, const kt_cost *cost) {
+static void add_dynamics(list *l, const kt_model *model) {
     const bool all_planar = model->n.spatial <= 1;
     size_t large = 0;
     const size_t spatial = equations_of(model, false, &large), planar = equations_of(model, true, &large);
     const char *const no_loops = model->n.loop == 0 ? "the scene names no loops" : "no loop is of this kind";
-    add_or_drop(l, KT_PHASE_EVALUATION, "sines and cosines", model->n.angle, "angles", cost->angles,
-                "no joint turns about one axis");
+    add_or_drop(l, KT_PHASE_EVALUATION, "sines and cosines", model->n.angle, "angles", "no joint turns about one axis");
     add_or_drop(l, KT_PHASE_EVALUATION, "articulated bodies in space", outside_groups(model, false), "links",
-                cost->spatial, all_planar ? "all trees move in planes" : "all links are in loops");
+                all_planar ? "all trees move in planes" : "all links are in loops");
     add_or_drop(l, KT_PHASE_EVALUATION, "articulated bodies in planes", outside_groups(model, true), "links",
-                cost->planar,
                 model->n.planar == 0 ? "no tree is computed in a plane" : "all planar links are in loops");
-    add_or_drop(l, KT_PHASE_EVALUATION, "loops in space", spatial, "equations", cost->spatial_loops, no_loops);
-    add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", cost->planar_loops, no_loops);
-    add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups", (double)NAN,
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops in space", spatial, "equations", no_loops);
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", no_loops);
+    add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups",
                 model->n.loop == 0 ? "no loops" : "no group of loops has 40 coordinates");
-    add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "", 0.0,
+    add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "",
                 model->gravity[0] == 0.0 && model->gravity[1] == 0.0 && model->gravity[2] == 0.0
                     ? "the scene names none"
                     : "it is the acceleration that the ground starts with: it costs nothing");
@@ -109,31 +98,28 @@ static void add_dynamics(list *l, const kt_model *model, const kt_cost *cost) {
 
 static void add_powers(list *l, const kt_model *model, bool balance) {
     const char *const why = "no balance is recorded";
-    add_or_drop(l, KT_PHASE_EVALUATION, "powers of effects", balance ? model->n.effect : 0, "effects", (double)NAN,
+    add_or_drop(l, KT_PHASE_EVALUATION, "powers of effects", balance ? model->n.effect : 0, "effects",
                 balance ? "the scene names no effects" : why);
     add_or_drop(l, KT_PHASE_EVALUATION, "power of driven loops (inverse dynamics)", balance && model->driven, "pass",
-                (double)NAN, balance ? "no loop changes with time" : why);
+                balance ? "no loop changes with time" : why);
 }
 
 /* ---- steps and records ------------------------------------------------------------------------------------------- */
 
 static void add_step(list *l, const kt_model *model) {
-    add_or_drop(l, KT_PHASE_STEP, "projection onto the loops", model->n.group, "groups", (double)NAN,
-                "the scene names no loops");
+    add_or_drop(l, KT_PHASE_STEP, "projection onto the loops", model->n.group, "groups", "the scene names no loops");
     add_or_drop(l, KT_PHASE_STEP, "quaternions to unit norm", model->n.q - model->n.v, "quaternions",
-                8.0 * (double)(model->n.q - model->n.v), "no joint has one");
+                "no joint has one");
 }
 
 static void add_record(list *l, const kt_run *run, unsigned record) {
     static const char why[] = "not recorded";
     const unsigned energies = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
-    add_or_drop(l, KT_PHASE_RECORD, "accelerations", (record & KT_RECORD_ACCELERATION) != 0, "evaluation", (double)NAN,
-                why);
-    add_or_drop(l, KT_PHASE_RECORD, "energies", (record & energies) != 0, "pass", (double)NAN, why);
-    add_or_drop(l, KT_PHASE_RECORD, "residuals of loops", (record & KT_RECORD_CONSTRAINT) != 0, "pass", (double)NAN,
-                why);
-    add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTIONS) != 0, "pass", (double)NAN, why);
-    add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", (double)NAN, why);
+    add_or_drop(l, KT_PHASE_RECORD, "accelerations", (record & KT_RECORD_ACCELERATION) != 0, "evaluation", why);
+    add_or_drop(l, KT_PHASE_RECORD, "energies", (record & energies) != 0, "pass", why);
+    add_or_drop(l, KT_PHASE_RECORD, "residuals of loops", (record & KT_RECORD_CONSTRAINT) != 0, "pass", why);
+    add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTIONS) != 0, "pass", why);
+    add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", why);
 }
 
 int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps) {
@@ -143,9 +129,8 @@ int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps)
     run = run ? run : &standard;
     if (run->formulation == KT_FORMULATION_ABSOLUTE && kt_model_absolute(model))
         model = kt_model_absolute(model);
-    const kt_cost cost = kt_cost_of(model);
-    add_effects(&l, model, &cost);
-    add_dynamics(&l, model, &cost);
+    add_effects(&l, model);
+    add_dynamics(&l, model);
     add_powers(&l, model, (record & KT_RECORD_BALANCE) != 0);
     add_step(&l, model);
     add_record(&l, run, record);

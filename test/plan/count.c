@@ -1,10 +1,8 @@
 /* count WHAT SCENE...: does one thing once with each scene in turn, with the kernels of the baseline, for callgrind to
  * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
- * assembled; run it (run); or print what the plan says that an evaluation costs, and whether all of it was counted
- * (plan). */
+ * assembled; or run it (run). */
 #include "kinetree/scene.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,23 +51,11 @@ static kt_status run(const subject *s, kt_error *error) {
     return status;
 }
 
-static void print_plan(const subject *s) {
-    kt_plan_step steps[KT_PLAN_STEPS_MAX];
-    const int count = kt_plan_steps(s->model, &s->scene.run, steps);
-    double flops = 0.0;
-    for (int i = 0; i < count; i++)
-        if (steps[i].phase == KT_PHASE_EVALUATION && !steps[i].dropped)
-            flops += steps[i].flops;
-    printf("%.0f %d\n", flops, isfinite(flops) ? 1 : 0);
-}
-
 static int work(const subject *s, const char *what) {
     kt_error error = {0};
     kt_power p;
     kt_status status = KT_OK;
-    if (strcmp(what, "plan") == 0)
-        print_plan(s);
-    else if (strcmp(what, "run") == 0)
+    if (strcmp(what, "run") == 0)
         status = run(s, &error);
     else if (strcmp(what, "power") == 0)
         status = kt_power_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &p, &error);
