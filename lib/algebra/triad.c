@@ -1,9 +1,12 @@
 /* A right-handed triad about a given axis.
  *
- * Let z be the coordinate axis nearest to the unit vector n = (u, v, w), in cyclically renamed coordinates, |w| >= |u|,
- * |v|. The least rotation that takes s z, s = sign(w), onto n turns the triad (x, s y, s z) into t1 = (1 - u^2 / (1 +
- * |w|), -u v s / (s + w), -s u) t2 = (-u v / (s + w),  s - v^2 / (s + w), -v),    n = (u, v, w) (Duff et al., "Building
- * an Orthonormal Basis, Revisited", J. Computer Graphics Techniques 6(1), 2017). As |s + w| > 1.5 nothing cancels.
+ * Let z be the coordinate axis nearest to the unit vector n = (u, v, w), in cyclically renamed coordinates, so that
+ * |w| >= |u|, |v|. With s = sign(w), the least rotation that takes s z onto n takes the triad (x, s y, s z) to
+ *     t1 = (1 - u^2 / (1 + |w|),  -u v s / (s + w),   -s u)
+ *     t2 = (-u v / (s + w),       s - v^2 / (s + w),  -v)
+ *     n  = (u, v, w)
+ * (Duff et al., "Building an Orthonormal Basis, Revisited", J. Computer Graphics Techniques 6(1), 2017). As
+ * |s + w| = 1 + |w| > 1.5, nothing cancels.
  */
 #include "kinetree/algebra.h"
 

@@ -1,36 +1,49 @@
-/* What the derivatives of the dynamics share: the equations, and the memory in which they are worked out.
+/* What the derivatives of the dynamics share: the equations, and the arrays in which they are evaluated.
  *
- * Spatial vectors: V = (w, v) and A = (alpha, a) are the angular velocity of a body and the velocity of its point that
- * is at O now, and their rates; F = (n, f). (w, v) x (s, u) = (w x s, w x u + v x s);
- * (s, u) x* (n, f) = (s x n + u x f, s x f). A link is a chain of *nodes*, each with freedoms S_k that move along with
- * each other: one, the three turns of a ball, or for a free link three slides, then three turns. With C and A_C the
- * motion that the node is carried with, V = C + sum S_k v_k, A = A_C + sum S_k a_k + C x sum S_k v_k.
+ * Spatial vectors. V = (w, v) and A = (alpha, a) are the angular velocity of a body and the velocity of its point that
+ * is at O now, and their rates; F = (n, f) is a wrench about O.
+ *     (w, v) x  (s, u) = (w x s, w x u + v x s)
+ *     (s, u) x* (n, f) = (s x n + u x f, s x f)
+ * A link is a chain of *nodes*. A node has degrees of freedom S_k that move along with each other: one, or the three
+ * rotations of a spherical joint; a free link has two nodes, three translations and then three rotations. With C and
+ * A_C the motion of the frame that carries the node,
+ *     V = C + sum S_k v_k
+ *     A = A_C + sum S_k a_k + C x sum S_k v_k
  *
- * q (+) e_k carries the node and all after it along S_k, rigidly, and besides that changes their motion by
+ * The step q (+) e_k moves the node and all links after it along S_k as one rigid body; besides, it changes their
+ * motion by
  *     dV = psi',   dA = psi'' - V x psi',    psi' = C x S_k,   psi'' = A_C x S_k + C x psi'
- * and a rate v_k by    dV = S_k,   dA = phi - V x S_k,    phi = C x S_k + V_node x S_k
- * (proof: apply d/dq_k to the two sums above, and Jacobi's identity; for the links after it by induction). In
- * F = I A + V x* I V - external, with I A linear, the terms in dV make 2B:
- *     dF = S_k x* F + I psi'' + 2B psi' + X s_k,        dF = I phi + 2B S_k
- * with s_k the angular part of S_k, and for mass elements m at x
- *     2B (b, c) = sum (x x g, g),  g = 2 m b x xdot:    2B = [2 (tr T 1 - T); -2 [p]] on b alone,
- *     T = sum m xdot x', p = sum m xdot;  of a link  T = v h' + [w] (tr J / 2 1 - J),  p = m v + w x h.
- * X is there because wrenches from outside do not turn with the body: X s = (s x n + c x (s x f), s x f) for one at c.
- * Summed over all that a node carries (F^C, I^C, B^C, X^C), and since S_k x* drops out of S_i . F after k (S_i moves
- * along): dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)                          i in k's node or
- * after dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)           i before k's node
- * (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi.) Likewise for v.
+ * and a rate v_k changes it by
+ *     dV = S_k,    dA = phi - V x S_k,       phi = C x S_k + V_node x S_k
+ * (Proof: differentiate the two sums above with respect to q_k and use Jacobi's identity; the links after it follow by
+ * induction.) In F = I A + V x* I V - external, with I A linear in A, the terms in dV are 2B:
+ *     with q_k:   dF = S_k x* F + I psi'' + 2B psi' + X s_k         s_k: the angular part of S_k
+ *     with v_k:   dF = I phi + 2B S_k
+ * 2B acts on the angular part alone; for mass elements m at x,
+ *     2B (b, c) = sum (x x g, g),   g = 2 m b x xdot
+ *     2B = [2 (tr T 1 - T); -2 [p]],   T = sum m xdot x',   p = sum m xdot
+ *     of a link   T = v h' + [w] (tr J / 2 1 - J),   p = m v + w x h
+ * X is needed because external wrenches do not rotate with the body: X s = (s x n + c x (s x f), s x f) for a wrench
+ * (n, f) at c. Let F^C, I^C, B^C, X^C be the sums over all that a node carries. S_k x* drops out of S_i . F after k,
+ * because S_i moves along, so that
+ *     dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)                    i in k's node or after it
+ *     dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)     i before k's node
+ * (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi), and likewise for v.
  *
- * What forward dynamics does to a link's bias wrench it does to these, too: with U = I S, d = 1 / S.U, tip to root,
- *     I -= U U' d,  2B -= U d S'2B,  X -= U d S'X
- * leaves what a node passes to its parent when its joints give way (forward.c). Then, for each k, what
- *     f_k = I psi'' + 2B psi' + X s + S_k x* F^C        (for v: I phi + 2B S)
- * does to the nodes before k is  y_i = -d S_i . f,  f += U y_i  on the way to the root; and on the way out
- *     da_i = y_i - d U_i . dA - d S_i'(2B psi' + X s),   dA += S_i da_i,
- * where psi''_k joins dA at k's node, and psi'_k is there from k's node on, for what k carries.
+ * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (forward.c): with
+ * U = I S and d = 1 / S.U, from the tips to the root,
+ *     I -= U U' d,   2B -= U d S'2B,   X -= U d S'X
+ * leaves what a node passes to its parent. Then, for each k, the wrench
+ *     f_k = I psi'' + 2B psi' + X s + S_k x* F^C        with q_k
+ *     f_k = I phi + 2B S_k                              with v_k
+ * acts on the nodes before k, on the way to the root:
+ *     y_i = -d S_i . f,   f += U y_i
+ * and the forward pass gives
+ *     da_i = y_i - d U_i . dA - d S_i'(2B psi' + X s),   dA += S_i da_i
+ * where psi''_k joins dA at k's node, and psi'_k applies from k's node on, to all that k carries.
  *
- * Lengths and velocities are told from the origin of the tree's first link, so that nothing cancels far from the
- * world's origin or for a tree that travels fast: equations of motion look the same from there (Galilei). A link's own
+ * Lengths and velocities are expressed about the origin of the tree's first link, so that nothing cancels far from the
+ * world's origin or in a tree that travels fast: the equations of motion are the same there (Galilei). A link's own
  * matrices are about its own origin.
  */
 #ifndef KT_DYNAMICS_DERIVATIVE_H

@@ -1,10 +1,11 @@
-/* A loop as it lies in a plane (model/planar_loop.h), from what its type is made of (loop.h: parts).
+/* The rows of a loop in a plane (model/planar_loop.h), from the parts that its type consists of (kind.h).
  *
- * Ends are given in the plane's basis, n last. With e_k the axes of end 1, f_k those of end 2:
- *   x, y, z         phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
- *   turn about k    phi = e_k . p, p = 4 tan(theta / 4) n: a turn with the factor e_k . n, if n lies alike in both ends
- *   tilt about k    the same, theta being the angle from e_z to f_z, if both lie in the plane; void if both are n
- *   normal          if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
+ * The ends are given in the plane's basis, with its normal n last. With e_k the axes of end 1 and f_k those of end 2:
+ *   x, y, z            phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
+ *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n, if n has the same
+ *                      components in both ends
+ *   tilt about k       the same, where theta is the angle from e_z to f_z, if both lie in the plane; void if both are n
+ *   normal             if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
  */
 #include "loop/loop.h"
 

@@ -1,17 +1,25 @@
-/* Rolling: a thin disc rolls on a plane without slip. End 1 is the disc's centre, z along its axle a; end 2 a point of
- * the plane, x and y in it and z its normal n. rho: radius, c = n . a, s = |n x a|.
+/* Rolling: a thin disc rolls on a plane without slip. End 1 is the disc's centre C with z along its axle a; end 2 is a
+ * point S of the plane with x and y in the plane and z its normal n. rho is the radius, c = n . a, s = |n x a|.
  *
- * The lowest direction in the disc, and the contact:
- *     -t,  t = (n - c a) / s = a x (n x a) / s,     P = C - rho t,  seen from the plane's point S: r = C - S, P - S = r
- * - rho t The velocity of the disc's material point at P against the plane, W = w1 - w2, U = v1 - v2 - w2 x r (r's rate
- * seen in the plane's frame): y = U - rho W x t Rows: y . x = 0, y . y = 0 (non-holonomic), and with contact y . n = 0,
- * which is the rate of the gap phi = n . r - rho s       (its rate n . U - rho s', and s' = W . (t x n) = n . (W x t))
- * Each is a velocity of end 1 against end 2 at P along k = x, y, n; in the terms of loop.h force -k, moment -(P - S) x
- * k. Differentiated in the plane's frame, with a' = W x a, c' = n . a', s' = -c c' / s, t' = -(c' a + c a' + s' t) / s:
+ * The lowest direction in the disc, -t, and the contact point P, seen from S:
+ *     t = (n - c a) / s = a x (n x a) / s
+ *     P = C - rho t,   r = C - S,   P - S = r - rho t
+ * The velocity of the disc's material point at P relative to the plane:
+ *     W = w1 - w2
+ *     U = v1 - v2 - w2 x r                  the rate of r as seen in the plane's frame
+ *     y = U - rho W x t
+ * The rows:
+ *     y . x = 0,  y . y = 0                 non-holonomic
+ *     y . n = 0                             with contact: the rate of the gap phi = n . r - rho s
+ *                                           (its rate is n . U - rho s', and s' = W . (t x n) = n . (W x t))
+ * Each row is a velocity of end 1 relative to end 2 at P along k = x, y or n; in the terms of the loop descriptors its
+ * force is -k and its moment -(P - S) x k. Differentiated in the plane's frame:
+ *     a' = W x a,   c' = n . a',   s' = -c c' / s,   t' = -(c' a + c a' + s' t) / s
  *     y' = U' - rho (W' x t + W x t')
- *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r),   W' = alpha1 - alpha2 - w2 x W
- * so that drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t')).
- * A disc that lies flat (s = 0) touches everywhere: t is taken along its x axis, and t' as that of s = 1e-6.
+ *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r)
+ *     W' = alpha1 - alpha2 - w2 x W
+ *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
+ * A disc that lies flat (s = 0) touches everywhere: t is then taken along its x axis, and t' as that of s = 1e-6.
  */
 #include "loop/relative.h"
 

@@ -1,13 +1,15 @@
-/* Screw: inline, coaxial, and an advance along z of `pitch` metres for each radian turned since the start.
+/* Screw: inline, coaxial, and an advance along z of `pitch` metres for each radian of rotation since the start:
  *     phi = d_z - pitch (theta - theta0)
- * theta is the angle of the turn about z that, with the least rotation that takes z to the second end's z, makes up
+ * theta is the angle of the rotation about z that, with the least rotation that takes z to the second end's z, makes up
  * the relative rotation (q = (w, x, y, z): theta = 2 atan2(z, w)):
- *     theta = atan2(e_y . f_x - e_x . f_y, e_x . f_x + e_y . f_y)
- * With e = e_z, f = f_z, c = e . f and w the relative angular velocity (of q: tan(theta / 2) = z / w differentiated,
- * and f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1) put in), theta'  = k . w,  k = (e + f) / (1 + c) theta'' =
- * k . w' - (k . w) c' / (1 + c),  c' = w . (f x e)        (w . f' = w . (w x f) = 0) also where the axes have not been
- * closed. Whole turns are not remembered: of all turns that end in this rotation the one that leaves the least phi
- * counts, so a nut may be anywhere on its thread.
+ *     theta   = atan2(e_y . f_x - e_x . f_y, e_x . f_x + e_y . f_y)
+ * With e = e_z, f = f_z, c = e . f and w the relative angular velocity,
+ *     theta'  = k . w,                               k = (e + f) / (1 + c)
+ *     theta'' = k . w' - (k . w) c' / (1 + c),       c' = w . (f x e)        (w . f' = w . (w x f) = 0)
+ * also where the axes are not closed. (Differentiate tan(theta / 2) = z / w of q and insert
+ * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).)
+ * Whole revolutions are not remembered: of all angles that end in this rotation, the one with the least |phi| counts,
+ * so a nut may be anywhere on its thread.
  */
 #include "loop/orientation.h"
 

@@ -1,14 +1,19 @@
 /* Derivatives of the accelerations of whole mechanisms.
  *
  * With everything on one side the equations are
- *     r(q, v, a) = tau_tree(q, v, a) - tau - f(q, v) = 0,   f = effects' forces + A' lambda,     A a = b''
- * (tau_tree: inverse dynamics with external wrenches). At the a and lambda of the motion, for x any q_j or v_j,
- *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx at fixed lambda,       A da = E = d(b'' - A a)/dx at fixed
- * a. A' P = [Q1 Q2] [R1; 0], as for the accelerations themselves [MSD 7.33, 7.34]: da = Q1 y + Q2 z,   R1' y = E
- * (independent equations),   (Q2' M Q2) z = -Q2' (D + M Q1 y). M and d(tau_tree)/dx are analytic, and what comes of the
- * loops and of effects is exact (way.h). Forces of a caller's own effects are differenced: central differences of order
- * eight in steps of KT_STEP, which leave h^8 / 630 times the ninth derivative and rounding errors of some eps / h of
- * the forces.
+ *     r(q, v, a) = tau_tree(q, v, a) - tau - f(q, v) = 0       tau_tree: inverse dynamics with external wrenches
+ *     f = forces of effects + A' lambda
+ *     A a = b''
+ * At the a and lambda of the motion, for x any q_j or v_j,
+ *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx     at fixed a and lambda
+ *     A da = E,                 E = d(b'' - A a)/dx            at fixed a
+ * With A' P = [Q1 Q2] [R1; 0], as for the accelerations themselves [MSD 7.33, 7.34],
+ *     da = Q1 y + Q2 z
+ *     R1' y = E                                                of the independent equations
+ *     (Q2' M Q2) z = -Q2' (D + M Q1 y)
+ * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
+ * Only the forces of a caller's own effects are differenced: central differences of order eight in steps of KT_STEP,
+ * which leave h^8 / 630 times the ninth derivative, and rounding errors of some eps / h of the forces.
  */
 #include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"

@@ -1,12 +1,19 @@
-/* One group of loops inside the articulated-body recursion.
+/* One constraint group inside the articulated-body recursion.
  *
- * The way back reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all its links,
- * what hangs on them included. The links of the group are then taken together, as a mechanism of m coordinates x on a
- * parent that accelerates by A = (alpha, a): M x + F' A + h = tau + A_g' lambda,   A_g x = b''              (b'' does
- * not depend on A: rows.h) wrench on the parent  = Ic A + F x + W with M, F and the composite Ic by the composite-body
- * recursion over IA_i, and h, W by Newton-Euler with the accelerations that the velocities alone give. By Maggi-Kane, x
- * = x0 + N z with A_g x0 = b'' and A_g N = 0, (N' M N) z = N' (tau - h - M x0 - F' A) [MSD 7.33, 7.34] so that x = y -
- * K A and the parent feels Ic - F K and W + F y: an articulated inertia like any other. (dense.h)
+ * The backward pass reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all links
+ * of the group, which include everything that hangs on them. The links of the group are then treated together as a
+ * mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
+ *   M x + F' A + h = tau + A_g' lambda
+ *   A_g x = b''                              (b'' does not depend on A: rows.h)
+ *   wrench on the parent = Ic A + F x + W
+ * M, F and the composite Ic come from the composite-body recursion over IA_i; h and W come from Newton-Euler with the
+ * accelerations that the velocities alone give. By Maggi-Kane [MSD 7.33, 7.34],
+ *   x = x0 + N z,   A_g x0 = b'',   A_g N = 0
+ *   (N' M N) z = N' (tau - h - M x0 - F' A)
+ * so that (dense.h)
+ *   x = y - K A                              y: free acceleration, K: parent gain
+ *   inertia on the parent     Ic - F K       an articulated inertia like any other
+ *   bias wrench on the parent W + F y
  */
 #ifndef KT_REDUCTION_GROUP_H
 #define KT_REDUCTION_GROUP_H

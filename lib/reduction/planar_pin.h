@@ -1,16 +1,24 @@
-/* The smallest group in a plane, at one go: three coordinates x, and a pin that holds two points together (four-bars,
- * crank-sliders). One freedom is left.
+/* The smallest planar constraint group, solved in closed form: three coordinates x, and one pin that holds two points
+ * together (four-bars, slider-cranks). One degree of freedom remains.
  *
- * With c_i the rate of p2 - p1 for a unit rate of x_i, as the loop's rows see it (J the lever to p2, or the direction
- * of a slide; the rows are taken along e1, e2, which changes no solution), and a x b = a_x b_y - a_y b_x, A = [c_1 c_2
- * c_3] has the null vector   n = (c_2 x c_3, c_3 x c_1, c_1 x c_2), a solution        x0 = ((b x c_1, b x c_2, b x c_3)
- * x n) / n.n      of A x0 = b'', the least. Virtual power then takes the place of M: with U_i = (w, u) the links'
- * velocities for the rates n, A_i = (alpha, a) their accelerations for x0 and from the velocities alone, and IA_i,
- * (n_b, f_b) what they carry, z = (n . tau - sum U_i . (IA_i A_i + (n_b, f_b))) / sum U_i . IA_i U_i,      x = x0 + n
- * z, and with p = sum IA_i U_i about the parent's origin the parent feels Ic - p p' / D, W + p z, and x is y - n (p .
- * A) / D (group.h, of which this is the case of one freedom).
+ * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as the loop's rows see it: J times the lever to p2 for a
+ * revolute joint, the direction of a prismatic one. (The rows are taken along e1 and e2, which changes no solution.)
+ * With a x b = a_x b_y - a_y b_x for vectors in the plane and A = [c_1 c_2 c_3],
+ *   null vector                 n  = (c_2 x c_3, c_3 x c_1, c_1 x c_2)
+ *   least solution of A x0 = b'' x0 = ((b'' x c_1, b'' x c_2, b'' x c_3) x n) / n.n
+ * Virtual power replaces the mass matrix. Let U_i = (w, u) be the velocities of the links at the rates n,
+ * A_i = (alpha, a) their accelerations for x0 together with those that the velocities alone give, and IA_i,
+ * (n_b, f_b) their articulated inertias and bias wrenches. Then
+ *   D = sum U_i . IA_i U_i
+ *   z = (n . tau - sum U_i . (IA_i A_i + (n_b, f_b))) / D
+ *   y = x0 + n z                     accelerations while the parent's acceleration A is zero
+ * and with the momentum p = sum IA_i U_i about the parent's origin
+ *   inertia on the parent            Ic - p p' / D
+ *   bias wrench on the parent        W + p z
+ *   accelerations                    x = y - n (p . A) / D
+ * This is group.h for one degree of freedom.
  *
- * Whatever is out of the ordinary (near a singular position, no inertia, not finite) is left to the general way.
+ * Every exceptional case (near a singular position, no inertia, not finite) is left to the general method.
  */
 #ifndef KT_REDUCTION_PLANAR_PIN_H
 #define KT_REDUCTION_PLANAR_PIN_H

@@ -1,12 +1,18 @@
 /* The equations of a group's loops in a plane: A', phi, phi_t and b'' as in rows.h, with two numbers a vector.
  *
- * J u = (-u_y, u_x) is u turned by a right angle, so that w x u = w J u. All angular accelerations that velocities
- * alone give are zero. With d = p2 - p1, w1 and w2 the ends' angular velocities, a1 and a2 their points' accelerations
- * from the velocities alone, u = d' - w1 J d: along e       phi'' = e . (a2 - a1 - 2 w1 J u + w1^2 d) turn          phi
- * = k p, p = 4 tan(theta / 4), p' = (1 + p^2 / 16) (w2 - w1), p'' = p p' (w2 - w1) / 8 orthogonal    phi = 2 c / (1 +
- * |s|), phi' = -2 sgn(s) / (1 + |s|) (w2 - w1), phi'' = 2 c / (1 + |s|)^2 (w2 - w1)^2             c, s: of theta
- * (orientation.h has the rest) distance      with n = (d, height) / |(d, height)|: phi'' = n . (a2 - a1) + |n x d'|^2 /
- * |(d, height)| - L''
+ * J u = (-u_y, u_x) is u rotated by a right angle, so that w x u = w J u. The velocities alone give no angular
+ * acceleration in a plane. Let d = p2 - p1 be the vector between the ends' points, w1 and w2 the ends' angular
+ * velocities, a1 and a2 the accelerations of the points that the velocities alone give, and u = d' - w1 J d. For a row
+ *   along e       phi   = e . d + constant
+ *                 phi'' = e . (a2 - a1 - 2 w1 J u + w1^2 d)
+ *   rotation      phi   = k p,  p = 4 tan(theta / 4)
+ *                 phi'  = k (1 + p^2 / 16) (w2 - w1)
+ *                 phi'' = p phi' (w2 - w1) / 8
+ *   orthogonal    phi   = 2 c / (1 + |s|),  c = cos(theta), s = sin(theta)        (orientation.h has the derivation)
+ *                 phi'  = -2 sgn(s) / (1 + |s|) (w2 - w1)
+ *                 phi'' = 2 c / (1 + |s|)^2 (w2 - w1)^2
+ *   distance      phi   = |D| - L(t),  D = (d, height),  n = D / |D|
+ *                 phi'' = n . (a2 - a1) + |n x d'|^2 / |D| - L''
  */
 #ifndef KT_REDUCTION_PLANAR_ROWS_H
 #define KT_REDUCTION_PLANAR_ROWS_H
