@@ -44,11 +44,11 @@ KT_API int kt_loop_group_count(const kt_model *model);
 KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 
 /* Accelerations a (nv) at (t, q, v): forward dynamics of the whole mechanism, with its loops and effects, joint forces
- * tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). At a singular position of the
- * loops, where equations depend on each other for an instant, the accelerations on both sides along the motion are
- * averaged, so that the motion goes on as it came. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's own
- * effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK. O(bodies) +
- * O(coordinates^3) of each group. */
+ * tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). Near a singular position of the
+ * loops, where equations depend on each other for an instant, the acceleration is interpolated from six neighbouring
+ * states, three on each side along the motion, so that the motion goes on smoothly; this takes up to 5 x 6 further
+ * evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's own effects
+ * KT_ERROR_EFFECT, KT_ERROR_CALLBACK. Cost: O(bodies) + O(coordinates^3) of each group. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);

@@ -1,22 +1,22 @@
-/* Articulated inertias: what one link adds, how a joint takes its freedoms out, how the rest moves on to the parent.
- * The equations stand in forward.c.
+/* Articulated inertias: what one link adds, how a joint's degrees of freedom are projected out, and how the remainder
+ * is passed to the parent. The equations are in forward.c.
  *
- * Where is there no inertia? What a joint has taken out leaves rounding errors behind, and a massless link that turns
- * or slides the same way would find these instead of nothing. So an inertia s'Js is none where it is not above
- * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree (compile/build.c). A bound by the
- * trace of J would not do: that of a chain in a plane grows as its length cubed in the directions that no joint frees,
- * and swamps an inertia about the others that is exact. (regular.c asks more closely, once.)
+ * Pivot test. Projecting out a degree of freedom leaves rounding errors, and a massless link that moves along the same
+ * direction would find these instead of zero. So a joint inertia s'Js counts as zero when it does not exceed
+ * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree. A bound by the trace of J would
+ * not do: for a chain in a plane the trace grows as its length cubed in the directions that no joint frees, and swamps
+ * an inertia about the others that is exact. (inertia_check.c has a sharper test, made once at compilation.)
  */
 #ifndef KT_DYNAMICS_ARTICULATED_H
 #define KT_DYNAMICS_ARTICULATED_H
 
 #include "dynamics/sweep.h"
 
-#define KT_NO_INERTIA 1e-14 /* some 45 units of rounding */
+#define KT_NO_INERTIA 1e-14 /* about 45 units of rounding */
 
-/* A symmetric matrix as L D L': l = l10, l20, l21 and e = 1 / D; or false where it is not positive definite beyond
- * rounding. `size[k]` is what the rounding error of entry kk is proportional to; with E = diag(size), row m of L^-1,
- * the error of a pivot is that of m E m'. */
+/* Factors a symmetric matrix as L D L': l = (l10, l20, l21), e = 1 / D. Returns false if it is not positive definite
+ * beyond rounding. The rounding error of entry kk is proportional to size[k]; with E = diag(size) and m a row of L^-1,
+ * that of the row's pivot is proportional to m E m'. */
 KT_INLINE bool kt_factor3(const kt_v4 a[3], kt_v4 size, kt_v4 *l, kt_v4 *e) {
     const double l00 = a[0][0];
     if (!(l00 > KT_NO_INERTIA * size[0]))
@@ -35,7 +35,7 @@ KT_INLINE bool kt_factor3(const kt_v4 a[3], kt_v4 size, kt_v4 *l, kt_v4 *e) {
     return true;
 }
 
-/* Inverse of a symmetric matrix by Cholesky, or false, as kt_factor3. */
+/* Inverts a symmetric matrix by its factors; returns false as kt_factor3. */
 KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
     kt_v4 l, e;
     if (!kt_factor3(a, size, &l, &e))
@@ -103,7 +103,7 @@ KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
     x->moment += kt_v4_cross(r, x->force);
 }
 
-/* One freedom: takes it out of x, and keeps the joint's response, shifted to the parent's origin. */
+/* Projects one degree of freedom out of x, and stores the joint's response, shifted to the parent's origin. */
 KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
                                            kt_response *response) {
     const kt_v4 s = m->axis, cn = m->alpha, cf = m->linear;
@@ -153,10 +153,10 @@ KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_mo
     return true;
 }
 
-/* Three turns at once. With J = L D L' and Y = L^-1 H, what moves on is M - Y' D^-1 Y. By substitution, not by the
- * inverse: that of a needle, which has next to no inertia about its own axis, is huge, and so would be its rounding; Y
- * and D are right to rounding of J all the same. Keeps l, 1 / D in `kept->j`, H in `kept->h`, tau - n_b in
- * `kept->moment`. */
+/* Projects the three rotations of a spherical joint out of x. With J = L D L' and Y = L^-1 H, M - Y' D^-1 Y is passed
+ * on. This is done by substitution, not with the inverse: the inverse of a needle, which has next to no inertia about
+ * its own axis, is huge, and so would be its rounding errors; Y and D are exact to the rounding of J all the same.
+ * Stores l and 1 / D in `kept->j`, H in `kept->h`, tau - n_b in `kept->moment`. */
 KT_INLINE bool kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m, const double *tau,
                                                 kt_articulated *x, kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
@@ -181,8 +181,10 @@ KT_INLINE bool kt_articulated_project_spherical(const kt_link *link, const kt_li
     return true;
 }
 
-/* All six. Leaves the acceleration itself in `kept`: alpha in moment, a in force. By blocks, the mass first:
- *   a = M^-1 (f - G alpha),  (J - H M^-1 G) alpha = n - H M^-1 f. */
+/* Solves for all six degrees of freedom of a free joint, by blocks, the mass first:
+ *   (J - H M^-1 G) alpha = n - H M^-1 f
+ *   a = M^-1 (f - G alpha)
+ * Stores the acceleration itself in `kept`: alpha in moment, a in force. */
 KT_INLINE bool kt_articulated_project_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
                                            const double *tau, kt_articulated *x, kt_articulated *kept) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -219,7 +221,8 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
     return kt_articulated_project_axis(link, m, tau[link->v], x, &data->response[i]);
 }
 
-/* Joint accelerations of a ball or free link from the link's and the parent's; c has been added to alpha and linear. */
+/* Joint accelerations of a spherical or free joint from those of the link and its parent; c has been added to alpha and
+ * linear. */
 KT_INLINE void kt_joint_relative(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                  const kt_articulated *kept, double *a) {
     kt_v4 alpha = kept->moment, linear = m->linear;
@@ -239,7 +242,7 @@ KT_INLINE void kt_joint_relative(const kt_link *link, const kt_link_motion *pare
     m->linear = linear;
 }
 
-/* Accelerations of one link from its parent's, the joint's response known; writes the joint's own to a. */
+/* Accelerations of one link from its parent's and the joint's response; writes the joint accelerations to a. */
 KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, double *a) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *parent = &data->motion[link->parent];

@@ -1,13 +1,16 @@
-/* Frames and points of bodies, from the kinematics of their links. A body is at rest in its link:
- *   p = p_l + R_l d,   v = v_l + w x R_l d,   a = a_l + alpha x R_l d + w x (w x R_l d). */
-#include "dynamics/dynamics.h"
+/* Frames and points of bodies, from the kinematics of their links. A body is fixed in its link:
+ *   p = p_l + R_l d
+ *   v = v_l + w x R_l d
+ *   a = a_l + alpha x R_l d + w x (w x R_l d)
+ */
+#include "dynamics/kernel.h"
 #include "kinetree/dynamics.h"
 
 #include <string.h>
 
 typedef struct carried {
     kt_v4 arm;                      /* from the link's origin to the point, world axes */
-    const kt_link_kinematics *link; /* what carries it */
+    const kt_link_kinematics *link; /* the link that carries it */
 } carried;
 
 KT_INLINE kt_v4 rotate(const kt_link_kinematics *link, kt_vec3 x) {
@@ -73,7 +76,7 @@ kt_twist kt_body_acceleration(const kt_model *model, const kt_data *data, int bo
     return twist;
 }
 
-/* One column: angular velocity w of the freedom, and velocity u + w x arm of the point. */
+/* One column: the angular velocity w of a degree of freedom, and the velocity u + w x arm of the point. */
 static void write_column(double *column, kt_v4 w, kt_v4 u, kt_v4 arm) {
     const kt_v4 linear = u + kt_v4_cross(w, arm);
     for (int k = 0; k < 3; k++) {

@@ -1,4 +1,4 @@
-/* The calls of dynamics.h for derivatives: memory, checks, the kernels of the model's level, results handed over. */
+/* The calls of dynamics.h for derivatives: memory, checks, the kernels of the model's instruction set, results. */
 #include "dynamics/derivative.h"
 #include "kinetree/dynamics.h"
 

@@ -53,30 +53,30 @@
 #include "dynamics/dof.h"
 #include "dynamics/dynamics.h"
 
-/* Freedoms in the order of the links, side by side. */
+/* Degrees of freedom in the order of the links, one a lane. */
 enum { KT_LANES = 8 };
 typedef double kt_v8 __attribute__((vector_size(64)));
 
 typedef struct kt_derivative_node {
     int32_t link;
     int32_t parent;       /* a node; 0: the ground */
-    int32_t first, count; /* freedoms */
+    int32_t first, count; /* degrees of freedom */
     bool branches;        /* some child is not the next node */
 } kt_derivative_node;
 
-/* What a freedom asks of motions dA, psi', s: for inverse dynamics U = I S, S'2B, S'X; for forward dynamics times d. */
+/* The row of a degree of freedom, applied to dA, psi' and s: U = I S, S'2B and S'X; for forward dynamics times d. */
 typedef struct kt_dof_row {
     double s[6], u[6], b[3], x[3], d;
     int32_t node, v;
 } kt_dof_row;
 
-/* Freedoms as columns: about the tree's origin. */
+/* The columns of KT_LANES degrees of freedom, expressed about the tree's origin. */
 typedef struct kt_dof_batch {
     int64_t node[KT_LANES];
     kt_v8 s[6];            /* S */
     kt_v8 psi[3];          /* psi', angular */
     kt_v8 rate[6], phi[6]; /* psi'', phi */
-    kt_v8 pushed[2][6];    /* f_k for q, v */
+    kt_v8 wrench[2][6];    /* f_k with q_k, with v_k */
 } kt_dof_batch;
 
 typedef struct kt_derivative_link {
@@ -87,7 +87,7 @@ typedef struct kt_derivative_link {
     kt_v4 xn[3], xf[3];            /* X */
 } kt_derivative_link;
 
-/* Where a strip of columns passes through memory, from a node to its children and back. */
+/* A strip of columns stored in memory on its way from a node to its children and back. */
 typedef struct kt_derivative_state {
     kt_v8 q[6], psi[3], s[3];
     kt_v8 v[6];
@@ -95,7 +95,8 @@ typedef struct kt_derivative_state {
 
 static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 1) / KT_LANES; }
 
-/* Every array: type, name, count. A free link is two nodes. Results: batch by batch, a row's lanes side by side. */
+/* Every array: type, name, count. A free link has two nodes. Results are stored batch by batch, the lanes of a row
+ * next to each other. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
     X(kt_derivative_node, node, n->link + n->v / 6)                                                                    \
     X(kt_dof_motion, motion, n->v)                                                                                     \
@@ -116,12 +117,13 @@ typedef struct kt_derivative_work {
 #undef KT_DERIVATIVE_DECLARE
 } kt_derivative_work;
 
-/* Accelerations of the links in data->motion: less gravity, as dynamics leaves them, or their own, as kinematics does.
- */
+/* Which accelerations data->motion holds: minus gravity, as dynamics leaves them, or without it, as kinematics does. */
 typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
 
-/* The kernels. The terms are those of data->motion, at rates v and accelerations a; with true, the joints give way. Of
- * forward dynamics: with respect to tau, too; with external wrenches; false where some number is not finite. */
+/* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a; its flag
+ * says whether joints are projected out (forward dynamics) or not (inverse dynamics). The flags of
+ * kt_derivative_forward say whether derivatives with respect to tau are wanted and whether there are external wrenches;
+ * it returns false if a number is not finite. */
 #define KT_DERIVATIVES_DECLARE(level)                                                                                  \
     void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,   \
                                      kt_motion_kept, bool, kt_derivative_work *);                                      \

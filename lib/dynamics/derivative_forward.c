@@ -1,9 +1,10 @@
-/* Derivatives of forward dynamics from their terms (derivative.h), a strip of columns at a time: what they push goes to
- * the root, the accelerations come back. A strip is as wide as the level's registers; what is in flight stays in them,
- * and goes through memory only where the tree branches.
+/* Derivatives of forward dynamics from their terms (derivative.h), a strip of columns at a time: a backward pass
+ * carries the columns' wrenches to the root, a forward pass carries accelerations back. A strip is as wide as the
+ * registers of the instruction set; its numbers stay in registers, and pass through memory only where the tree
+ * branches.
  *
- * Columns of a strip are neighbours in depth-first order, so that the nodes before all of them are the way from the
- * first to its root.
+ * The columns of a strip are neighbours in depth-first order, so that the nodes before all of them are the support of
+ * the first: its path to the root.
  */
 #include "dynamics/derivative.h"
 #include "dynamics/sweep.h"
@@ -16,7 +17,8 @@ enum { WIDTH = 4 };
 typedef double strip __attribute__((vector_size(8 * WIDTH)));
 typedef int64_t bits __attribute__((vector_size(8 * WIDTH)));
 
-/* Which derivatives: with respect to q, to v, both, to tau; with external wrenches or without. Known where compiled. */
+/* Which derivatives: with respect to q, to v, both, to tau; with external wrenches or without. Constants at
+ * compilation. */
 typedef struct kind {
     bool q, v, unit, loaded;
 } kind;
@@ -52,7 +54,7 @@ KT_INLINE strip dot3(const double *x, const strip *y) {
     return splat(x[0]) * y[0] + splat(x[1]) * y[1] + splat(x[2]) * y[2];
 }
 
-/* Loops over six registers are written out: not every compiler unrolls them, and else they are no registers. */
+/* Loops over six registers are written out: not every compiler unrolls them, and otherwise they go to memory. */
 #define SIX(statement)                                                                                                 \
     do {                                                                                                               \
         statement(0);                                                                                                  \
@@ -95,7 +97,7 @@ KT_INLINE bits lanes_of(const place *p, size_t n) {
     return node == (int64_t)n;
 }
 
-/* Adds columns in these lanes. */
+/* Adds the columns of these lanes. */
 KT_INLINE void enter3(const place *p, bits mine, strip *to, const kt_v8 *from) {
     to[0] += (strip)((bits)load(&from[0], p->lane) & mine);
     to[1] += (strip)((bits)load(&from[1], p->lane) & mine);
@@ -120,13 +122,13 @@ static inline void clear_rows(const place *p, kind is, size_t from, size_t to) {
 /* ---- towards the root -------------------------------------------------------------------------------------------- */
 
 /* y = -d S . f, f += U y */
-KT_INLINE void give_way(const kt_dof_row *row, strip *f, double *y) {
+KT_INLINE void project_wrench(const kt_dof_row *row, strip *f, double *y) {
     const strip force = dot6(row->s, f), out = splat(-row->d) * force;
     memcpy(y, &out, sizeof out);
     subtract6(row->u, force, f);
 }
 
-/* The force of one that is applied at freedom f. */
+/* A unit joint force applied at degree of freedom f. */
 KT_INLINE void apply_unit(const place *p, size_t f, const kt_dof_row *row, strip *x, double *y) {
     const size_t lane = f - p->batch * KT_LANES - p->lane;
     if (lane >= WIDTH)
@@ -143,11 +145,11 @@ KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
         const size_t f = (size_t)node->first + (size_t)k;
         const kt_dof_row *row = &w->row[f];
         if (is.q)
-            give_way(row, x->q, result(p, w->dq, f));
+            project_wrench(row, x->q, result(p, w->dq, f));
         if (is.v)
-            give_way(row, x->v, result(p, w->dv, f));
+            project_wrench(row, x->v, result(p, w->dv, f));
         if (is.unit) {
-            give_way(row, x->q, result(p, w->dtau, f));
+            project_wrench(row, x->q, result(p, w->dtau, f));
             apply_unit(p, f, row, x->q, result(p, w->dtau, f));
         }
     }
@@ -155,9 +157,9 @@ KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
         return;
     const bits mine = lanes_of(p, n);
     if (is.q)
-        enter6(p, mine, x->q, w->batch[p->batch].pushed[0]);
+        enter6(p, mine, x->q, w->batch[p->batch].wrench[0]);
     if (is.v)
-        enter6(p, mine, x->v, w->batch[p->batch].pushed[1]);
+        enter6(p, mine, x->v, w->batch[p->batch].wrench[1]);
 }
 
 KT_INLINE void clear(kind is, flow *x) {
@@ -171,7 +173,7 @@ KT_INLINE void clear(kind is, flow *x) {
         clear3(x->s);
 }
 
-/* Through memory where a node is not next to its parent. */
+/* A strip passes through memory where a node is not next to its parent. */
 KT_INLINE void store(strip x, void *to) { memcpy(to, &x, sizeof x); }
 
 KT_INLINE void store3(const strip *x, kt_v8 *to) {
@@ -269,10 +271,10 @@ KT_INLINE size_t backward_pass(const place *p, kind is) {
 
 /* ---- from the root ----------------------------------------------------------------------------------------------- */
 
-/* a = y - d U . A - b . psi - x . s, A += S a; `after`: there is no y. */
+/* a = y - d U . A - b . psi - x . s, A += S a; if `after`, y is zero. */
 KT_INLINE void respond(const kt_dof_row *row, bool after, strip *x, const strip *psi, const strip *s, double *to,
                        strip *excess) {
-    strip a = splat(0.0) - dot6(row->u, x); /* no -0 where there is nothing, at any width */
+    strip a = splat(0.0) - dot6(row->u, x); /* not -0 for zero, at any width */
     if (!after)
         a += load(to, 0);
     if (psi)
@@ -284,7 +286,7 @@ KT_INLINE void respond(const kt_dof_row *row, bool after, strip *x, const strip 
     add6(row->s, a, x);
 }
 
-/* One node; before the strip's, among them, or after them. */
+/* One node: before the strip's own nodes, among them, or after them. */
 KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, flow *x, strip *excess) {
     kt_derivative_work *w = p->w;
     const kt_derivative_node *node = &w->node[n];
@@ -333,7 +335,7 @@ KT_INLINE size_t forward_pass(const place *p, kind is, size_t root, strip *exces
     return n;
 }
 
-/* Whether all strips are finite. */
+/* Computes all strips; returns whether they are finite. */
 KT_INLINE bool sweep(const kt_model *model, kind is, kt_derivative_work *w) {
     const size_t nv = model->n.v;
     strip excess = splat(0.0);

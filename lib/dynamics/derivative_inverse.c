@@ -1,4 +1,5 @@
-/* Derivatives of inverse dynamics from their terms (derivative.h): for each freedom along its way to the root. */
+/* Derivatives of inverse dynamics from their terms (derivative.h): for each degree of freedom, along its path to the
+ * root. */
 #include "dynamics/derivative.h"
 #include "dynamics/sweep.h"
 
@@ -13,7 +14,7 @@ KT_INLINE double dot3(const double *x, const kt_v8 *y, size_t lane) {
     return x[0] * y[0][lane] + x[1] * y[1][lane] + x[2] * y[2][lane];
 }
 
-/* Row i, column k; and the other way round, where k is not in the same node. */
+/* Sets the entry of row i and column k, and if k is not in the same node, the entry of row k and column i. */
 static inline void set_pair(size_t nv, size_t i, size_t k, bool same, kt_derivative_work *w) {
     const kt_dof_row *row = &w->row[i], *other = &w->row[k];
     const size_t bi = i / KT_LANES, li = i % KT_LANES, bk = k / KT_LANES, lk = k % KT_LANES;
@@ -22,8 +23,8 @@ static inline void set_pair(size_t nv, size_t i, size_t k, bool same, kt_derivat
     w->dv[bk * nv + i][lk] = dot6(row->u, c->phi, lk) + dot3(row->b, c->s, lk);
     if (same)
         return;
-    w->dq[bi * nv + k][li] = dot6(other->s, own->pushed[0], li);
-    w->dv[bi * nv + k][li] = dot6(other->s, own->pushed[1], li);
+    w->dq[bi * nv + k][li] = dot6(other->s, own->wrench[0], li);
+    w->dv[bi * nv + k][li] = dot6(other->s, own->wrench[1], li);
 }
 
 void KT_KERNEL(kt_derivative_inverse)(const kt_model *model, kt_derivative_work *w) {

@@ -1,9 +1,9 @@
-/* The terms of the derivatives, freedom by freedom (derivative.h): out from the ground, and back. */
+/* The terms of the derivatives of each degree of freedom (derivative.h): a forward pass and a backward pass. */
 #include "dynamics/articulated.h"
 #include "dynamics/derivative.h"
 #include "dynamics/dof.h"
 
-/* ---- out: nodes, and how their freedoms move --------------------------------------------------------------------- */
+/* ---- forward pass: nodes, and how their degrees of freedom move -------------------------------------------------- */
 
 static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t *first,
                                            int32_t count) {
@@ -16,19 +16,19 @@ static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, 
     return node;
 }
 
-/* The nodes of one link and their freedoms. */
-static inline void move_freedoms(const kt_model *model, const kt_data *data, size_t i, const double *v, const double *a,
-                                 kt_carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
+/* The nodes of one link and their degrees of freedom. */
+static inline void set_nodes(const kt_model *model, const kt_data *data, size_t i, const double *v, const double *a,
+                             kt_carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
     const kt_link *link = &model->link[i];
     kt_dof_motions_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[*first]);
-    if (link->motion == KT_MOTION_FREE) { /* slides, and turns */
+    if (link->motion == KT_MOTION_FREE) { /* translations, then rotations */
         new_node(w, (int32_t)i, parent, first, 3);
         parent = (int32_t)w->nodes - 1;
     }
     new_node(w, (int32_t)i, parent, first, link->motion >= KT_MOTION_SPHERICAL ? 3 : 1);
 }
 
-/* Inertia, F, 2B of the link alone. */
+/* The inertia, F and 2B of the link alone. */
 static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 linear, kt_derivative_link *x) {
     const kt_v4 none = kt_v4_splat(0.0), w = m->omega;
     kt_articulated *r = &x->inertia;
@@ -64,7 +64,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
     int32_t first = 0;
     w->nodes = 1;
     w->branched = false;
-    for (size_t lane = 0; lane < KT_LANES && model->n.v > 0; lane++) /* where nothing moves there is no batch */
+    for (size_t lane = 0; lane < KT_LANES && model->n.v > 0; lane++) /* without degrees of freedom there is no batch */
         w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
     w->node[0] = (kt_derivative_node){0};
     kt_derivative_link ground = {.place = none};
@@ -75,7 +75,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
         const kt_derivative_link *px = link->parent ? &w->link[link->parent] : &ground;
         kt_v4 angular, linear;
         kt_joint_twist(link, up, m, v, &angular, &linear);
-        if (link->parent == 0) { /* told from the origin of this link */
+        if (link->parent == 0) { /* expressed about the origin of this link */
             ground.place = -m->offset;
             ground.velocity = -linear;
             ground.linear = -model->gravity;
@@ -89,12 +89,12 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
         x->velocity = c.velocity + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
         weigh(link, m, acceleration, x);
-        move_freedoms(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, &first, w);
+        set_nodes(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, &first, w);
         x->last = (int32_t)w->nodes - 1;
     }
 }
 
-/* External wrenches off F, and X. */
+/* Subtracts external wrenches from F, and sets X. */
 static inline void load(const kt_model *model, const kt_data *data, const kt_wrench *external, kt_derivative_work *w) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
@@ -132,7 +132,7 @@ KT_INLINE void store_lane6(kt_v8 *to, size_t lane, kt_v4 a, kt_v4 b) {
     }
 }
 
-/* One freedom's row; with `absorb` it gives way. */
+/* The row of one degree of freedom; with `absorb` it is projected out. */
 static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_link *x, kt_dof_row *row) {
     kt_articulated *r = &x->inertia;
     const kt_v4 s = m->s[0], l = m->s[1];
@@ -172,8 +172,8 @@ static inline void set_column(const kt_dof_motion *m, const kt_derivative_link *
                      kt_v4_apply(x->xf, s) + kt_v4_cross(s, force);
     const kt_v4 vn = kt_v4_apply(r->j, m->phi[0]) + kt_v4_apply(r->h, m->phi[1]) + kt_v4_apply(x->bn, s);
     const kt_v4 vf = kt_v4_apply(r->g, m->phi[0]) + kt_v4_apply(r->m, m->phi[1]) + kt_v4_apply(x->bf, s);
-    store_lane6(to->pushed[0], lane, qn + kt_v4_cross(p, qf), qf);
-    store_lane6(to->pushed[1], lane, vn + kt_v4_cross(p, vf), vf);
+    store_lane6(to->wrench[0], lane, qn + kt_v4_cross(p, qf), qf);
+    store_lane6(to->wrench[1], lane, vn + kt_v4_cross(p, vf), vf);
     store_lane6(to->s, lane, s, l + kt_v4_cross(p, s));
     store_lane6(to->rate, lane, m->rate[0], m->rate[1] + kt_v4_cross(p, m->rate[0]));
     store_lane6(to->phi, lane, m->phi[0], m->phi[1] + kt_v4_cross(p, m->phi[0]));
@@ -181,7 +181,7 @@ static inline void set_column(const kt_dof_motion *m, const kt_derivative_link *
         to->psi[k][lane] = m->psi[0][k];
 }
 
-/* To the parent's origin, and on to the parent. F^C is shifted by itself: its bias does not give way. */
+/* Shifts to the parent's origin and adds to the parent. F^C is shifted separately: no joint is projected out of it. */
 static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, kt_derivative_link *parent) {
     kt_articulated moved = x->inertia;
     kt_articulated_shift(&moved, offset);
@@ -199,7 +199,7 @@ static inline void backward_pass(const kt_model *model, const kt_data *data, boo
         const kt_derivative_node *node = &w->node[n];
         const kt_link *link = &model->link[node->link];
         kt_derivative_link *x = &w->link[node->link];
-        const bool above = node->parent && w->node[node->parent].link == node->link; /* a free link's turns */
+        const bool above = node->parent && w->node[node->parent].link == node->link; /* the rotations of a free link */
         for (int32_t k = node->count - 1; k >= 0; k--) {
             kt_dof_row *row = &w->row[node->first + k];
             set_row(&w->motion[node->first + k], absorb, x, row);

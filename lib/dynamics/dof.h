@@ -1,9 +1,11 @@
-/* How the freedoms of a link move it and all that it carries, for derivatives (derivative.h).
+/* How the degrees of freedom of a link move it and all that it carries, for derivatives (derivative.h).
  *
- * Spatial vectors (w, v), about the link's own origin or any point that rests in the world. With C and A_C the motion
- * that a freedom S_k is carried with,
- *     psi' = C x S_k,   psi'' = A_C x S_k + C x psi',   phi = psi' + V x S_k,
- * V the motion of what S_k moves: its node (a free link's slides are one, its turns the next).
+ * Spatial vectors (w, v) are expressed about the link's own origin, or any point fixed in the world. With C and A_C the
+ * motion of the frame that carries a degree of freedom S_k, and V the motion of the node that S_k moves (the
+ * translations of a free link are one node, its rotations the next),
+ *     psi'  = C x S_k
+ *     psi'' = A_C x S_k + C x psi'
+ *     phi   = psi' + V x S_k
  */
 #ifndef KT_DYNAMICS_DOF_H
 #define KT_DYNAMICS_DOF_H
@@ -12,7 +14,7 @@
 
 enum { KT_LINK_DOF_MAX = 6 }; /* of a link */
 
-/* A freedom, world axes: angular and linear parts. */
+/* A degree of freedom, world axes: angular and linear parts. */
 typedef struct kt_dof_motion {
     kt_v4 s[2];    /* S */
     kt_v4 psi[2];  /* psi' */
@@ -20,7 +22,7 @@ typedef struct kt_dof_motion {
     kt_v4 phi[2];
 } kt_dof_motion;
 
-/* Velocity and acceleration, both spatial, about the link's own origin. */
+/* Spatial velocity and acceleration of the carrying frame, expressed about the link's own origin. */
 typedef struct kt_carried {
     kt_v4 omega, velocity, alpha, linear;
 } kt_carried;
@@ -47,8 +49,8 @@ KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_v4 omega, kt_v4 velocit
     }
 }
 
-/* Of all freedoms of a link, in their order; `up` and `m` are its parent's pose and its own. c: the motion that the
- * link is carried with; receives its own. */
+/* Sets all degrees of freedom of a link, in their order; `up` and `m` are its parent's pose and its own. c is the
+ * motion of the frame that carries the link; it receives the link's own. */
 KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m,
                                   const double *v, const double *a, kt_carried *c, kt_dof_motion *out) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -73,7 +75,7 @@ KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up,
         c->linear += moved + kt_v4_cross(c->omega, linear);
         c->velocity = velocity;
         linear = moved = none;
-        /* and turns */
+        /* and the rotations */
         __attribute__((fallthrough));
     case KT_MOTION_SPHERICAL:
         for (int k = 0; k < 3; k++)

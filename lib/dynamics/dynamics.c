@@ -1,5 +1,5 @@
-/* The calls of dynamics.h: choose the kernels of the model's instruction-set level and sweep, stand in for what is not
- * given, and hand results over only when they are whole. */
+/* The calls of dynamics.h. They choose the kernels of the model's instruction set and sweep, replace inputs that are
+ * not given by zeros, and write results only when these are complete. */
 #include "kinetree/dynamics.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
@@ -19,7 +19,7 @@ static const kt_kernels *kernels_of(const kt_model *model) {
 
 kt_isa kt_isa_resolve(kt_isa asked) {
     kt_isa best = KT_ISA_BASE;
-    /* GCOVR_EXCL_BR_START: what a processor lacks no input takes away */
+    /* GCOVR_EXCL_BR_START: no input changes what the processor supports */
 #ifdef KT_ISAS
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
         best = KT_ISA_V3;
@@ -41,7 +41,7 @@ static const char *body_of_velocity(const kt_model *model, size_t v) {
     return model->text + model->body[best].name;
 }
 
-/* Copies a result that is finite; else says which joint it is not. */
+/* Copies a result if it is finite; otherwise names the joint at which it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error) {
     const size_t n = model->n.v;
     if (kt_all_finite(from, n)) {
@@ -58,7 +58,7 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
                         what, from[i]);
 }
 
-/* Hands a result over; one that is not finite is the fault of the inputs, or of their size. */
+/* Copies a result; if it is not finite, the inputs are checked, and blamed if they are at fault. */
 static kt_status commit_or_blame(const kt_model *model, const kt_input *input, const double *from, double *to,
                                  const char *what, kt_error *error) {
     if (kt_all_finite(from, model->n.v)) {

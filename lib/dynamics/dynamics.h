@@ -1,6 +1,6 @@
-/* The recursions' inner loops, compiled once for each instruction-set level (KT_ISA names it).
+/* The recursions' inner loops, compiled once for each instruction set (KT_ISA names it).
  *
- * A kernel checks nothing about its arguments: every pointer is there, and outputs are scratch of the data. Those that
+ * A kernel does not check its arguments: no pointer is NULL, and outputs are scratch memory of the data. Kernels that
  * can fail return the link at which they did, or 0.
  */
 #ifndef KT_DYNAMICS_DYNAMICS_H
@@ -11,27 +11,27 @@
 
 typedef struct kt_kernels {
     const char *name;
-    /* Articulated bodies: a; external may be NULL. Returns a link without inertia along its freedom. */
+    /* Articulated bodies: a; external may be NULL. Returns a link without inertia along a degree of freedom. */
     size_t (*forward)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
                       const kt_wrench *external, double *a);
     /* Newton-Euler: tau. */
     void (*inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                     const kt_wrench *external, double *tau);
     /* Composite bodies: the lower triangle of the mass matrix, and zeros above. Returns a link that carries an inertia
-     * which is not finite; the matrix is untouched then. */
+     * which is not finite; the matrix is then unchanged. */
     size_t (*mass)(const kt_model *model, kt_data *data, const double *q, double *mass);
-    /* Motion of all links into data->motion, with positions and velocities; accelerations without gravity. Returns 0
-     * where all of it is finite, else the first link whose motion is not. */
+    /* Motion of all links into data->motion, with positions and velocities; accelerations without gravity. Returns 0 if
+     * all of it is finite, otherwise the first link whose motion is not. */
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
-    /* The same where data hold the poses of q already, from whatever recursion or projection at q; with equal bits. */
+    /* The same if the data already hold the poses of q, from any recursion or projection at q; the bits are equal. */
     size_t (*follow)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
-    /* Motion of the links that effects ask for. */
+    /* Motion of the links that carry forces. */
     void (*force_links)(const kt_model *model, kt_data *data, const double *q, const double *v);
 } kt_kernels;
 
-/* The kernels of a level: one table each for spatial, planar and mixed models (kt_sweep). Below them what they are made
- * of; those in the plane take the planar links. A mass matrix there comes in two steps: the composites, of which one
- * may not be finite, and the columns, into a matrix that has been cleared. */
+/* The kernels of an instruction set: one table each for spatial, planar and mixed models (kt_sweep), followed by the
+ * functions that they consist of; the planar ones compute the planar links. A planar mass matrix takes two steps: the
+ * composites, of which one may not be finite, and the columns, written into a matrix that has been cleared. */
 #define KT_KERNELS_DECLARE(level)                                                                                      \
     extern const kt_kernels kt_kernels_##level[KT_SWEEP_COUNT];                                                        \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
@@ -62,7 +62,7 @@ size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, 
 
 bool kt_all_finite(const double *x, size_t n);
 
-/* What a call is given; all but q may be NULL. x are nv numbers, and `what` is what they are. */
+/* The inputs of a call; all but q may be NULL. x are nv numbers, and `what` names them in messages. */
 typedef struct kt_input {
     const double *q, *v, *x;
     const char *what;
@@ -72,29 +72,29 @@ typedef struct kt_input {
 /* KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, naming the first joint or body at fault. */
 kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
-/* Those of all bodies but the world. */
+/* Whether the wrenches of all bodies except the world are finite. */
 bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
 
-/* kt_dynamics_forward and kt_dynamics_inverse with wrenches that have been looked at: those across a joint's freedoms,
- * or a plane, leave no trace in the result. */
+/* kt_dynamics_forward and kt_dynamics_inverse with wrenches that have already been checked to be finite: a component
+ * normal to a joint's degrees of freedom, or to a plane, leaves no trace in the result. */
 kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
                              const kt_wrench *external, double *a, kt_error *error);
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);
 
-/* Copies a result of nv numbers that is finite; else says of which joint it is not. */
+/* Copies a result of nv numbers if it is finite; otherwise the error names the joint at which it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
 
-/* kt_kinematics_update into `links` instead of data->kinematics, or where that is NULL, into data->motion alone; posed:
- * data hold the poses of q already. Untouched on failure. */
+/* kt_kinematics_update into `links` instead of data->kinematics, or if that is NULL, into data->motion alone. posed:
+ * the data already hold the poses of q. Outputs are unchanged on failure. */
 KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                      const double *a, bool posed, kt_link_kinematics *links, kt_error *error);
 
-/* The same without accelerations and without a look at the numbers. */
+/* The same without accelerations, and without checking that the numbers are finite. */
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
-/* Memory for kinematics that are not those of the last kt_kinematics_update: the articulated inertias', once a
- * recursion has ended. */
+/* Memory for kinematics other than those of the last kt_kinematics_update: that of the articulated inertias, which is
+ * free when no recursion is under way. */
 _Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_articulated), "a link's kinematics fit");
 static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->articulated; }
 
@@ -102,11 +102,11 @@ static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_l
 kt_vec3 kt_links_acceleration(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at);
 kt_twist kt_links_twist(const kt_model *model, const kt_link_kinematics *links, int body);
 
-/* kt_joint_reactions from such kinematics into data->wrench, which may hold what is not finite. */
+/* kt_joint_reactions from such kinematics into data->wrench; the result may not be finite. */
 const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_link_kinematics *links,
                                          const kt_wrench *external);
 
-/* Motion of the links that effects ask for, into data->bearer. */
+/* Motion of the links that carry forces, into the data. */
 void kt_force_frames_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
 
 KT_KERNELS_DECLARE(baseline)

@@ -1,11 +1,11 @@
-/* Motion of the links that effects ask for, and of no others: the way out of sweep.h, without accelerations. */
-#include "dynamics/dynamics.h"
+/* Motion of the links that carry forces, and of no others: the forward pass of sweep.h, without accelerations. */
+#include "dynamics/kernel.h"
 #include "dynamics/sweep.h"
 
-/* Sines and cosines of the bearers' angles, each at its place among all. */
+/* Sines and cosines of the angles of these links, each at its index among all. */
 KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const double *q) {
     const size_t count = model->n.force_link_angle;
-    if (count == model->n.angle) { /* all there are, in the same order */
+    if (count == model->n.angle) { /* all angles, in the same order */
         kt_sincos_gather(q, model->angle, count, data->sine, data->cosine);
         return;
     }

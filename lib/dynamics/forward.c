@@ -1,15 +1,19 @@
 /* Forward dynamics: the articulated-body algorithm (Featherstone 1983; 2008, 7.3), in world axes about each link's own
  * origin, on classical accelerations.
  *
- * (n, f) = [J H; G M] (alpha, a) + (n_b, f_b) is what a link with all it carries asks of its joint; G = H', and
- * a = a of the origin. Way out: positions, velocities, c = (c_n, c_f) (sweep.h). Way back, for one freedom along
- * S = (s_n, s_f):
- *   U = [J H; G M] S,  d = 1 / S.U,  y = (tau - S.(n_b, f_b) - U.c) d          joint: y - d U . (shifted parent's A)
- *   [J H; G M] -= U U' d,   (n_b, f_b) += [J H; G M] c + U y                   (the last with the inertia as it was)
- * then the shift by r to the parent: a = a_p + alpha_p x r, n_p = n + r x f, hence
- *   J -= H [r], G -= M [r];   J += [r] G, H += [r] M                           [r] u = r x u.
- * Ball: the moment is the applied one, tau; alpha = J^-1 (tau - n_b - H a). Free: nothing is passed but the wrench tau.
- * Way out again: accelerations.
+ * The wrench that a link with all it carries requires of its joint is, with G = H' and a the acceleration of the
+ * origin,
+ *   (n, f) = [J H; G M] (alpha, a) + (n_b, f_b)
+ * 1. Forward pass: positions, velocities and c = (c_n, c_f) (sweep.h).
+ * 2. Backward pass: articulated inertias from the tips to the ground. For one degree of freedom along S = (s_n, s_f):
+ *      U = [J H; G M] S,   d = 1 / S.U,   y = (tau - S.(n_b, f_b) - U.c) d
+ *      (n_b, f_b) += [J H; G M] c + U y                          with the inertia before the next line
+ *      [J H; G M] -= U U' d
+ *    then the shift by r to the parent, a = a_p + alpha_p x r, n_p = n + r x f, hence, with [r] u = r x u,
+ *      J -= H [r],   G -= M [r],   then   J += [r] G,   H += [r] M
+ *    A spherical joint transmits the applied moment tau alone: alpha = J^-1 (tau - n_b - H a). A free joint passes on
+ *    nothing but the wrench tau.
+ * 3. Forward pass: accelerations, of a joint y - d U . (the parent's A, shifted).
  */
 #include "dynamics/articulated.h"
 #include "dynamics/dynamics.h"

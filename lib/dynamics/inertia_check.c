@@ -1,10 +1,11 @@
-/* Whether a tree has inertia along all its freedoms at a position: the way back of forward.c, at rest, asked more
- * closely than forward dynamics can afford.
+/* Whether a tree has inertia along all its degrees of freedom at a position: the backward pass of forward.c at rest,
+ * with a sharper pivot test than forward dynamics can afford.
  *
- * What a joint takes out leaves rounding errors in J and M that are proportional to what was there. These sizes go
- * along: for M the mass carried; for J the sum of the traces of the rigid inertias carried, and the largest among the
- * terms sum s_i^2 J_ii of turns that were taken out and mass times r^2 of shifts, with r as slides have made it.
- * Nothing of J is left behind a ball or a free joint, whose rows are zero then, not almost zero.
+ * Projecting out a degree of freedom leaves rounding errors in J and M that are proportional to what was there. These
+ * sizes are carried along: for M the mass carried; for J the sum of the traces of the rigid inertias carried, and the
+ * largest among the terms sum s_i^2 J_ii of rotations that were projected out and mass times r^2 of shifts, with the
+ * present r where prismatic joints change it. Nothing of J remains behind a spherical or a free joint, whose rows are
+ * then exactly zero.
  */
 #include "dynamics/articulated.h"
 #include "dynamics/dynamics.h"
@@ -15,10 +16,10 @@ typedef struct size {
     double mass, trace, largest;
 } size;
 
-/* Where the sizes of a link's children are summed, at set-up, when there are no kinematics yet. */
+/* Where the sizes of a link's children are summed: at set-up the memory of the kinematics is not used yet. */
 static size *size_of(kt_data *data, size_t i) { return (size *)&data->kinematics[i]; }
 
-/* Whether there is inertia along all freedoms of a link; what is taken out goes into the size. */
+/* Whether there is inertia along all degrees of freedom of a link; adds what is projected out to the size. */
 static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
     const kt_v4 n = m->axis;
     kt_v4 unused[3];
@@ -74,7 +75,7 @@ size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, 
             found++;
         }
         if (verdict[i] != KT_INERTIA_THERE) {
-            if (link->motion != KT_MOTION_FREE) /* which would carry nothing over to its parent */
+            if (link->motion != KT_MOTION_FREE) /* which passes no inertia to its parent */
                 verdict[link->parent] = KT_INERTIA_UNKNOWN;
             continue;
         }

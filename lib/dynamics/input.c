@@ -1,10 +1,10 @@
-/* What a caller can give wrong: numbers that are not finite, and quaternions of zeros. */
-#include "dynamics/dynamics.h"
-#include "joint/joint.h"
+/* Checks of inputs: numbers that are not finite, and quaternions of zeros. */
+#include "dynamics/kernel.h"
+#include "joint/kind.h"
 
 #include <stdio.h>
 
-/* Without a branch a number: x - x is 0 for a finite x, and NaN else. */
+/* Without a branch for each number: x - x is 0 for a finite x, and NaN otherwise. */
 bool kt_all_finite(const double *x, size_t n) {
     double sum = 0.0;
     for (size_t i = 0; i < n; i++)
@@ -52,7 +52,7 @@ static kt_status check_quaternion(const kt_model *model, size_t body, const doub
                         "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
 }
 
-/* Body by body, for the message. */
+/* Finds the input at fault body by body, for the message. */
 static kt_status blame(const kt_model *model, const kt_input *in, kt_error *error) {
     for (size_t i = 1; i < model->n.body; i++) {
         const kt_body_record *b = &model->body[i];

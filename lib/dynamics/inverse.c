@@ -1,14 +1,17 @@
 /* Inverse dynamics: the recursive Newton-Euler algorithm (Luh, Walker & Paul 1980; Featherstone 2008, 5.3), in world
  * axes about each link's own origin.
  *
- * Out:   motion of each link from its parent's (sweep.h), a_0 = -gravity; then, with J about the origin, h = m c,
- *          n = J alpha + w x J w + h x a,      f = m a + alpha x h + w x (w x h)      (less what acts from outside)
- * Back:  tau = s . n or s . f;   n_p += n + r x f,   f_p += f.
+ * Forward pass: the motion of each link from its parent's (sweep.h), with a_0 = -gravity; then, with J about the
+ * origin, h = m c, and external wrenches subtracted,
+ *   n = J alpha + w x J w + h x a
+ *   f = m a + alpha x h + w x (w x h)
+ * Backward pass:
+ *   tau = s . n or s . f,   n_p += n + r x f,   f_p += f
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
-/* J u = R (Jb (R' u)) for two vectors would cost more than turning J once. */
+/* J u = R (Jb (R' u)) for two vectors would cost more than rotating J once. */
 KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
     kt_v4 j[3];
     kt_v4_rotate_inertia(m->axes, link->inertia, j);
@@ -18,7 +21,7 @@ KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
                kt_v4_cross(m->omega, kt_v4_cross(m->omega, h));
 }
 
-/* tau of a link's freedoms from the wrench across its joint. */
+/* tau of a link's degrees of freedom from the wrench across its joint. */
 KT_INLINE void project(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m, double *tau) {
     const int k = link->v;
     switch ((kt_motion)link->motion) {

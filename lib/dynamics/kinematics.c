@@ -1,9 +1,9 @@
-/* Motion and places of all links, world axes: the way out of sweep.h, without gravity. */
-#include "dynamics/dynamics.h"
+/* Poses and motion of all links in world axes: the forward pass of sweep.h, without gravity. */
+#include "dynamics/kernel.h"
 #include "dynamics/sweep.h"
 
-/* x - x of what moves a link, summed: 0 where all is finite, NaN else. (An offset or an angular velocity that is not
- * finite shows in the accelerations.) */
+/* The sum of x - x over a link's motion: 0 if all of it is finite, NaN otherwise. (An offset or an angular velocity
+ * that is not finite shows in the accelerations.) */
 KT_INLINE kt_v4 excess(const kt_link_motion *m) {
     return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
            ((m->position - m->position) + (m->velocity - m->velocity));
@@ -11,7 +11,7 @@ KT_INLINE kt_v4 excess(const kt_link_motion *m) {
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
 
-/* posed: the poses are there. */
+/* posed: the data already hold the poses. */
 KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                        bool posed) {
     const kt_v4 none = kt_v4_splat(0.0);

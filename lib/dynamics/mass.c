@@ -1,10 +1,10 @@
 /* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2), in world axes about
  * each link's own origin.
  *
- * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin it is
- *   J + [h, r] + [r, h] + m [r, r]  with [u, w] = (u . w) I - w u',    h + m r,    m.
- * Its wrench for a unit acceleration of freedom k, F = (J s + h x s_f, m s_f + s x h), is carried to each ancestor,
- * where M_jk = S_j . F.
+ * A composite has the inertia J about the origin, h = m c and m. Shifted by r to the parent's origin these are
+ *   J + [h, r] + [r, h] + m [r, r],   h + m r,   m          with [u, w] = (u . w) I - w u'
+ * Its wrench for a unit acceleration of degree of freedom k is carried to each ancestor j:
+ *   F = (J s + h x s_f, m s_f + s x h),   M_jk = S_j . F
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
@@ -13,7 +13,7 @@
 
 enum { DOF_MAX = 6 };
 
-/* The unit accelerations of a link's freedoms; returns their number. */
+/* The unit accelerations of a link's degrees of freedom; returns their number. */
 KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
                        kt_v4 angular[DOF_MAX], kt_v4 linear[DOF_MAX]) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -45,7 +45,7 @@ KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const 
     return 0;
 }
 
-/* Adds the composite of link i to its parent's. The composite lies in articulated: j, and moment = h, force = (m, ...).
+/* Adds the composite of a link to its parent's. It is stored as an articulated inertia: j, moment = h, force = (m, ..).
  */
 KT_INLINE void add_to_parent(const kt_articulated *c, kt_v4 r, kt_articulated *parent) {
     const kt_v4 h = c->moment;
@@ -65,7 +65,7 @@ KT_INLINE double along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
     return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
 }
 
-/* Columns of M that belong to link i, from its own rows up to the root's. */
+/* The columns of M that belong to link i, from its own rows to the root's. */
 static inline void columns(const kt_model *model, const kt_data *data, size_t i, double *mass) {
     const size_t nv = model->n.v;
     const kt_link_motion *motion = data->motion;
@@ -93,7 +93,7 @@ static inline void columns(const kt_model *model, const kt_data *data, size_t i,
     }
 }
 
-/* Composites; returns a link that hangs on the ground and carries what is not finite, or 0. */
+/* Sums the composites; returns a link on the ground whose composite is not finite, or 0. */
 static inline size_t compose(const kt_model *model, kt_data *data, const double *q) {
     const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;

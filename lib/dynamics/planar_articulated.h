@@ -1,6 +1,7 @@
-/* Articulated inertias in a plane (three by three instead of six by six): what one link adds, how a joint takes its
- * freedom out, how the rest moves on to the parent. The equations stand in planar_forward.c; where there is no inertia
- * is asked as in articulated.h. A turn leaves J = 0 and h = 0 exactly, so that nothing is found where there is nothing.
+/* Articulated inertias in a plane (three by three instead of six by six): what one link adds, how a joint's degree of
+ * freedom is projected out, and how the remainder is passed to the parent. The equations are in planar_forward.c; the
+ * pivot test is that of articulated.h. A revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is
+ * taken for an inertia.
  */
 #ifndef KT_DYNAMICS_PLANAR_ARTICULATED_H
 #define KT_DYNAMICS_PLANAR_ARTICULATED_H
@@ -8,7 +9,7 @@
 #include "dynamics/articulated.h"
 #include "dynamics/planar_sweep.h"
 
-/* The link's own inertia and bias wrench; that of external forces is in m. */
+/* The link's own inertia and bias wrench; m already holds the external forces. */
 KT_INLINE void kt_planar_rigid(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_inertia *out) {
     double h[2];
     kt_planar_rotate(m, link->moment, h);
@@ -33,7 +34,7 @@ KT_INLINE void kt_planar_add(kt_planar_inertia *to, const kt_planar_inertia *fro
     to->force[1] += from->force[1];
 }
 
-/* From the child's origin to the parent's; p is the offset r turned by a right angle. */
+/* Shifts from the child's origin to the parent's; p is the offset r rotated by a right angle. */
 KT_INLINE void kt_planar_shift(kt_planar_inertia *x, const double r[2]) {
     const double px = -r[1], py = r[0];
     const double wx = x->h[0] + (x->xx * px + x->xy * py), wy = x->h[1] + (x->xy * px + x->yy * py);
@@ -43,7 +44,7 @@ KT_INLINE void kt_planar_shift(kt_planar_inertia *x, const double r[2]) {
     x->moment += px * x->force[0] + py * x->force[1];
 }
 
-/* Takes a turn out of x, and keeps its response, for which tau counts about n. */
+/* Projects a revolute joint out of x, and stores its response; tau is about n. */
 KT_INLINE bool kt_planar_project_revolute(const kt_planar_link *link, const kt_planar_motion *m, double tau,
                                           kt_planar_inertia *x, kt_planar_response *response) {
     if (!(x->j > KT_NO_INERTIA * (x->j + link->size)))
@@ -65,7 +66,7 @@ KT_INLINE bool kt_planar_project_revolute(const kt_planar_link *link, const kt_p
     return true;
 }
 
-/* Takes a slide out of x, and keeps its response. */
+/* Projects a prismatic joint out of x, and stores its response. */
 KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_planar_motion *m, double tau,
                                            kt_planar_inertia *x, kt_planar_response *response) {
     double u[2];
@@ -93,9 +94,9 @@ KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_
     return true;
 }
 
-/* Accelerations of one link from its parent's, alpha and linear, which become its own; the joint's response is known,
- * and its own acceleration goes to a. It is computed first and the link's from it, so that a rounding of the former is
- * felt by all that follow, as by whoever is given it. */
+/* Accelerations of one link from the joint's response and the parent's alpha and linear, which are replaced by the
+ * link's; the joint acceleration is written to a. The joint's is computed first and the link's from it, so that the
+ * links that follow see the rounded joint acceleration that the caller is given. */
 KT_INLINE void kt_planar_respond_after(const kt_planar_link *link, const kt_planar_response *response, double *alpha,
                                        kt_v2 *linear, kt_planar_motion *m, double *a) {
     const kt_v2 p = kt_v2_across(kt_v2_load(m->offset));
@@ -120,8 +121,8 @@ KT_INLINE void kt_planar_respond(const kt_planar_link *link, const kt_planar_res
     kt_planar_respond_after(link, response, &alpha, &linear, m, a);
 }
 
-/* Takes wrenches on bodies (world axes, about the body frames' origins) off the wrenches of their links. What is left
- * out is out of the plane. */
+/* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links.
+ * Components out of the plane are left out. */
 KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motion, const kt_wrench *external) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];

@@ -1,18 +1,22 @@
 /* Forward dynamics of planar trees: the articulated-body algorithm of forward.c in the plane.
  *
- * With p = r turned by a right angle,
- *   n = J alpha + h . a + n_b,   f = h alpha + M a + f_b,   a = a_p + alpha_p p + c_f
- * is what a link with all it carries asks of its joint. A turn, with y = tau - n_b (tau and the rest about n):
- *   alpha = (y - h . a) / J,   M -= h h' / J,   f_b += h y / J + M c_f,   J = 0, h = 0, n_b = tau
- * so that a turn's link passes on no more than M, f_b and tau. A slide along u, with U = M u, n_u = h . u, D = u . U:
- *   y = (tau - u . f_b - U . c_f) / D,   n_b += h . c_f + n_u y,   f_b += M c_f + U y,
+ * The wrench that a link with all it carries requires of its joint is, with p = r rotated by a right angle,
+ *   n = J alpha + h . a + n_b
+ *   f = h alpha + M a + f_b
+ *   a = a_p + alpha_p p + c_f
+ * A revolute joint, with y = tau - n_b (tau and the moments about n):
+ *   alpha = (y - h . a) / J
+ *   M -= h h' / J,   f_b += h y / J + M c_f,   J = 0,   h = 0,   n_b = tau
+ * so that its link passes on M, f_b and tau alone. A prismatic joint along u, with U = M u, n_u = h . u, D = u . U:
+ *   y = (tau - u . f_b - U . c_f) / D
+ *   n_b += h . c_f + n_u y,   f_b += M c_f + U y
  *   J -= n_u^2 / D,   h -= n_u U / D,   M -= U U' / D
- * then the shift to the parent:
- *   J += 2 p . h + p . M p,   h += M p,   n_b += p . f_b.
+ * The shift to the parent:
+ *   J += 2 p . h + p . M p,   h += M p,   n_b += p . f_b
  *
- * Every link waits for its child's J, and dividing by it takes the longest. So a turn's J after the shift, p . M p with
- * the M that is left, is computed as p . M p - (p . h)^2 / J from the M that was there: all but the last product and
- * difference go on while the division does. What is lost is of the order of eps |M| |p|^2 either way.
+ * Every link waits for its child's J, and the division by it takes the longest. So J of a revolute joint's link after
+ * the shift, p . M p with the reduced M, is computed as p . M p - (p . h)^2 / J from the M before: all but the last
+ * product and difference proceed during the division. The rounding error is of the order of eps |M| |p|^2 either way.
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/planar_articulated.h"
@@ -45,9 +49,9 @@ KT_INLINE kt_planar_inertia unload(const carried *x) {
 /* M u */
 KT_INLINE kt_v2 apply(const carried *x, kt_v2 u) { return x->diagonal * u + kt_v2_splat(x->xy) * kt_v2_swap(u); }
 
-/* Takes a turn out of x and moves the rest to the parent's origin; tau counts about n. */
-KT_INLINE bool pass_turn(const kt_planar_link *link, const kt_planar_motion *m, double tau, carried *x,
-                         kt_planar_response *response) {
+/* Projects a revolute joint out of x and shifts the remainder to the parent's origin; tau is about n. */
+KT_INLINE bool pass_revolute(const kt_planar_link *link, const kt_planar_motion *m, double tau, carried *x,
+                             kt_planar_response *response) {
     const kt_v2 h = x->h, c = kt_v2_load(m->linear), p = kt_v2_across(kt_v2_load(m->offset));
     const double j = x->j;
     if (!(j > KT_NO_INERTIA * (j + link->size)))
@@ -66,9 +70,11 @@ KT_INLINE bool pass_turn(const kt_planar_link *link, const kt_planar_motion *m, 
     return true;
 }
 
-/* The same of a slide. By value, and apart, so that x can stay in registers on its way from turn to turn. */
-static __attribute__((noinline)) carried pass_slide(const kt_planar_link *link, const kt_planar_motion *m, double tau,
-                                                    carried x, kt_planar_response *response, bool *done) {
+/* The same for a prismatic joint. By value, and not inlined, so that x can stay in registers between revolute joints.
+ * */
+static __attribute__((noinline)) carried pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m,
+                                                        double tau, carried x, kt_planar_response *response,
+                                                        bool *done) {
     kt_planar_inertia whole = unload(&x);
     *done = kt_planar_project_prismatic(link, m, tau, &whole, response);
     kt_planar_shift(&whole, m->offset);
@@ -99,7 +105,7 @@ static inline void forward_pass(const kt_model *model, kt_data *data, const kt_p
     }
 }
 
-/* The link's own, and what follows it has passed on in x. */
+/* Adds the link's own inertia and bias wrench to what the next link has passed on in x. */
 KT_INLINE void gather(const kt_planar_link *link, const kt_planar_motion *m, carried *x) {
     const kt_v2 h = kt_v2_across(kt_v2_load(m->first)), force = kt_v2_load(m->force), mass = kt_v2_splat(link->mass);
     if (link->leads) {
@@ -123,7 +129,7 @@ KT_INLINE void add_others(const kt_planar_inertia *others, carried *x) {
     x->moment += more.moment;
 }
 
-/* Returns the place of a link without inertia along its freedom, or 0. */
+/* Backward pass. Returns the planar index of a link without inertia along its degree of freedom, or 0. */
 static inline size_t backward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *tau) {
     const kt_planar_link *first = &model->planar[plane->first], *link = &model->planar[plane->last] - 1;
     const kt_planar_motion *m = &data->planar[plane->last] - 1;
@@ -136,9 +142,9 @@ static inline size_t backward_pass(const kt_model *model, kt_data *data, const k
         if (link->branches)
             add_others(&inertia[link - model->planar], &x);
         if (link->motion == KT_MOTION_REVOLUTE)
-            done = pass_turn(link, m, link->sign * tau[link->v], &x, response);
+            done = pass_revolute(link, m, link->sign * tau[link->v], &x, response);
         else
-            x = pass_slide(link, m, tau[link->v], x, response, &done);
+            x = pass_prismatic(link, m, tau[link->v], x, response, &done);
         if (!done)
             return (size_t)(link - model->planar);
         if (!link->follows && link->parent) {

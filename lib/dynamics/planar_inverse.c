@@ -1,8 +1,11 @@
 /* Inverse dynamics of planar trees: the recursive Newton-Euler algorithm of inverse.c in the plane.
  *
- * Out:   motion (planar_sweep.h), a_0 = -gravity; with h = m c turned by a right angle and J about the origin,
- *          n = J alpha + h . a,   f = m a + h alpha - w^2 m c   (less what acts from outside)
- * Back:  tau = +-n or u . f;   n_p += n + p . f,  f_p += f,  p = r turned by a right angle.
+ * Forward pass: the motion (planar_sweep.h), with a_0 = -gravity; then, with h = m c rotated by a right angle, J about
+ * the origin, and external wrenches subtracted,
+ *   n = J alpha + h . a
+ *   f = m a + h alpha - w^2 m c
+ * Backward pass, with p = r rotated by a right angle:
+ *   tau = +-n or u . f,   n_p += n + p . f,   f_p += f
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/planar_articulated.h"

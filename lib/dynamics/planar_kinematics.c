@@ -1,9 +1,9 @@
-/* Motion and places of the planar links, for queries in the world: the way out of planar_sweep.h, without gravity, each
- * link's numbers taken back to the world's axes.
- *
- *   R = [w1 w2 n] A,  w1 = c e1 + s e2,  w2 = c e2 - s e1,  A the link's axes at q = 0 in the plane's basis
- *   w = omega n,  alpha n,  a = a_1 e1 + a_2 e2;
- * offsets as in sweep.h, in three coordinates, so that no height is lost and joints that do not slide show no slide.
+/* Poses and motion of the planar links in the world: the forward pass of planar_sweep.h, without gravity, with each
+ * link's numbers expressed in world axes. With A the link's axes at q = 0 in the plane's basis,
+ *   R = [w1 w2 n] A,   w1 = c e1 + s e2,   w2 = c e2 - s e1
+ *   angular velocity omega n,   angular acceleration alpha n,   a = a_1 e1 + a_2 e2
+ * Offsets are computed as in sweep.h, in three coordinates, so that no height is lost and only prismatic joints show a
+ * displacement.
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/planar_sweep.h"
@@ -24,7 +24,7 @@ KT_INLINE void to_world(const kt_v4 basis[3], const kt_planar_rest *rest, int ax
     m->linear = in_plane(basis, flat->linear);
 }
 
-/* x - x of what moves a link, as in kinematics.c. */
+/* The sum of x - x over a link's motion, as in kinematics.c. */
 KT_INLINE kt_v4 excess(const kt_link_motion *m) {
     return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
            ((m->position - m->position) + (m->velocity - m->velocity));
@@ -32,7 +32,7 @@ KT_INLINE kt_v4 excess(const kt_link_motion *m) {
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
 
-/* One plane's links; returns what is in excess. posed: the poses in the plane are there. */
+/* The links of one plane; returns the sum of their excess. posed: the data already hold the poses in the plane. */
 KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
                             const double *v, const double *a, bool posed) {
     static const double none[2] = {0.0, 0.0};

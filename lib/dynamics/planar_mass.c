@@ -1,14 +1,16 @@
 /* Mass matrix of planar trees: the composite-rigid-body algorithm of mass.c in the plane.
  *
- * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin it is
- *   J + r . (2 h + m r),   h + m r,   m.
- * Its wrench for a unit acceleration of its joint, (J, (-h_y, h_x)) of a turn, (h x u, m u) of a slide along u, is
- * carried to each ancestor, where M_jk = +-n or u . f. In planar_inertia: j, h = m c, xx = m.
+ * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin these are
+ *   J + r . (2 h + m r),   h + m r,   m
+ * Its wrench for a unit acceleration of its joint is carried to each ancestor j, where M_jk = +-n or u . f:
+ *   revolute            (n, f) = (J, (-h_y, h_x))
+ *   prismatic along u   (n, f) = (h x u, m u)
+ * It is stored as a kt_planar_inertia: j, h = m c, xx = m.
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/planar_sweep.h"
 
-/* Composites; returns the place of a link that hangs on the ground and carries what is not finite, or 0. */
+/* Sums the composites; returns the planar index of a link on the ground whose composite is not finite, or 0. */
 static inline int32_t compose(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q) {
     static const double none[2] = {0.0, 0.0};
     kt_planar_motion *motion = data->planar;
@@ -39,7 +41,7 @@ static inline int32_t compose(const kt_model *model, kt_data *data, const kt_pla
     return 0;
 }
 
-/* What a moment and a force do along a link's freedom. */
+/* The component of a moment and a force along a link's degree of freedom. */
 KT_INLINE double project(const kt_planar_link *link, const kt_planar_motion *m, double moment, const double force[2]) {
     if (link->motion == KT_MOTION_REVOLUTE)
         return link->sign * moment;
@@ -48,7 +50,7 @@ KT_INLINE double project(const kt_planar_link *link, const kt_planar_motion *m, 
     return u[0] * force[0] + u[1] * force[1];
 }
 
-/* Column of M that belongs to link k, from its own row up to the root's. */
+/* The column of M that belongs to link k, from its own row to the root's. */
 static inline void column(const kt_model *model, const kt_data *data, int32_t k, double *mass) {
     const size_t nv = model->n.v;
     const kt_planar_link *link = &model->planar[k];

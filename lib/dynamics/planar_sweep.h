@@ -1,11 +1,12 @@
-/* The way out in a plane: how a link's motion follows from its parent's. As in sweep.h, with two numbers a vector and
+/* Forward pass in a plane: how a link's motion follows from its parent's. As in sweep.h, with two numbers a vector and
  * one a rotation.
  *
- * Plane's basis, each link about its own origin; p = (-r_y, r_x) is r turned by a right angle, so that alpha x r =
- * alpha p. Angles are composed as complex numbers c + i s, which costs no sine of a sum. All axes being parallel, c_n
- * is zero:
- *   alpha = alpha_p + [a of a turn],   a = a_p + alpha_p p + c_f + [a of a slide along u]
- *   c_f = -w_p^2 r + 2 w_p v (-u_y, u_x).
+ * Vectors are in the plane's basis, each link about its own origin; p = (-r_y, r_x) is r rotated by a right angle, so
+ * that alpha x r = alpha p. Angles are composed as complex numbers c + i s, which needs no sine of a sum. All axes are
+ * parallel, so c_n is zero:
+ *   alpha = alpha_p + [acceleration of a revolute joint]
+ *   a     = a_p + alpha_p p + c_f + [acceleration of a prismatic joint along u]
+ *   c_f   = -w_p^2 r + 2 w_p v (-u_y, u_x)
  */
 #ifndef KT_DYNAMICS_PLANAR_SWEEP_H
 #define KT_DYNAMICS_PLANAR_SWEEP_H
@@ -13,22 +14,22 @@
 #include "algebra/sincos.h"
 #include "model/model.h"
 
-/* x e + y e', where e' is across e: a vector (x, y), given at q = 0, in the axes that e is the first of. */
+/* x e + y e', where e' is e rotated by a right angle: the vector (x, y), given at q = 0, in the axes e and e'. */
 KT_INLINE kt_v2 kt_planar_sum(kt_v2 e, double x, double y) {
     return kt_v2_splat(x) * e + kt_v2_splat(y) * kt_v2_across(e);
 }
 
-/* u, given at q = 0, as the link m has turned it. */
+/* The vector u, given at q = 0, rotated with the link m. */
 KT_INLINE void kt_planar_rotate(const kt_planar_motion *m, const double u[2], double out[2]) {
     kt_v2_store(out, kt_planar_sum(kt_v2_load(m->turn), u[0], u[1]));
 }
 
-/* Direction of a slide, which is that of its link too. */
+/* The direction of a prismatic joint, which is fixed in its link. */
 KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motion *m, double out[2]) {
     kt_planar_rotate(m, link->along, out);
 }
 
-/* Position of one link from its parent's c + i s, which is e: c, s, offset. Returns its own c + i s. */
+/* Pose of one link (c, s, offset) from its parent's c + i s, which is e. Returns its own c + i s. */
 KT_INLINE kt_v2 kt_planar_pose_after(const kt_planar_link *link, kt_v2 e, const double *q, const double *cosine,
                                      const double *sine, kt_planar_motion *out) {
     if (link->motion == KT_MOTION_REVOLUTE) {
@@ -43,7 +44,7 @@ KT_INLINE kt_v2 kt_planar_pose_after(const kt_planar_link *link, kt_v2 e, const 
     return e;
 }
 
-/* Velocity of one link whose position is known from its parent's, which is w, and its c_f in linear. Returns its own
+/* Velocity of one link whose pose is known, from its parent's angular velocity w; stores c_f in linear. Returns its own
  * omega. */
 KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, const double *v,
                                           kt_planar_motion *out) {
@@ -58,7 +59,7 @@ KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, 
     return out->omega = w;
 }
 
-/* The same from the parent's motion. */
+/* The pose and velocity of one link from the parent's motion. */
 KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
                               const double *cosine, const double *sine, kt_planar_motion *out) {
     (void)kt_planar_pose_after(link, kt_v2_load(parent->turn), q, cosine, sine, out);
@@ -85,7 +86,7 @@ KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_plana
     out->alpha = alpha;
 }
 
-/* The ground as a plane sees it: at rest, pushed up by gravity. */
+/* The ground in a plane: at rest, with the acceleration -gravity. */
 KT_INLINE void kt_planar_ground_set(const double gravity[2], kt_planar_motion *ground) {
     *ground = (kt_planar_motion){.c = 1.0, .linear = {-gravity[0], -gravity[1]}};
 }

@@ -1,9 +1,11 @@
-/* The way out from the ground to the tips: how a link's motion follows from its parent's.
+/* Forward pass from the ground to the tips: how a link's motion follows from its parent's.
  *
- * World axes, each link about its own origin; r = origin minus the parent's origin, s = the motion's axis, x its
- * position. Accelerations are classical (not spatial) ones of the origins, so that the shift from parent to child is
- *   alpha = alpha_p + c_n + [alpha of the joint],   a = a_p + alpha_p x r + c_f + [a of the joint]
- *   c_n = w_p x (joint's angular velocity),          c_f = w_p x (w_p x r) + 2 w_p x (joint's linear velocity).
+ * Vectors are in world axes, each link about its own origin; r = origin minus the parent's origin. Accelerations are
+ * classical (not spatial) ones of the origins, so that the shift from parent to child is
+ *   alpha = alpha_p + c_n + [alpha of the joint]
+ *   a     = a_p + alpha_p x r + c_f + [a of the joint]
+ *   c_n   = w_p x (joint's angular velocity)
+ *   c_f   = w_p x (w_p x r) + 2 w_p x (joint's linear velocity)
  */
 #ifndef KT_DYNAMICS_SWEEP_H
 #define KT_DYNAMICS_SWEEP_H
@@ -11,7 +13,7 @@
 #include "algebra/sincos.h"
 #include "model/model.h"
 
-/* Columns j and k of `base` turned towards each other, the third kept: base times R1, R2 or R3 of the angle. */
+/* Rotates two columns of `base` in their plane and leaves the third: base times R1, R2 or R3 of the angle. */
 KT_INLINE void kt_rotate_axes(int axis, const kt_v4 base[3], double c, double s, kt_v4 out[3]) {
     const kt_v4 cc = kt_v4_splat(c), ss = kt_v4_splat(s);
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -20,7 +22,7 @@ KT_INLINE void kt_rotate_axes(int axis, const kt_v4 base[3], double c, double s,
     out[k] = cc * base[k] - ss * base[j];
 }
 
-/* The link's axes at rest, in the world. */
+/* The link's axes at joint position zero, in the world. */
 KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 out[3]) {
     if (link->turned) {
         kt_v4_multiply(parent, link->turn, out);
@@ -33,14 +35,14 @@ KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 ou
 
 KT_INLINE kt_v4 kt_load3(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0}; }
 
-/* Columns of base times R(p), p a quaternion of any non-zero norm. */
+/* The columns of base times R(p), for a quaternion p of any non-zero norm. */
 KT_INLINE void kt_quaternion_axes(const double *p, const kt_v4 base[3], kt_v4 out[3]) {
     kt_v4 r[3];
     kt_v4_from_mat3(kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
     kt_v4_multiply(base, r, out);
 }
 
-/* Position of one link from its parent's: axes, axis, offset. */
+/* Pose of one link from its parent's: axes, axis, offset. */
 KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const double *q, const double *cosine,
                             const double *sine, kt_link_motion *out) {
     kt_v4 base[3];
@@ -83,7 +85,7 @@ KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, c
     }
 }
 
-/* The joint's own relative velocity and, for a given rate v, its parts. */
+/* The joint's relative velocity for the rates v: its angular and linear parts. */
 KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *self,
                               const double *v, kt_v4 *angular, kt_v4 *linear) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -119,7 +121,7 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
 KT_INLINE void kt_link_velocity(const kt_link *link, const kt_link_motion *parent, const double *v,
                                 kt_link_motion *out) {
     const kt_v4 w = parent->omega, around = kt_v4_cross(w, kt_v4_cross(w, out->offset));
-    if (link->motion == KT_MOTION_REVOLUTE) { /* the common one, without what it does not need */
+    if (link->motion == KT_MOTION_REVOLUTE) { /* the most frequent motion, without terms that it does not need */
         const kt_v4 rate = kt_v4_splat(v[link->v]) * out->axis;
         out->omega = w + rate;
         out->alpha = kt_v4_cross(w, rate);
@@ -142,7 +144,7 @@ KT_INLINE void kt_link_acceleration(const kt_link *link, const kt_link_motion *p
     out->linear += parent->linear + kt_v4_cross(parent->alpha, out->offset) + linear;
 }
 
-/* The ground: world axes, at rest, pushed up by gravity. */
+/* The ground: world axes, at rest, with the acceleration -gravity. */
 KT_INLINE void kt_ground_set(kt_v4 gravity, kt_link_motion *ground) {
     const kt_v4 none = kt_v4_splat(0.0);
     *ground = (kt_link_motion){.axes = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
@@ -155,7 +157,7 @@ KT_INLINE void kt_ground_set(kt_v4 gravity, kt_link_motion *ground) {
                                .force = none};
 }
 
-/* Takes wrenches on bodies (world axes, about the body frames' origins) off the wrenches of their links. */
+/* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links. */
 KT_INLINE void kt_external_subtract(const kt_model *model, kt_link_motion *motion, const kt_wrench *external) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];

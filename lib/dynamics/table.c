@@ -1,5 +1,6 @@
-/* The kernels of one level. Those of mixed models take the spatial links, then the planar ones; no joint is between. */
-#include "dynamics/dynamics.h"
+/* The kernels of one instruction set. Those of mixed models compute the spatial links, then the planar ones; no joint
+ * connects the two. */
+#include "dynamics/kernel.h"
 
 #include <string.h>
 
@@ -27,7 +28,7 @@ static void mixed_inverse(const kt_model *model, kt_data *data, const double *q,
     KT_KERNEL(kt_planar_inverse)(model, data, q, v, a, external, tau);
 }
 
-/* All that can fail comes before the first number is written. */
+/* All that can fail is done before the first number is written. */
 static size_t mixed_mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
     size_t failed = KT_KERNEL(kt_planar_compose)(model, data, q);
     if (!failed)

@@ -1,7 +1,10 @@
-/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; those that are
- * fixed to the world have no part in them: what they weigh would be a constant, which far away takes digits.
+/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; bodies that are
+ * fixed to the world are left out: their potential energy would be a constant, which far away costs digits.
  *
- *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c,   p = sum m v_c,   L = sum c x m v_c + I_c w
+ *   T = sum m v_c^2 / 2 + w . I_c w / 2
+ *   V = -sum m g . c
+ *   p = sum m v_c
+ *   L = sum c x m v_c + I_c w
  */
 #include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
@@ -66,7 +69,7 @@ double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *cente
     return mass;
 }
 
-/* What a body's motion and gravity ask for, less what acts from outside, about its frame's origin. */
+/* The wrench that a body's motion and gravity require, minus the external one, about its frame's origin. */
 static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *links, int i, const kt_wrench *external) {
     const kt_body_record *b = &model->body[i];
     const kt_link_kinematics *link = &links[b->link];
@@ -85,14 +88,14 @@ static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *li
     return out;
 }
 
-/* From one point to another that lies `arm` before it. */
+/* A wrench about one point, expressed about another that lies `arm` before it. */
 static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
     w.moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
     return w;
 }
 
-/* How far the joint has slid: from the origin of the joint frame to that of body i. From offsets between links alone;
- * where they are in the world, which may be far away, does not enter. */
+/* The joint's displacement: from the origin of the joint frame to that of body i. It is computed from offsets between
+ * links alone; their positions in the world, which may be far away, do not enter. */
 static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int i) {
     const int32_t end = model->body[model->body[i].parent].link;
     kt_v4 sum = kt_v4_splat(0.0);
@@ -104,7 +107,7 @@ static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int 
     return kt_v4_vec3(sum);
 }
 
-/* In data->wrench: a body's sum, once all that it carries is in it, gives way to its joint's reaction. */
+/* Works in data->wrench: a body's sum, once complete with all that it carries, is replaced by its joint's reaction. */
 const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_link_kinematics *links,
                                          const kt_wrench *external) {
     kt_wrench *sum = data->wrench;

@@ -1,15 +1,18 @@
 /* Assembly [MSD 8.5]: the closed state nearest to the given one.
  *
- * With d = u - u_given, min |d|^2 subject to phi(u) = 0. From far off the loops are closed first (far.c). Then the way
- * is along the manifold: d's part in it, (1 - A+ A) d, is what can still be gained, and where it vanishes d is normal
- * to the manifold. With -d for a step, A d_new = A d - phi, that part comes out as the least d_new less d. Steps are
- * scaled after Barzilai & Borwein (1988) and shortened until |d| falls; fixed coordinates have no column in A.
+ * With d = u - u_given, |d|^2 is minimised subject to phi(u) = 0. If the given state is far from closed, the loops are
+ * closed first (levenberg_marquardt.c). The search then follows the manifold: the tangential part of d, (1 - A+ A) d,
+ * is what can still be reduced, and where it vanishes d is normal to the manifold. For a step -d the least solution of
+ *   A d_new = A d - phi
+ * minus d is that part. Steps are scaled after Barzilai & Borwein (1988) and shortened until |d| falls; fixed
+ * coordinates have no column in A.
  *
  * Velocities are linear: A dv = b' - A v, dv least.
  *
- * Fixed are the held coordinates and, as long as each group closes without them, those whose value the description
- * gives. In a group that does not close so, the given ones are released, and then all of its coordinates count alike:
- * to move the given ones least of all would lead to the edge of what can be reached, which is a singular position.
+ * Fixed are the coordinates to be held and, as long as each group closes without them, those whose value the
+ * description gives. In a group that does not close in this way the given ones are released, and then all of its
+ * coordinates are weighted alike: moving the given ones least would lead to the boundary of what can be reached, a
+ * singular position.
  */
 #include "reduction/levenberg_marquardt.h"
 
@@ -20,8 +23,8 @@
 
 enum { SHORTER_MOST = 12 };
 
-/* What rounding may leave of gaps, against their scales; a gap above it that is nearly closed (KT_CLOSED_STEP) is that
- * of given values with fewer digits, and closed by moving these, too, in their last digits. */
+/* The gaps, relative to their scales, that rounding may leave. A larger gap that is nearly closed (KT_CLOSED_STEP)
+ * comes from given values with fewer digits, and is closed by changing these, too, in their last digits. */
 #define ROUNDING (64.0 * KT_CLOSED)
 
 static double square(const double *x, size_t n) {
@@ -46,8 +49,8 @@ static void aim_nearest(const kt_model *model, const kt_data *data, const double
 
 /* ---- what is fixed ----------------------------------------------------------------------------------------------- */
 
-/* Fixes what is held; in groups where other coordinates are free, also those whose value is `given` (KT_POSITION_GIVEN,
- * KT_VELOCITY_GIVEN). Returns whether any of these are fixed. */
+/* Fixes the coordinates to be held; in groups where other coordinates are free, also those whose value is `given`
+ * (KT_POSITION_GIVEN, KT_VELOCITY_GIVEN). Returns whether any of these are fixed. */
 static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
     bool any = false;
     memcpy(fixed, model->held, model->n.v * sizeof *fixed);
@@ -74,8 +77,8 @@ static void release(const kt_model *model, const kt_group *group, bool *fixed) {
         fixed[model->group_v[group->v + i]] = model->held[model->group_v[group->v + i]];
 }
 
-/* Closes positions without moving given ones, and releases these in the groups that stay open, which return to where
- * they came from. */
+/* Closes positions without moving given ones. Groups that stay open are reset to their start, and their given positions
+ * are released. */
 static void close_around_given(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                bool *fixed) {
     if (!fix_given(model, KT_POSITION_GIVEN, fixed))
@@ -104,7 +107,7 @@ typedef struct approach {
     double *q, *d, *way; /* way: the step that the linearisation asks for */
 } approach;
 
-/* The way from q towards the nearest state; false where it cannot be had. */
+/* The step from q towards the nearest state; returns false if it cannot be computed. */
 static bool look_ahead(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
@@ -120,8 +123,8 @@ static bool look_ahead(const approach *a) {
     return true;
 }
 
-/* Goes part of the way, as far as brings q nearer to `given`; false where no part does. Close to the goal rounding
- * hides what is gained, and the step is right. */
+/* Takes the largest tried part of the step that brings q nearer to `given`; returns false if none does. Close to the
+ * solution rounding hides the gain, and the whole step is accepted. */
 static bool go(const approach *a, double part) {
     const size_t nv = a->model->n.v;
     double *near = a->data->near_q, *step = a->data->moved_v;
@@ -142,7 +145,7 @@ static bool go(const approach *a, double part) {
     return false;
 }
 
-/* The largest number of the way, against its unit. */
+/* The largest entry of the step, relative to its unit. */
 static double reach(const approach *a) {
     double most = 0.0;
     for (size_t i = 0; i < a->model->n.group_v; i++)
@@ -151,25 +154,25 @@ static double reach(const approach *a) {
     return most;
 }
 
-/* From q, closed, to the closed state nearest to `given` around it. */
+/* Moves q, which is closed, to the nearest closed state to `given` in its neighbourhood. */
 static void come_nearer(const approach *a, double *before) {
     const size_t nv = a->model->n.v;
     kt_iterations *taken = &a->data->iterations;
     double part = 1.0;
     for (uint32_t i = 0; look_ahead(a); i++) {
         const double most = reach(a);
-        if (i) { /* the step that would have brought the way to nothing, had it changed as it did */
+        if (i) { /* the Barzilai-Borwein factor: it makes the step vanish if it goes on changing as it did */
             double change = 0.0;
             for (size_t k = 0; k < nv; k++)
                 change += before[k] * (before[k] - a->way[k]);
             part = change > 0.0 ? fmin(fmax(part * square(before, nv) / change, 0.1), 10.0) : 1.0;
         }
         memcpy(before, a->way, nv * sizeof *before);
-        if (most * part > 0.2) /* the linearisation reaches no farther */
+        if (most * part > 0.2) /* the linearisation is not valid farther away */
             part = 0.2 / most;
         if (!(most > 1e-11))
             return;
-        if (i == KT_ASSEMBLY_STEPS_MAX || !go(a, part)) { /* closed, but another state may be nearer */
+        if (i == KT_ASSEMBLY_STEPS_MAX || !go(a, part)) { /* the state is closed, but another one may be nearer */
             taken->capped++;
             return;
         }
@@ -193,7 +196,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
     if (kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q) <= KT_CLOSED_ASSEMBLED) {
         come_nearer(&a, data->side + 2 * lanes);
         double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, false, q);
-        if (gap > ROUNDING && keeps_given(model, fixed)) /* which may have been rounded when they were written */
+        if (gap > ROUNDING && keeps_given(model, fixed)) /* the given values may be rounded */
             gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, false, q);
         if (gap <= KT_CLOSED_ASSEMBLED)
             return KT_OK;
@@ -206,13 +209,14 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
 
 /* ---- velocities -------------------------------------------------------------------------------------------------- */
 
-/* v moves by the least step that the loops ask for, what is fixed not at all. *violation: what is left, *speed: the
- * largest term on the way, whose rounding that may be. Returns false where a number is not finite. */
+/* Changes v by the least step that satisfies the velocity equations; fixed coordinates do not change. *violation is the
+ * remaining violation, *speed the largest term met, whose rounding error that may be. Returns false if a number is not
+ * finite. */
 static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                              const bool *fixed, kt_violation *violation, double *speed) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     *speed = 0.0;
-    for (int i = 0;; i++) { /* once would do but for rounding */
+    for (int i = 0;; i++) { /* one step suffices in exact arithmetic */
         if (!kernels->look(model, data, t, q, v, fixed, violation))
             return false;
         *speed = fmax(violation->speed, *speed);
@@ -226,8 +230,8 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
     }
 }
 
-/* Whether the velocities of a group, whose equations and `right` are those of v, fit to rounding. What rounding leaves
- * is that of terms, or where entries of A are rounding alone, of the speeds. */
+/* Whether the velocities of a group satisfy its equations to rounding; equations and `right` are those of v. The
+ * rounding error is relative to the terms, or if entries of A are rounding alone, to the speeds. */
 static bool group_fits(const kt_model *model, const kt_data *data, size_t g, const double *v) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -239,7 +243,7 @@ static bool group_fits(const kt_model *model, const kt_data *data, size_t g, con
     return violation.slip <= KT_CLOSED_STEP * speed;
 }
 
-/* As close_around_given, of velocities. */
+/* As close_around_given, for velocities. */
 static bool move_around_given(const kt_model *model, kt_data *data, double t, const double *q, double *v, bool *fixed) {
     double *given = data->moved_v, speed;
     kt_violation violation;
@@ -263,7 +267,7 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
 static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                                      kt_error *error) {
     kt_violation violation;
-    double speed; /* what is left of a speed that loops forbid is rounding of it, not of itself */
+    double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
     bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
                   close_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
     if (finite && violation.slip > ROUNDING * speed && keeps_given(model, data->fixed))
@@ -274,7 +278,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
-        return KT_OK; /* held against the speeds of what is fixed, too */
+        return KT_OK; /* relative also to the speeds of fixed coordinates */
     (void)kernels->look(model, data, t, q, v, data->fixed, &violation);
     kt_velocity_gaps_share(model, data);
     return kt_open_loops_error(model, data, t,

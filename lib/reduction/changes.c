@@ -1,14 +1,14 @@
-/* What an assembly has moved of the initial values that the description gives.
+/* The changes that an assembly made to the initial values that the description gives.
  *
- * A change counts against its scale: an angle against a radian, a length against the way around the longest loop; a
- * velocity against the fastest of the mechanism, before or after, in the same units.
+ * A change is relative to its scale: an angle to a radian, a length to the length of the longest loop; a velocity to
+ * the fastest of the mechanism, before or after, in the same units.
  */
 #include "kinetree/reduction.h"
 #include "model/model.h"
 
 #include <math.h>
 
-/* The unit of a velocity coordinate of a link, the k-th of it. */
+/* The unit of the k-th velocity coordinate of a link. */
 static double unit_of(const kt_model *model, const kt_link *link, int k) {
     const bool slides = link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && k < 3);
     return slides && model->length > 0.0 ? model->length : 1.0;

@@ -1,9 +1,9 @@
 /* Dynamics and closure of mechanisms with loops: the articulated-body recursion of dynamics/forward.c, in which each
- * group of loops is one step (group.h), and the same recursion once more, without forces, for steps that are least in
- * kinetic energy. Bodies outside all loops cost what they cost in a tree.
+ * constraint group is one step (group.h), and the same recursion without forces for steps that are least in kinetic
+ * energy. Bodies outside all loops cost what they cost in a tree.
  *
- * All this for links 1 to end - 1 and the groups among them (closed.h): all of them, or those before the planar ones,
- * which planar_closed.c takes.
+ * The functions treat links 1 to end - 1 and the groups among them (closed.h): all of them, or those before the planar
+ * ones, which planar_closed.c treats.
  */
 #include "reduction/closed.h"
 
@@ -189,16 +189,16 @@ bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *st
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
-        kind->particular(&w, data->rank[g], w.right, w.base);
+        kind->particular(&w, data->rank[g], w.right, w.free);
         if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
             return false;
         for (int i = 0; i < w.m; i++)
-            step[model->group_v[group->v + i]] = w.base[i];
+            step[model->group_v[group->v + i]] = w.free[i];
     }
     return true;
 }
 
-/* min dv' M dv with A dv = right: the equations of motion without forces, dv in the accelerations' place. */
+/* min dv' M dv with A dv = right: the equations of motion without forces, with dv in place of the accelerations. */
 static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
     if (metric != KT_METRIC_MASS)
         return KT_KERNEL(kt_groups_close)(model, data, step);
@@ -220,15 +220,15 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
-        double *x = w.slope, *need = w.half; /* no longer needed */
+        double *x = w.gain, *need = w.half; /* no longer needed */
         for (int i = 0; i < w.m; i++)
             x[i] = a[model->group_v[group->v + i]];
         kt_dense_apply(w.mass, w.m, w.m, x, need);
         for (int i = 0; i < w.m; i++) {
             need[i] -= w.bias[i];
             for (int c = 0; c < 3 && group->parent; c++)
-                need[i] += w.carry[6 * (size_t)i + (size_t)c] * p->alpha[c] +
-                           w.carry[6 * (size_t)i + 3 + (size_t)c] * p->linear[c];
+                need[i] += w.coupling[6 * (size_t)i + (size_t)c] * p->alpha[c] +
+                           w.coupling[6 * (size_t)i + 3 + (size_t)c] * p->linear[c];
         }
         KT_KERNEL(kt_reduction_of)(model)->multipliers(&w, data->rank[g], need, w.multiplier);
     }

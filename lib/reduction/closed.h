@@ -1,22 +1,23 @@
-/* What closed.c is made of, for planar_closed.c to use the same where some or all links are planar.
+/* The parts of closed.c, which planar_closed.c uses as well if some or all links are planar.
  *
- * `end`: the links 1 to end - 1 and the groups among them are taken: n.link, or n.spatial.
+ * `end`: the links 1 to end - 1 and the groups among them are treated; end is n.link or n.spatial.
  */
 #ifndef KT_REDUCTION_CLOSED_H
 #define KT_REDUCTION_CLOSED_H
 
 #include "reduction/reduce.h"
 
-/* kt_spatial_pose: poses of the links, the ground at rest without gravity. kt_spatial_move: velocities, after poses.
- * kt_spatial_clear: no wrenches, no inertias from children.
- * kt_spatial_accelerate: the way back and the way out, the groups' equations being factored; returns the link at which
- * the inertia is singular, or 0.
- * kt_group_factor: near a singular position the directions that are about to be lost are left out where `regular` is
- * asked for; -1: a number is not finite.
- * kt_groups_factor: all of them; false: a number is not finite.
- * kt_group_residuals: adds the violations of equations that have been filled, with -(A v + phi_t) in `right` (v may be
- * NULL); held coordinates (NULL: none) count as constants from then on. kt_groups_close: the least step in coordinates;
- * whatever is not part of a group stays. */
+/* kt_spatial_pose: poses of the links; the ground is at rest without gravity.
+ * kt_spatial_move: velocities, after poses.
+ * kt_spatial_clear: sets wrenches and the inertias from children to zero.
+ * kt_spatial_accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at
+ *   which the inertia is singular, or 0.
+ * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
+ *   left out. Returns -1 if a number is not finite.
+ * kt_groups_factor: factors all groups; returns false if a number is not finite.
+ * kt_group_residuals: adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
+ *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
+ * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
     void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \

@@ -1,17 +1,20 @@
-/* Small dense matrices, column-major, and with them Maggi-Kane for one group.
+/* Small dense matrices, column-major, and Maggi-Kane for one group with them.
  *
- * Of the motions x = x0 + N z with A x0 = b'' and A N = 0 the dynamics choose [MSD 7.33, 7.34]
+ * Among the accelerations x = x0 + N z with A x0 = b'' and A N = 0 the dynamics determine z by [MSD 7.33, 7.34]
  *   (N' M N) z = N' (tau - h - M x0 - F' A)
- * F' A: what the parent's acceleration A asks for (group.h). So x = y - K A with
- *   y = x0 + N (N' M N)^-1 (N' (tau - h) - (M N)' x0),      K = N (N' M N)^-1 N' F'.
- * Most groups have a handful of coordinates and one freedom: the loops are kept short and free of calls.
+ * where F couples the group to the parent's acceleration A (group.h). So
+ *   x = y - K A
+ *   y = x0 + N (N' M N)^-1 (N' (tau - h) - (M N)' x0)      free acceleration
+ *   K = N (N' M N)^-1 N' F'                                parent gain
+ * Most groups have a handful of coordinates and one degree of freedom: the loops are short and free of calls.
  */
 #ifndef KT_REDUCTION_DENSE_H
 #define KT_REDUCTION_DENSE_H
 
 #include "reduction/reduce.h"
 
-/* From so many coordinates on, loops go along columns, which vectors of the processor take in one go. */
+/* From this number of coordinates on, loops run along columns, which the processor's vectors process several at once.
+ * */
 enum { KT_SHORT = 9 };
 
 /* y = a x for an m x n matrix */
@@ -30,8 +33,8 @@ KT_INLINE double kt_dense_dot(const double *a, const double *b, int n) {
     return sum;
 }
 
-/* A = L L', L over the lower triangle of A (n x n), which alone is read; false where A is not positive definite beyond
- * rounding, which is proportional to size[j] in A_jj (NULL: to A_jj itself). */
+/* A = L L': L replaces the lower triangle of A (n x n), which alone is read. Returns false if A is not positive
+ * definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj itself). */
 KT_INLINE bool kt_dense_cholesky(double *a, int n, const double *size) {
     for (int j = 0; j < n; j++) {
         double *column = a + (size_t)j * (size_t)n;
@@ -64,7 +67,7 @@ KT_INLINE void kt_dense_solve(const double *l, int n, double *x) {
     }
 }
 
-/* y += N (N' M N)^-1 z, or where `anew` y = that; z is overwritten. */
+/* y += N (N' M N)^-1 z, or with `anew` y = N (N' M N)^-1 z; z is overwritten. */
 KT_INLINE void kt_group_spread(const kt_group_work *w, int dofs, bool anew, double *z, double *restrict y) {
     const int m = w->m;
     kt_dense_solve(w->reduced, dofs, z);
@@ -87,8 +90,8 @@ KT_INLINE void kt_group_weigh(const kt_group_work *w, const double *x, double *y
             y[i] = kt_dense_dot(w->mass + (size_t)i * (size_t)m, x, m);
 }
 
-/* N' M N, lower triangle. size[c], what rounding of entry cc is proportional to: n' M n may be what is left of terms
- * n_i^2 M_ii. */
+/* The lower triangle of N' M N. The rounding error of entry cc is proportional to size[c]: n' M n may be the remainder
+ * of terms n_i^2 M_ii that cancel. */
 KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
     const int m = w->m;
     double *half = w->half; /* M n */
@@ -104,30 +107,30 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
     }
 }
 
-/* y (base) and K (slope) from the factored equations with right-hand side `right`; false where N' M N is singular.
- * `width`: rows of F, or 0 where the parent does not accelerate. A kind calls it with its own functions, which become
- * part of it. */
+/* y (free) and K (gain) from the factored equations with right-hand side `right`; returns false if N' M N is singular.
+ * `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls it with its own functions,
+ * which are then inlined. */
 KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank, int width) {
     const int m = w->m, dofs = m - rank;
     double *size = w->work, *z = w->work + m, *half = w->half;
-    particular(w, rank, w->right, w->base);
+    particular(w, rank, w->right, w->free);
     basis(w, rank);
     kt_group_reduce(w, dofs, size);
     if (!kt_dense_cholesky(w->reduced, dofs, size))
         return false;
-    kt_group_weigh(w, w->base, half);
+    kt_group_weigh(w, w->free, half);
     for (int i = 0; i < m; i++)
         half[i] = w->bias[i] - half[i];
     for (int c = 0; c < dofs; c++)
         z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)m, half, m);
-    kt_group_spread(w, dofs, false, z, w->base);
+    kt_group_spread(w, dofs, false, z, w->free);
     for (int c = 0; c < width; c++) {
-        double *k = w->slope + (size_t)c * (size_t)m;
+        double *k = w->gain + (size_t)c * (size_t)m;
         for (int r = 0; r < dofs; r++) {
             const double *n = w->basis + (size_t)r * (size_t)m;
             double sum = 0.0;
             for (int i = 0; i < m; i++)
-                sum += n[i] * w->carry[width * i + c];
+                sum += n[i] * w->coupling[width * i + c];
             z[r] = sum;
         }
         kt_group_spread(w, dofs, true, z, k);
@@ -135,7 +138,7 @@ KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const 
     return true;
 }
 
-/* x <- x - N (N' N)^-1 N' x (base), the least of the solutions; false where N' N is singular. */
+/* x <- x - N (N' N)^-1 N' x for x in `free`: the least of the solutions. Returns false if N' N is singular. */
 static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
     const int m = w->m, dofs = m - rank;
     double *z = w->work + m;
@@ -144,11 +147,11 @@ static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_g
         const double *n = w->basis + (size_t)c * (size_t)m;
         for (int r = c; r < dofs; r++)
             w->reduced[(size_t)c * (size_t)dofs + (size_t)r] = kt_dense_dot(n, w->basis + (size_t)r * (size_t)m, m);
-        z[c] = -kt_dense_dot(n, w->base, m);
+        z[c] = -kt_dense_dot(n, w->free, m);
     }
     if (!kt_dense_cholesky(w->reduced, dofs, NULL))
         return false;
-    kt_group_spread(w, dofs, false, z, w->base);
+    kt_group_spread(w, dofs, false, z, w->free);
     return true;
 }
 

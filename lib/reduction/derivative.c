@@ -91,7 +91,7 @@ static bool has_own_effects(const kt_model *model) {
 
 /* ---- what is differenced ----------------------------------------------------------------------------------------- */
 
-/* f (n): the joint forces of all effects, or of a caller's own, J' times their wrenches among them. */
+/* f (n): the joint forces of all effects, or of a caller's own, including J' times their wrenches. */
 static kt_status sum_effects(work *w, const double *q, const double *v, bool own, double *f, kt_error *error) {
     const double *tau = NULL;
     const kt_wrench *external = NULL;
@@ -110,7 +110,7 @@ static kt_status sum_effects(work *w, const double *q, const double *v, bool own
     return status;
 }
 
-/* Takes df off column j of D. */
+/* Subtracts df from column j of D. */
 static kt_status difference(work *w, const double *q, const double *v, size_t j, bool rate, double *d,
                             kt_error *error) {
     static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
@@ -173,7 +173,7 @@ static kt_status factor(work *w, kt_error *error) {
     return KT_OK;
 }
 
-/* lambda of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
+/* The multipliers of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
 static void find_multipliers(work *w, const double *f) {
     const int32_t *pivot = w->pivot;
     memset(w->lambda, 0, w->p * sizeof *w->lambda);
@@ -228,7 +228,7 @@ static void solve_column(work *w, double *d, const double *e) {
 
 /* ---- the call ---------------------------------------------------------------------------------------------------- */
 
-/* The acceleration there may come from states beside, which are not near. */
+/* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
 static kt_status refuse_singular(const work *w, const double *q, const double *v, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
     kt_violation violation;
@@ -243,7 +243,7 @@ static kt_status refuse_singular(const work *w, const double *q, const double *v
     return KT_OK;
 }
 
-/* What the motion itself says: a, lambda, M, factors, and the tree's part of D. */
+/* Computes what belongs to the motion itself: a, lambda, M, the factors, and the tree's part of D. */
 static kt_status prepare(work *w, const double *q, const double *v, const double *tau, const kt_wrench *external,
                          kt_error *error) {
     const kt_model *model = w->model;

@@ -1,7 +1,7 @@
-/* How the forces of effects change with the state, direction by direction (way.h).
+/* How the forces of effects change with the state, direction by direction (support.h).
  *
- * What an effect between two bodies exerts depends on how one moves against the other alone, and turns with them: so
- * the link that carries both is taken to be at rest, as for loops. One with a single end is told from the ground.
+ * The wrenches of an effect between two bodies depend only on their relative motion, and rotate with them: so the link
+ * that carries both is taken to be at rest, as for loops. An effect with a single end is relative to the ground.
  */
 #include "effect/effect.h"
 #include "reduction/support.h"
@@ -17,7 +17,7 @@ static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
     return a;
 }
 
-/* Moves along freedom k: the wrenches on the ends. */
+/* The wrenches on the ends, as dual numbers along degree of freedom k. */
 static void evaluate(const kt_support *w, const kt_effect_record *effect, int32_t k, kt_direction along,
                      kt_end_wrench pushed[2]) {
     const kt_support_dof *by = &w->x->dof[k];

@@ -1,13 +1,14 @@
-/* How the forces and the equations of loops change with the state, direction by direction (way.h).
+/* How the forces and the equations of loops change with the state, direction by direction (support.h).
  *
- * A loop's equations depend on nothing but how its second end moves against the first: on the freedoms between the link
- * that carries both, taken to be at rest, and the ends. Of its rows as they change come the changes of
- *     phi'' = A a - b'',     W = sum lambda_r (moment_r + x_2 x force_r, force_r),
- * W being the wrench on the second end; the first feels the opposite.
+ * A loop's equations depend only on the motion of its second end relative to the first: on the degrees of freedom
+ * between the link that carries both, taken to be at rest, and the ends. The derivatives of its rows give those of
+ *     phi'' = A a - b''
+ *     W = sum lambda_r (moment_r + x_2 x force_r, force_r)
+ * where W is the wrench on the second end; the first end receives the opposite.
  */
 #include "reduction/support.h"
 
-/* Moves along freedom k: what of b'' - A a changes, into e; and the wrenches on the ends. */
+/* Along degree of freedom k: the derivative of b'' - A a into e, and the wrenches on the ends as dual numbers. */
 static void evaluate(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
                      const double *lambda, double *e, kt_end_wrench pushed[2]) {
     const kt_support_dof *by = &w->x->dof[k];

@@ -1,6 +1,6 @@
-/* The effects of a scene, summed into joint forces and wrenches on bodies: batch by batch (compile/batch.c), so that what
- * no effect of the scene needs is not even looked at. Powers are summed only where they are asked for: the sum is
- * compiled once with them and once without.
+/* The effects of a scene, summed into joint forces and wrenches on bodies, batch by batch, so that nothing is executed
+ * for types that the scene does not have. Powers are summed only on request: the sum is compiled once with them and
+ * once without.
  */
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What is under way. */
+/* The state of a summation. */
 typedef struct sum {
     const kt_model *model;
     kt_data *data;
@@ -18,15 +18,15 @@ typedef struct sum {
     const double *q, *v;
     kt_power *power;                /* NULL: not asked for */
     bool own;                       /* a caller's own effects alone */
-    double excess;                  /* x - x of all that effects exert: 0 where that is finite, else NaN */
+    double excess;                  /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
     const kt_effect_record *failed; /* whose callback did not return 0 */
     int code;                       /* what it returned */
 } sum;
 
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
 
-/* The point that both ends' places are counted from: where the tree of a moving one stands. A caller's effect sees the
- * world's coordinates. */
+/* The point that both ends' positions are relative to: the base of the tree of a moving end. A caller's effect is given
+ * world coordinates. */
 KT_INLINE kt_v4 origin_of(const kt_data *data, const kt_effect_record *effect) {
     if (effect->type == KT_EFFECT_CUSTOM)
         return kt_v4_splat(0.0);
@@ -51,7 +51,7 @@ KT_INLINE double excess_of_wrench(const kt_wrench *w) {
     return all - all;
 }
 
-/* Adds what the ends feel to what their bodies feel about their frames' origins. */
+/* Adds the wrenches on the ends to those on their bodies, about the body frames' origins. */
 KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wrench *wrench) {
     for (int k = 0; k < effect->ends; k++) {
         const kt_mat3 axes = kt_v4_mat3(s->data->force_link[effect->force_link[k]].link.axes);
@@ -69,7 +69,7 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
     s->excess += (balance->dissipated - balance->dissipated) + (balance->supplied - balance->supplied);
 }
 
-/* The wrenches of an effect with ends; the code of a callback, else 0. */
+/* The wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
 KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
                    const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
     if (kind->push) {
@@ -82,7 +82,7 @@ KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const 
     return effect->push(effect->user, t, end, wrench, balance);
 }
 
-/* The force of an effect in a joint; the code of a callback, else 0. */
+/* The joint force of an effect. Returns the code of a callback, otherwise 0. */
 KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind, double q,
                     double v, double t, double *force, kt_effect_balance *balance) {
     if (kind->drive) {
@@ -97,7 +97,7 @@ KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const
 
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
 
-/* Returns whether all of them could be had. */
+/* Returns whether all callbacks succeeded. */
 KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
     kt_effect_balance balance;
@@ -140,7 +140,7 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
-/* Whether there are effects on joints; with ends. */
+/* Whether there are effects on joints, or effects with ends. */
 KT_INLINE bool has_joint_force_callback(const kt_model *model) {
     return model->n.effect > 0 && model->batch[0].ends == 0;
 }
@@ -153,7 +153,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
         *external = data->pushed;
 }
 
-/* s->power and s->own are known where this is expanded. */
+/* s->power and s->own are constants where this is inlined. */
 KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
@@ -203,7 +203,7 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
     return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot tell its force here (code %d)", s->code);
 }
 
-/* Whether the effect exerts, or takes as power, something that is not finite. */
+/* Whether the effect's force or power is not finite. */
 static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_balance balance = {0.0, 0.0, 0.0}, *told = s->power ? &balance : NULL;
@@ -224,7 +224,7 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
 }
 
-/* KT_OK where only the sum that was looked at overflowed. */
+/* Names the effect at fault; returns KT_OK if only the test sum overflowed. */
 static kt_status blame(const sum *s, const double *tau, const kt_wrench *external, kt_error *error) {
     const kt_input input = {.q = s->q, .v = s->v, .x = tau, .what = "force or torque", .external = external};
     const kt_status status = kt_input_check(s->model, &input, error);
@@ -274,7 +274,7 @@ kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, con
     return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
 }
 
-/* J' W = g(q) - (g(q) - J' W), by inverse dynamics at rest with the wrenches and without. */
+/* Adds J' W = g(q) - (g(q) - J' W), from inverse dynamics at rest with the wrenches and without. */
 static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const double *q, const kt_wrench *wrenches,
                                     double *forces, kt_error *error) {
     double *with = data->side, *without = data->side + kt_lanes8(model->n.v);

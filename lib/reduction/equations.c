@@ -1,11 +1,11 @@
-/* The equations of all loops as matrices, and their null space, for those who want to see them. */
-#include "dynamics/dynamics.h"
+/* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
+#include "dynamics/kernel.h"
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
 
 #include <string.h>
 
-/* Rows are numbered in the order of the description; void ones, which the group does not keep, are zero. */
+/* Rows are numbered in the order of the description; void rows, which the group leaves out, are zero. */
 typedef struct kt_outputs {
     double *jacobian, *residual, *rate, *drift;
 } kt_outputs;
@@ -58,7 +58,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
 
 /* ---- the null space ---------------------------------------------------------------------------------------------- */
 
-/* The columns of a group, from `column` on; marks its coordinates. Returns how many. */
+/* Writes the columns of a group, from `column` on, and marks its coordinates. Returns the number of columns. */
 static size_t write_basis(const kt_model *model, const kt_data *data, size_t g, double *column, double *mark) {
     const size_t nv = model->n.v;
     const kt_group *group = &model->group[g];

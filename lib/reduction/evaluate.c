@@ -1,16 +1,17 @@
 /* The accelerations of a whole mechanism.
  *
- * At a singular position of the loops one equation depends on the others. The motion goes through smoothly, and so does
- * its acceleration, but it cannot be computed there, and not well nearby: with a residual of c left by rounding and x
- * the distance to the position, a motion at speed v seems to accelerate sideways by 2 c v^2 / x^3. So near it
- * (KT_NEAR_SINGULAR) the acceleration comes from states beside. Let (q, v)(s) be any smooth family of states on the
- * manifold with (q, v)(0) the given one: then a(s) is smooth, and a(0) is what is asked for. Taken are q (+) s v and v,
- * both projected, for s = -3, -2, -1, 1, 2 and 3 times h, and
- *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20,   a6 the sixth derivative
- * with h such that the fastest coordinate moves by 0.02 of its unit: 3e-12 a6, and what rounding leaves at the nearest
- * of these states is some 3e-11 v^2. Where loops are driven, time goes along; else only the groups move that are near a
- * singular position. Forces are held at those of the given state. Where there is no motion to go along, the plain
- * acceleration stands.
+ * At a singular position of the loops one equation depends on the others. The motion passes through smoothly, and so
+ * does its acceleration, but the acceleration cannot be computed there, and not accurately nearby: with a residual c
+ * left by rounding and the distance x to the position, a motion at speed v seems to accelerate sideways by
+ * 2 c v^2 / x^3. So near a singular position (KT_NEAR_SINGULAR) the acceleration is interpolated from six neighbouring
+ * states of the motion. Let (q, v)(s) be any smooth family of states on the manifold with (q, v)(0) the given one: then
+ * a(s) is smooth, and a(0) is wanted. The states are q (+) s v and v, both projected, for s = -3, -2, -1, 1, 2 and 3
+ * times h:
+ *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20      a6: the sixth derivative
+ * with h such that the fastest coordinate moves by 0.02 of its unit: the error is 3e-12 a6, and rounding errors at the
+ * nearest of these states are about 3e-11 v^2. If loops are driven, time varies with s; otherwise only the groups move
+ * that are near a singular position. Forces are those of the given state throughout. If nothing moves, the acceleration
+ * computed without interpolation is used.
  */
 #include "reduction/evaluate.h"
 
@@ -19,8 +20,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#define BESIDE (2.0 * KT_NEAR_SINGULAR) /* of its unit: how far dt moves the fastest coordinate, to begin with */
-#define CLEAR (0.1 * KT_NEAR_SINGULAR)  /* how much of its usual size a direction has at the states beside, at least */
+/* How far the first dt moves the fastest coordinate, relative to its unit. */
+#define NEIGHBOUR_DISTANCE (2.0 * KT_NEAR_SINGULAR)
+/* The least size of a direction at the neighbouring states, relative to its usual size. */
+#define CLEAR (0.1 * KT_NEAR_SINGULAR)
 
 static bool is_near_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
@@ -36,18 +39,18 @@ static bool is_singular(const kt_model *model, const kt_data *data) {
     return false;
 }
 
-/* A mechanism in motion, near a singular position. */
+/* A motion near a singular position. */
 typedef struct crossing {
     const kt_model *model;
     kt_data *data;
     double t;
     const double *q, *v, *tau;
     const kt_wrench *external;
-    bool driven;       /* loops change with time */
-    const double *way; /* v, or what of it moves */
+    bool driven;             /* loops change with time */
+    const double *direction; /* v of the coordinates that move, zero for the others */
 } crossing;
 
-/* Whether no group is so near that rounding rules the acceleration. */
+/* Whether no group is so near to a singular position that rounding errors dominate the acceleration. */
 static bool is_clear(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
         if (data->near[g] && (data->rank[g] < model->group[g].rank[KT_ROWS_ALL] ||
@@ -56,15 +59,16 @@ static bool is_clear(const kt_model *model, const kt_data *data) {
     return true;
 }
 
-/* The acceleration at a state beside, dt of the motion away, into `out`; false where it cannot be had there. */
-static bool accelerate_from_neighbours(const crossing *c, double dt, double *out) {
+/* The acceleration at the neighbouring state dt away along the motion, into `out`. Returns false if the acceleration
+ * cannot be computed there. */
+static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const double t = c->t + (c->driven ? dt : 0.0);
     bool changed = false;
     kt_violation violation;
     for (size_t i = 0; i < model->n.v; i++)
-        data->neighbour_v[i] = dt * c->way[i];
+        data->neighbour_v[i] = dt * c->direction[i];
     kt_position_add(model, c->q, data->neighbour_v, data->neighbour_q);
     memcpy(data->neighbour_v, c->v, model->n.v * sizeof *c->v);
     return kt_project_in_place(model, data, t, data->neighbour_q, data->neighbour_v, 6, 0.0, KT_CLOSED_ASSEMBLED,
@@ -74,15 +78,15 @@ static bool accelerate_from_neighbours(const crossing *c, double dt, double *out
            is_clear(model, data);
 }
 
-/* The acceleration from six states beside; false where one of them cannot be had. */
+/* The acceleration from six neighbouring states; returns false if one of them cannot be computed. */
 static bool interpolate(const crossing *c, double dt, double *a) {
-    static const double place[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
+    static const double node[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
     static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
     const size_t nv = c->model->n.v;
     double *one = c->data->side;
     memset(a, 0, nv * sizeof *a);
     for (int k = 0; k < 6; k++) {
-        if (!accelerate_from_neighbours(c, place[k] * dt, one))
+        if (!accelerate_neighbour(c, node[k] * dt, one))
             return false;
         for (size_t i = 0; i < nv; i++)
             a[i] += weight[k] * one[i];
@@ -90,22 +94,22 @@ static bool interpolate(const crossing *c, double dt, double *a) {
     return true;
 }
 
-/* The coordinates that move, into `way`; returns the largest speed among them, against its unit, and in *pull the
- * largest acceleration. */
-static double choose_way(const crossing *c, const double *a, double *way, double *pull) {
+/* The velocities of the coordinates that move, into `direction`. Returns the largest of these speeds relative to its
+ * unit, and in *pull the largest acceleration. */
+static double choose_direction(const crossing *c, const double *a, double *direction, double *pull) {
     const kt_model *model = c->model;
     double speed = 0.0;
     *pull = 0.0;
-    memset(way, 0, model->n.v * sizeof *way);
+    memset(direction, 0, model->n.v * sizeof *direction);
     if (c->driven)
-        memcpy(way, c->v, model->n.v * sizeof *way);
+        memcpy(direction, c->v, model->n.v * sizeof *direction);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         if (!c->driven && !c->data->near[g])
             continue;
         for (int32_t i = group->v; i < group->v + group->v_count; i++) {
             const int32_t k = model->group_v[i];
-            way[k] = c->v[k];
+            direction[k] = c->v[k];
             speed = fmax(speed, fabs(c->v[k]) / model->unit[i]);
             *pull = fmax(*pull, fabs(a[k]) / model->unit[i]);
         }
@@ -113,19 +117,20 @@ static double choose_way(const crossing *c, const double *a, double *way, double
     return speed;
 }
 
-/* Replaces a, found without the lost direction, by what the states beside say; false where they say nothing. */
+/* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
+ * cannot be computed. */
 static bool cross(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
-    double *try = c->data->side + 2 * kt_lanes8(c->model->n.v), *way = c->data->moved_v, pull;
+    double *try = c->data->side + 2 * kt_lanes8(c->model->n.v), *direction = c->data->moved_v, pull;
     c->driven = c->model->driven;
-    c->way = way;
-    const double speed = choose_way(c, a, way, &pull);
+    c->direction = direction;
+    const double speed = choose_direction(c, a, direction, &pull);
     if (!(speed > KT_SPEED_LEAST))
         return false;
-    /* where time goes along, not so far that the motion is another than v tells of */
+    /* if time varies: at most so far that the velocity remains nearly v */
     const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;
     for (size_t k = 0; k < sizeof wider / sizeof *wider; k++) {
-        const double dt = wider[k] * fmin(BESIDE / speed, most);
+        const double dt = wider[k] * fmin(NEIGHBOUR_DISTANCE / speed, most);
         if (dt > most || !interpolate(c, dt, try))
             continue;
         memcpy(a, try, c->model->n.v * sizeof *a);

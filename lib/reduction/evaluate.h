@@ -4,39 +4,39 @@
 
 #include "reduction/project.h"
 
-/* Adds what the effects do to *tau and *external: afterwards these point to sums in data, where there is something to
- * sum. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
+/* Adds the forces of the effects to *tau and *external: afterwards these point to sums in data if there was something
+ * to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                       const double **tau, const kt_wrench **external, kt_error *error);
 
-/* The same of a caller's own effects alone. */
+/* The same for a caller's own effects alone. */
 KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q,
                                           const double *v, const double **tau, const kt_wrench **external,
                                           kt_error *error);
 
-/* The same of all, and adds up their powers. */
+/* The same for all effects, with the sums of their powers. */
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double **tau, const kt_wrench **external,
                                         kt_power *power, kt_error *error);
 
-/* Points *tau and *external at the sums that kt_effects_apply has left in data, where there is something to sum. */
+/* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
 
-/* kt_acceleration_evaluate for a model with loops, effects not included; data->beside tells whether a comes from beside
- * a singular position. */
+/* kt_acceleration_evaluate for a model with loops, effects not included; data->beside tells whether a was interpolated
+ * from neighbouring states near a singular position. */
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_error *error);
 
-/* What the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), has left in
- * data, taken on to the kinematics of the motion, into links, and to reactions (where either is not NULL). Nothing is
- * computed again but what a singular position or a plane leave no trace of. The bits are those of kt_kinematics_update
- * with a and of kt_reaction_evaluate. */
+/* Completes what the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), left
+ * in data: the kinematics of the motion into links, and reactions (if either is not NULL). Only what an interpolation
+ * near a singular position or the planar recursion does not leave in data is computed again. The bits are those of
+ * kt_kinematics_update with a and of kt_reaction_evaluate. */
 KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double *tau, const kt_wrench *external, const double *a,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 
-/* The multipliers that the last kt_motion_complete with reactions has left in data, as kt_multiplier_evaluate. */
+/* The multipliers that the last kt_motion_complete with reactions left in data, as kt_multiplier_evaluate. */
 KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
                                          kt_error *error);
 
@@ -46,8 +46,8 @@ KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, do
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 
-/* Whether the wrenches that a caller gives are finite: recursions in a plane read of them what lies in it
- * alone, and would not notice. */
+/* Checks that the wrenches that a caller gives are finite: planar recursions read only the components in the plane, and
+ * would not notice. */
 kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
                             kt_error *error);
 

@@ -27,7 +27,7 @@ enum { KT_DOF_MAX = 6 };
 
 typedef struct kt_subspace {
     int count;
-    kt_v4 angular[KT_DOF_MAX], linear[KT_DOF_MAX]; /* unit accelerations of the freedoms */
+    kt_v4 angular[KT_DOF_MAX], linear[KT_DOF_MAX]; /* unit accelerations of the degrees of freedom */
 } kt_subspace;
 
 KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
@@ -69,8 +69,8 @@ KT_INLINE double kt_along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force
     return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
 }
 
-/* Accelerations that the velocities alone give, the parent's being zero (in response), and the wrenches that go with
- * them: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
+/* Accelerations A0 that the velocities alone give while the parent's is zero (in response), and the corresponding
+ * wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
 static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
     for (int l = 0; l < group->link_count; l++) {
         const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;
@@ -90,7 +90,7 @@ static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_
     }
 }
 
-/* Columns of M and F for the freedoms of link i, whose composite is complete. */
+/* Columns of M and F for the degrees of freedom of link i, whose composite is complete. */
 static inline void kt_group_columns(const kt_model *model, const kt_data *data, const kt_group *group,
                                     const kt_group_work *w, int32_t i) {
     const size_t m = (size_t)w->m;
@@ -117,13 +117,13 @@ static inline void kt_group_columns(const kt_model *model, const kt_data *data, 
                 break;
         }
         for (int l = 0; l < 3; l++) {
-            w->carry[6 * column + (size_t)l] = moment[l];
-            w->carry[6 * column + 3 + (size_t)l] = force[l];
+            w->coupling[6 * column + (size_t)l] = moment[l];
+            w->coupling[6 * column + 3 + (size_t)l] = force[l];
         }
     }
 }
 
-/* M, F, tau - h; returns in `total` what the parent feels while x = 0: (Ic, W). */
+/* M, F and tau - h; returns in `total` the inertia and bias wrench on the parent while x = 0: (Ic, W). */
 static inline void kt_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
                                      const kt_group_work *w, const double *tau, kt_articulated *total) {
     memset(total, 0, sizeof *total);
@@ -143,15 +143,15 @@ static inline void kt_group_assemble(const kt_model *model, kt_data *data, const
     }
 }
 
-/* total -> (Ic - F K, W + F y), and onto the parent. */
+/* total becomes (Ic - F K, W + F y) and is added to the parent. */
 static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *total, kt_articulated *parent) {
     double f[6] = {0.0}, fk[36] = {0.0};
     for (int i = 0; i < w->m; i++)
         for (int r = 0; r < 6; r++) {
-            const double x = w->carry[6 * (size_t)i + (size_t)r];
-            f[r] += x * w->base[i];
+            const double x = w->coupling[6 * (size_t)i + (size_t)r];
+            f[r] += x * w->free[i];
             for (int c = 0; c < 6; c++)
-                fk[6 * c + r] += x * w->slope[(size_t)c * (size_t)w->m + (size_t)i];
+                fk[6 * c + r] += x * w->gain[(size_t)c * (size_t)w->m + (size_t)i];
         }
     for (int c = 0; c < 3; c++) {
         const double *a = fk + 6 * c, *l = fk + 6 * (c + 3);
@@ -165,15 +165,15 @@ static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *
     kt_articulated_add(parent, total);
 }
 
-/* Accelerations of the group's coordinates, the parent's known, into a. */
+/* Accelerations of the group's coordinates from the parent's, into a. */
 static inline void kt_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
                                     const kt_group_work *w, double *a) {
     const kt_link_motion *p = &data->motion[group->parent];
     for (int i = 0; i < w->m; i++) {
-        double x = w->base[i];
+        double x = w->free[i];
         for (int c = 0; c < 3 && group->parent; c++)
-            x -= w->slope[(size_t)c * (size_t)w->m + (size_t)i] * p->alpha[c] +
-                 w->slope[(size_t)(c + 3) * (size_t)w->m + (size_t)i] * p->linear[c];
+            x -= w->gain[(size_t)c * (size_t)w->m + (size_t)i] * p->alpha[c] +
+                 w->gain[(size_t)(c + 3) * (size_t)w->m + (size_t)i] * p->linear[c];
         a[model->group_v[group->v + i]] = x;
     }
 }

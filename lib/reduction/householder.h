@@ -1,6 +1,6 @@
-/* Column-pivoted QR by Householder's reflectors, one column after the other: A P = Q R, Q = H_1 H_2 ... of reflectors
- * H = I - t u u', u below R with its leading 1 left out, as LAPACK keeps them (Businger & Golub 1965). Who calls it
- * decides where the rank ends.
+/* Column-pivoted QR by Householder's reflectors, one column after the other: A P = Q R, Q = H_1 H_2 ... with reflectors
+ * H = I - t u u'; u is stored below R without its leading 1, as in LAPACK (Businger & Golub 1965). The caller decides
+ * where the rank ends.
  */
 #ifndef KT_REDUCTION_HOUSEHOLDER_H
 #define KT_REDUCTION_HOUSEHOLDER_H
@@ -39,9 +39,9 @@ KT_INLINE double kt_squares(const double *x, int from, int m) {
     return sum;
 }
 
-/* The reflector that turns rows j.. of column j, of squared norm norm[j], into (R_jj, 0, ...). norm: of the columns'
- * rows from j on, and then from j + 1 on. They are taken anew: brought up to date instead, they would lose their digits
- * where the rank ends. */
+/* The reflector that maps rows j.. of column j, of squared norm norm[j], onto (R_jj, 0, ...). norm holds the squared
+ * norms of the columns' rows from j on, and afterwards from j + 1 on. They are computed anew: updated ones would lose
+ * their digits where the rank ends. */
 KT_INLINE void kt_eliminate(const kt_group_work *w, int m, int j, double *norm) {
     double *u = w->factor + (size_t)j * (size_t)m;
     const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
@@ -56,7 +56,7 @@ KT_INLINE void kt_eliminate(const kt_group_work *w, int m, int j, double *norm) 
     }
 }
 
-/* The longest column from j on; *all: the sum of all squares from there. */
+/* The longest column from j on; *all is the sum of all squares from there. */
 KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
     int best = j;
     double sum = 0.0;

@@ -1,9 +1,10 @@
-/* All of LAPACK that the library uses: column-major, workspaces given, which the _work calls promise not to allocate.
+/* All LAPACK calls of the library: column-major, with workspaces given by the caller, so that the _work calls do not
+ * allocate.
  *
- * OpenBLAS starts its threads as soon as it is loaded. So that a program which never needs it has none of them, the
- * shared library does not link it: kt_lapack_open loads a module that does (lapack_load.c, lapack_table.c), when a
- * model is compiled or an analysis begun. The static library, and the shared one where there is no dlopen, link it
- * (lapack_call.c). A build without loops (KT_NO_LOOPS) does not have it, and what needs it refuses.
+ * OpenBLAS starts its threads as soon as it is loaded. So that a program that never needs it has none of them, the
+ * shared library does not link it: kt_lapack_open loads a module that does (lapack_load.c, lapack_table.c) when a model
+ * is compiled or an analysis begins. The static library, and the shared one on systems without dlopen, link it
+ * (lapack_call.c). A build without loops (KT_NO_LOOPS) does not have it, and functions that need it refuse.
  */
 #ifndef KT_REDUCTION_LAPACK_H
 #define KT_REDUCTION_LAPACK_H
@@ -43,11 +44,11 @@
 KT_LAPACK_LIST(KT_LAPACK_DECLARE)
 #undef KT_LAPACK_DECLARE
 
-/* Makes the functions above ready, where they are not; before it they return an error. Any number of threads may call
- * it at once. KT_ERROR_UNSUPPORTED: LAPACK cannot be had. */
+/* Makes the functions above ready if they are not; before it they return an error. Any number of threads may call it at
+ * once. Errors: KT_ERROR_UNSUPPORTED if LAPACK cannot be loaded. */
 kt_status kt_lapack_open(kt_error *error);
 
-/* What the module hands over: its version, which must be the library's, and the functions. */
+/* What the module provides: its version, which must be the library's, and the functions. */
 typedef struct kt_lapack_table {
     const char *version;
 #define KT_LAPACK_MEMBER(name, parameters, arguments) int(*name) parameters;

@@ -1,5 +1,5 @@
-/* LAPACK for the shared library: loaded when it is first needed, from a module that lies beside the library, or where
- * the loader looks by itself. Once loaded it stays: its threads could not be ended safely.
+/* LAPACK for the shared library: loaded when it is first needed, from a module in the library's folder, or from where
+ * the loader searches. Once loaded it stays: its threads could not be ended safely.
  */
 #define _GNU_SOURCE /* dladdr */
 #include "reduction/lapack.h"
@@ -15,7 +15,7 @@
 
 enum { KT_ROOM = 192 << 20 }; /* bytes that OpenBLAS is given to load in: see has_room */
 
-/* The module's table, constant once it is known; whichever thread finds it finds the same. */
+/* The module's table, constant once it is known; every thread finds the same one. */
 static _Atomic(const kt_lapack_table *) loaded;
 
 #define KT_LAPACK_PASS(name, parameters, arguments)                                                                    \
@@ -26,7 +26,7 @@ static _Atomic(const kt_lapack_table *) loaded;
 KT_LAPACK_LIST(KT_LAPACK_PASS)
 #undef KT_LAPACK_PASS
 
-/* The module in the folder of this library; false where it is not there. */
+/* The path of the module in the folder of this library; returns false if it is not there. */
 static bool find_beside(char *path, size_t size) {
     Dl_info own;
     if (dladdr((void *)&loaded, &own) == 0 || own.dli_fname == NULL)
@@ -44,7 +44,7 @@ static bool is_limited(int resource) {
     return getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
 }
 
-/* Where the process may not grow (ulimit -v), OpenBLAS asks for its buffers again and again and never returns. With one
+/* If the process may not grow (ulimit -v), OpenBLAS asks for its buffers again and again and never returns. With one
  * thread it takes 120 MB (0.3.21, measured). */
 static bool has_room(void) {
     if (!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA))

@@ -1,11 +1,12 @@
-/* Closing loops from far off: Levenberg-Marquardt (Marquardt 1963),
- *   (B'B + mu tr(B'B) 1) dy = -B' r,
- * mu lowered after a step that makes |r| less and raised after one that does not. Unlike a step by QR it needs no rank:
- * off the manifold redundant equations look independent, and contradictory ones have no solution. r are the residuals
- * and y the coordinates, each against its scale (a radian, or the length of the loops), so that millimetres and
- * kilometres are closed alike; steps reach half of that. Each group goes its own way, whatever the others need.
+/* Assembly from a state far from closed: Levenberg-Marquardt (Marquardt 1963),
+ *   (B'B + mu tr(B'B) 1) dy = -B' r
+ * with mu lowered after a step that reduces |r| and raised after one that does not. Unlike a step by QR it needs no
+ * rank: off the manifold redundant equations look independent, and contradictory ones have no solution. r are the
+ * residuals and y the coordinates, each relative to its scale (a radian, or the length of the loops), so that
+ * mechanisms of millimetres and of kilometres are closed alike; a step changes a coordinate by at most half its scale.
+ * Each group is iterated independently of the others.
  *
- * Where |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
+ * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
  */
 #include "reduction/levenberg_marquardt.h"
@@ -28,7 +29,7 @@ static int position_count(const kt_link *link) {
     return link->motion == KT_MOTION_SPHERICAL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
 }
 
-/* A free link has two parts, x, y, z and the quaternion, of which one alone may be held; others have one. */
+/* A free link has two parts, x, y, z and the quaternion, which may be held separately; other links have one. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out) {
     kt_position_add(model, q, step, out);
     for (size_t i = 1; i < model->n.link; i++) {
@@ -57,7 +58,7 @@ static double squares(const kt_group_work *w) {
     return sum;
 }
 
-/* What an entry in the units of its row and coordinate is lost in (reduce.h). */
+/* The noise level of an entry in the units of its row and coordinate (reduce.h). */
 static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
 bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap,
@@ -66,28 +67,28 @@ bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group
     const double *unit = model->unit + group->v;
     double *row = w->work, trace = 0.0;
     memset(w->reduced, 0, m * m * sizeof(double));
-    memset(w->base, 0, m * sizeof(double));
+    memset(w->free, 0, m * sizeof(double));
     for (int r = 0; r < w->k; r++) {
         for (size_t i = 0; i < m; i++)
             row[i] = w->a[(size_t)r * m + i] * unit[i] / w->scale[r];
         for (size_t c = 0; c < m; c++) {
-            w->base[c] -= row[c] * (gap[r] / w->scale[r]);
+            w->free[c] -= row[c] * (gap[r] / w->scale[r]);
             for (size_t i = c; i < m && row[c] != 0.0; i++)
                 w->reduced[c * m + i] += row[c] * row[i];
         }
     }
     for (size_t i = 0; i < m; i++)
         trace += w->reduced[i * (m + 1)];
-    const double damping = fmax(mu * trace, noise * noise); /* rows of noise alone give no step */
+    const double damping = fmax(mu * trace, noise * noise); /* rows that are noise alone give no step */
     for (size_t i = 0; i < m; i++)
         w->reduced[i * (m + 1)] += damping;
     if (!kt_dense_cholesky(w->reduced, w->m, NULL))
         return false;
-    kt_dense_solve(w->reduced, w->m, w->base);
+    kt_dense_solve(w->reduced, w->m, w->free);
     return true;
 }
 
-/* dy of one group into step; nothing where the damped matrix is not positive definite. */
+/* Writes dy of one group into step; writes nothing if the damped matrix is not positive definite. */
 static void damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, double mu, double *step) {
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
@@ -95,10 +96,10 @@ static void damped_step(const kt_model *model, const kt_group *group, const kt_g
     if (!kt_damped_step(model, group, w, w->residual, mu))
         return;
     for (size_t i = 0; i < m; i++)
-        largest = fmax(largest, fabs(w->base[i]));
+        largest = fmax(largest, fabs(w->free[i]));
     const double shorter = largest > 0.5 ? 0.5 / largest : 1.0;
     for (size_t i = 0; i < m; i++)
-        step[model->group_v[group->v + (int32_t)i]] = shorter * w->base[i] * unit[i];
+        step[model->group_v[group->v + (int32_t)i]] = shorter * w->free[i] * unit[i];
 }
 
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
@@ -108,7 +109,7 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
     }
 }
 
-/* Judges the step of one group, whose equations there have been filled; returns whether it is taken. */
+/* Whether the step of one group is accepted; its equations at the new state have been filled. */
 static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
     const double before = data->gap[g], after = squares(w);
     const bool rounding = before <= 1e-28 * (double)w->k;
@@ -139,7 +140,7 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
     return true;
 }
 
-/* Steps until all groups are settled; q is finite and stays so. The equations are those at q in the end. */
+/* Iterates until all groups are settled; q is finite and stays so. In the end the equations are those at q. */
 static void descend(const kt_model *model, kt_data *data, double t, const bool *held, double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
@@ -170,7 +171,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
     }
 }
 
-/* Groups that are not closed go back to where they came from and, by `size` of their units, aside. */
+/* Groups that are not closed are reset to their start and displaced by `size` of their units. */
 static void start_elsewhere(const kt_model *model, kt_data *data, const bool *held, const double *from, int start,
                             double *q) {
     memset(data->delta, 0, model->n.v * sizeof(double));
@@ -199,7 +200,7 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
     double least = (double)INFINITY;
     int best = 0;
     memcpy(from, q, model->n.q * sizeof *q);
-    for (int start = 0; start <= STARTS; start++) { /* after the last one the best again, for its gap to be told */
+    for (int start = 0; start <= STARTS; start++) { /* after the last one the best again, so that its gap is reported */
         if (start)
             start_elsewhere(model, data, held, from, start < STARTS ? start : best, q);
         if (!begin(model, data, t, held, q))

@@ -1,4 +1,4 @@
-/* What the loops exert, from their equations' multipliers: the sum of the rows' wrenches times lambda. */
+/* The wrenches of the loops, from their equations' multipliers: the sum of the rows' wrenches times lambda. */
 #include "reduction/kernel.h"
 #include "reduction/rows.h"
 
@@ -12,7 +12,7 @@ static void add_to_body(const kt_model *model, const kt_data *data, int32_t body
     bodies[body].force = kt_vec3_add(bodies[body].force, kt_v4_vec3(force));
 }
 
-/* A relation acts along its joints; a prescribed motion shows as what it does to its joint's body. */
+/* A relation acts along its joints; a prescribed motion is reported as the wrench on its joint's body. */
 static kt_wrench relation_wrench(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                  double lambda) {
     kt_wrench out = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
@@ -52,8 +52,8 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
-/* Needs the multipliers and the links' poses. Adds to bodies (one a body, about its origin); loops: one a loop, on the
- * second end at the first end's point. */
+/* Needs the multipliers and the links' poses. Adds to bodies (one wrench a body, about its origin); writes loops (one
+ * wrench a loop, on the second end at the first end's point). */
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];

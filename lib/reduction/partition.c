@@ -1,15 +1,15 @@
-/* Coordinate partitioning [MSD 7.1.1]: full pivoting chooses dependent coordinates, and solves for them.
+/* Coordinate partitioning [MSD 7.1.1]: full pivoting chooses dependent coordinates, which are solved for.
  *
- * Gaussian elimination on A' (m x k), rows (coordinates) and columns (equations) exchanged: P A' S = [L11; L21] [U11
- * U12], L unit lower, U upper.
+ * Gaussian elimination on A' (m x k) with rows (coordinates) and columns (equations) exchanged:
+ *   P A' S = [L11; L21] [U11 U12],   L unit lower, U upper triangular
  *
- *   particular:  the independent coordinates stay; U11' L11' x_d = b_1
+ *   particular:  the independent coordinates are zero; U11' L11' x_d = b_1
  *   basis:       x_i = unit vectors, x_d = -L11'^-1 L21' x_i
  *   multipliers: L11 U11 lambda = g_d
  *
- * The set is chosen anew at every evaluation: a position at which a fixed set would fail (the pendulum in x and y,
- * horizontal or vertical) is like any other, and the result does not depend on what came before. The order of the
- * coordinates is kept in `square`.
+ * The dependent coordinates are chosen anew at every evaluation: a position at which a fixed choice would fail (the
+ * pendulum in x and y, horizontal or vertical) is like any other, and the result does not depend on earlier
+ * evaluations. The order of the coordinates is stored in `square`.
  */
 #include "reduction/dense.h"
 
@@ -42,7 +42,7 @@ static void swap_columns(const kt_group_work *w, int a, int b) {
     w->pivot[b] = t;
 }
 
-/* square[i]: the coordinate that stands in row i. */
+/* square[i] is the coordinate in row i. */
 static int eliminate(const kt_group_work *w, int cap) {
     for (int i = 0; i < w->m; i++)
         w->square[i] = i;
@@ -82,7 +82,7 @@ static int eliminate(const kt_group_work *w, int cap) {
     return cap;
 }
 
-/* The weights (reduce.h) come out of U again: A' W S = P' L U W. */
+/* The weights (reduce.h) are divided out of U again: A' W S = P' L U W. */
 static int factor(kt_group_work *w, int cap) {
     const int rank = eliminate(w, cap);
     for (int c = 0; c < rank && w->weight; c++)

@@ -1,8 +1,8 @@
-/* Dynamics and closure where some or all links are planar: closed.c for the spatial links and the groups among them,
- * and the same in the plane for the others (planar_forward.c, planar_group.h, planar_rows.h). No joint is between, and
- * a group is of one kind.
+/* Dynamics and closure if some or all links are planar: closed.c for the spatial links and the groups among them, and
+ * the same in the plane for the others (planar_forward.c, planar_group.h, planar_rows.h). No joint connects the two,
+ * and a group is entirely planar or entirely spatial.
  *
- * Reactions also hold what the plane cannot move; they are left to the spatial kernels (reaction.c).
+ * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).
  */
 #include "reduction/closed.h"
 #include "reduction/kernel.h"
@@ -39,14 +39,14 @@ static void pose(const kt_model *model, kt_data *data, const double *q) {
                        &motion[k]);
 }
 
-/* No wrenches, no inertias from children. */
+/* Sets wrenches and the inertias from children to zero. */
 KT_INLINE void clear(const kt_planar_link *link, kt_planar_motion *m, kt_planar_inertia *carried) {
     m->moment = m->force[0] = m->force[1] = 0.0;
     if (link->branches)
         *carried = (kt_planar_inertia){.j = 0.0};
 }
 
-/* The poses given: velocities, and what clear clears. */
+/* Velocities from given poses; also does what `clear` does. */
 static void move(const kt_model *model, kt_data *data, const double *v) {
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
@@ -56,7 +56,7 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
     }
 }
 
-/* Both at once. */
+/* Poses and velocities in one sweep. */
 static void pose_and_move(const kt_model *model, kt_data *data, const double *q, const double *v) {
     kt_planar_motion *motion = data->planar;
     kt_v2 e = {1.0, 0.0};
@@ -75,7 +75,7 @@ static void pose_and_move(const kt_model *model, kt_data *data, const double *q,
     }
 }
 
-/* One group on the way back; its parent has the place `top`. On the ground its accelerations are known then. */
+/* One group in the backward pass; `top` is its parent's planar index. On the ground this gives its accelerations. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
                         const double *tau, double *a) {
     const kt_group *group = &model->group[g];
@@ -93,7 +93,8 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t
     return true;
 }
 
-/* The same of a group of one pin, whose equations have not been filled; false: it takes the general way. */
+/* The same for a group of one pin, whose equations have not been filled; returns false if it needs the general method.
+ */
 static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
                       const double *v, const double *tau, double *a) {
     const kt_group *group = &model->group[g];
@@ -114,8 +115,8 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
     }
 }
 
-/* Returns the place of a link at which the inertia is singular, or 0. v: groups of one pin are closed at one go, for
- * these velocities; NULL: they have been factored like all others. */
+/* Backward pass. Returns the planar index of a link at which the inertia is singular, or 0. If v is not NULL, groups of
+ * one pin are solved in closed form for these velocities; otherwise they have been factored like all others. */
 static int32_t backward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
                              const double *v, const double *tau, double *a) {
     kt_planar_inertia x, carried = {.j = 0.0};
@@ -212,7 +213,7 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
         kt_external_subtract(model, data->motion, external);
 }
 
-/* `pins`: groups of one pin at one go. */
+/* `pins`: groups of one pin are solved in closed form. */
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                           const double *tau, const kt_wrench *external, bool regular, bool pins, double *a) {
     size_t failed = 0;
@@ -233,7 +234,7 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
     return failed ? failed : accelerate(model, data, pins ? v : NULL, tau, false, a);
 }
 
-/* What cannot be had at one go, for whatever reason, is for the general way to say. */
+/* If the closed form fails, for whatever reason, the general method decides. */
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
     if (!regular && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)

@@ -1,7 +1,6 @@
-/* One group of loops inside the articulated-body recursion, in a plane: group.h with three numbers for six.
+/* One constraint group inside the articulated-body recursion, in a plane: group.h with three numbers instead of six.
  *
- * Velocities alone give no angular acceleration in a plane. A group on the ground asks nothing of it: F and Ic are left
- * out there.
+ * Velocities alone give no angular acceleration in a plane. For a group on the ground F and Ic are not needed.
  */
 #ifndef KT_REDUCTION_PLANAR_GROUP_H
 #define KT_REDUCTION_PLANAR_GROUP_H
@@ -12,8 +11,8 @@
 
 enum { KT_PLANAR_WIDTH = 3 };
 
-/* Accelerations that the velocities alone give, the parent's being zero (in response->linear), and the wrenches that go
- * with them: the bias becomes IA_i A0_i + bias. (ax, ay): of the ground, minus gravity. */
+/* Accelerations A0 that the velocities alone give while the parent's is zero (in response->linear), and the
+ * corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         double ax, double ay) {
     const int32_t *index = model->group_link + group->link, count = group->link_count,
@@ -39,7 +38,7 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
     }
 }
 
-/* (moment, force) along the freedom of the link at `place`. */
+/* The component of (moment, force) along the degree of freedom of the link at index `place`. */
 KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data, int32_t place, double moment,
                                      double fx, double fy) {
     const kt_planar_link *link = &model->planar[place];
@@ -50,8 +49,8 @@ KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data,
     return u[0] * fx + u[1] * fy;
 }
 
-/* Columns of M, and of F where the parent (top) accelerates, for the freedom of the link at `place`, whose composite c
- * is complete. */
+/* The columns of M, and if the parent (top) accelerates of F, for the degree of freedom of the link at index `place`,
+ * whose composite c is complete. */
 KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
                                       int32_t place, const kt_planar_inertia *c) {
     const kt_planar_link *link = &model->planar[place];
@@ -82,13 +81,13 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
         w->mass[own * m + other] = x;
         w->mass[other * m + own] = x;
     }
-    double *carry = w->carry + KT_PLANAR_WIDTH * own;
-    carry[0] = moment;
-    carry[1] = fx;
-    carry[2] = fy;
+    double *coupling = w->coupling + KT_PLANAR_WIDTH * own;
+    coupling[0] = moment;
+    coupling[1] = fx;
+    coupling[2] = fy;
 }
 
-/* M, F, tau - h; where the parent accelerates, `total` is what it feels while x = 0: (Ic, W). */
+/* M, F and tau - h; if the parent accelerates, `total` is the inertia and bias wrench on it while x = 0: (Ic, W). */
 static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
                                             const kt_group_work *w, int32_t top, const double *tau,
                                             kt_planar_inertia *total) {
@@ -110,13 +109,13 @@ static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data
     }
 }
 
-/* total -> (Ic - F K, W + F y), and onto the parent. */
+/* total becomes (Ic - F K, W + F y) and is added to the parent. */
 static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar_inertia *total,
                                                kt_planar_inertia *parent) {
     const size_t m = (size_t)w->m;
     for (size_t i = 0; i < m; i++) {
-        const double *f = w->carry + KT_PLANAR_WIDTH * i;
-        const double y = w->base[i], kn = w->slope[i], kx = w->slope[m + i], ky = w->slope[2 * m + i];
+        const double *f = w->coupling + KT_PLANAR_WIDTH * i;
+        const double y = w->free[i], kn = w->gain[i], kx = w->gain[m + i], ky = w->gain[2 * m + i];
         total->moment += f[0] * y;
         total->force[0] += f[1] * y;
         total->force[1] += f[2] * y;
@@ -130,16 +129,16 @@ static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar
     kt_planar_add(parent, total);
 }
 
-/* Accelerations of the group's coordinates, the parent's (of place `top`) known, into a. */
+/* Accelerations of the group's coordinates from those of the parent, which has the planar index `top`, into a. */
 static inline void kt_planar_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
                                            const kt_group_work *w, int32_t top, double *a) {
     const int m = w->m;
     const int32_t *v = model->group_v + group->v;
     const kt_planar_motion *p = &data->planar[top];
     for (int i = 0; i < m; i++) {
-        double x = w->base[i];
+        double x = w->free[i];
         if (top)
-            x -= w->slope[i] * p->alpha + (w->slope[m + i] * p->linear[0] + w->slope[2 * m + i] * p->linear[1]);
+            x -= w->gain[i] * p->alpha + (w->gain[m + i] * p->linear[0] + w->gain[2 * m + i] * p->linear[1]);
         a[v[i]] = x;
     }
 }

@@ -28,23 +28,24 @@
 
 enum { KT_PIN_LINKS = 3 };
 
-/* gcc leaves loops as long as these alone. */
+/* gcc does not unroll loops of this length by itself. */
 #if defined(__GNUC__) && !defined(__clang__)
 #define KT_PIN_UNROLL _Pragma("GCC unroll 3")
 #else
 #define KT_PIN_UNROLL
 #endif
 
-/* Less than this of the inertia that the links carry along the freedom: the general way tells whether it is any. */
+/* Below this fraction of the inertia that the links carry along the degree of freedom, the general method decides
+ * whether the inertia is zero. */
 #define KT_PIN_INERTIA 1e-10
 
-/* Links in the order of the paths: those of the first end come first. */
+/* The links are in the order of the paths: those of the first end come first. */
 typedef struct kt_pin {
     const kt_planar_link *link[KT_PIN_LINKS];
-    kt_v2 offset[KT_PIN_LINKS]; /* from the link before it */
+    kt_v2 offset[KT_PIN_LINKS]; /* from the previous link */
     kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
     kt_v2 bend[KT_PIN_LINKS];   /* acceleration from the velocities alone */
-    kt_v2 along[KT_PIN_LINKS];  /* of slides */
+    kt_v2 along[KT_PIN_LINKS];  /* direction of prismatic joints */
     kt_v2 c[KT_PIN_LINKS];
     kt_v2 drift; /* -b'' */
     double n[KT_PIN_LINKS], x[KT_PIN_LINKS];
@@ -54,13 +55,13 @@ KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[
 
 KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->motion == KT_MOTION_REVOLUTE; }
 
-/* One end of the loop, from the parent's origin. */
+/* One end of the loop, relative to the parent's origin. */
 typedef struct kt_pin_end {
     kt_v2 point, rate, linear; /* linear: from the velocities alone */
     double omega;
 } kt_pin_end;
 
-/* The links [from, to) of the path to end k. */
+/* Follows the links [from, to) of the path to end k. */
 KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const int32_t *path,
                                    const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
                                    kt_pin *p) {
@@ -69,9 +70,9 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
     const int32_t first = kt_planar_index_shift(model, 0);
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
-        const int32_t place = path[i - from] + first;
-        const kt_planar_link *link = p->link[i] = &model->planar[place];
-        const kt_planar_motion *m = &data->planar[place];
+        const int32_t index = path[i - from] + first;
+        const kt_planar_link *link = p->link[i] = &model->planar[index];
+        const kt_planar_motion *m = &data->planar[index];
         p->offset[i] = kt_v2_load(m->offset);
         at += p->offset[i];
         bend += kt_v2_load(m->linear);
@@ -92,7 +93,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
                         .omega = w};
 }
 
-/* c_i and the drift. `first`: links on the first end's path. */
+/* Computes c_i and the drift. `first`: the number of links on the first end's path. */
 KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
     const kt_v2 d = two->point - one->point, w1 = kt_v2_splat(one->omega);
     const kt_v2 seen = (two->rate - one->rate) - w1 * kt_v2_across(d);
@@ -105,7 +106,7 @@ KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int f
     }
 }
 
-/* n and x0; false near a singular position. `usual`: of the group. */
+/* Computes n and x0; returns false near a singular position. `usual` is that of the group. */
 KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
     const kt_v2 *c = p->c, b = -p->drift;
     const kt_v2 squares = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
@@ -115,7 +116,7 @@ KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
     n[1] = kt_pin_cross(c[2], c[0]);
     n[2] = kt_pin_cross(c[0], c[1]);
     const double nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    /* the last direction's size as QR has it is |n| over the longest row of A, which is shorter than all of A */
+    /* the size of the last direction in QR is |n| over the longest row of A, which is not longer than all of A */
     if (!(nn > small * small * all && nn > KT_RANK_TOLERANCE * (all * all)))
         return false;
     const double one = 1.0 / nn, bx = b[0] * one, by = b[1] * one;
@@ -126,7 +127,7 @@ KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
     return true;
 }
 
-/* One link in the motion n, and as it accelerates. */
+/* The velocity of one link at the rates n, and its acceleration for x0. */
 typedef struct kt_pin_body {
     double w, alpha;
     kt_v2 u, a;
@@ -145,15 +146,15 @@ KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
     }
 }
 
-/* M u of what a link carries. */
+/* M u of a link's articulated inertia. */
 KT_INLINE kt_v2 kt_pin_apply(const kt_planar_inertia *x, kt_v2 u) {
     return (kt_v2){x->xx, x->yy} * u + kt_v2_splat(x->xy) * kt_v2_swap(u);
 }
 
-/* Sums over the links: D, the power of what resists n, and on a moving parent the momentum p (about its origin), Ic and
- * W. */
+/* Sums over the links: D, the virtual power of the wrenches along n, and on a moving parent the momentum p (about its
+ * origin), Ic and W. */
 typedef struct kt_pin_sum {
-    double inertia, power, carried, moment; /* `carried`: what D is held against */
+    double inertia, power, carried, moment; /* `carried`: the scale that D is compared with */
     kt_v2 force;
     kt_planar_inertia total;
 } kt_pin_sum;
@@ -181,7 +182,7 @@ KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_v2
     kt_planar_add(&sum->total, &moved);
 }
 
-/* Onto the parent, with 1 / D and z. */
+/* Adds the group's inertia and bias wrench to the parent; `one` is 1 / D. */
 KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, kt_planar_inertia *parent) {
     kt_planar_inertia x = sum->total;
     const double moment = sum->moment, fx = sum->force[0], fy = sum->force[1], gx = fx * one, gy = fy * one;
@@ -197,7 +198,7 @@ KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, k
     kt_planar_add(parent, &x);
 }
 
-/* The links [from, to) of one path, the parent being at rest. */
+/* Adds the links [from, to) of one path to the sums; the parent is at rest. */
 KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const kt_pin *p, int from, int to,
                                kt_v2 ground, bool rides, const double *tau, kt_pin_sum *sum) {
     kt_pin_body body = {.w = 0.0, .u = {0.0, 0.0}, .a = {0.0, 0.0}};
@@ -236,11 +237,11 @@ KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group
     kt_group_work w;
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
     for (int i = 0; i < KT_PIN_LINKS; i++) {
-        w.base[p.link[i]->local] = p.x[i] + p.n[i] * z;
+        w.free[p.link[i]->local] = p.x[i] + p.n[i] * z;
         w.basis[p.link[i]->local] = p.n[i];
     }
-    w.carry[0] = sum.moment * one;
-    kt_v2_store(w.carry + 1, sum.force * kt_v2_splat(one));
+    w.coupling[0] = sum.moment * one;
+    kt_v2_store(w.coupling + 1, sum.force * kt_v2_splat(one));
     kt_pin_onto_parent(&sum, one, z, &data->planar_inertia[top]);
     return true;
 }
@@ -252,9 +253,9 @@ KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const 
     const int32_t *v = model->group_v + group->v;
     kt_group_work w;
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
-    const double pull = w.carry[0] * up->alpha + (w.carry[1] * up->linear[0] + w.carry[2] * up->linear[1]);
+    const double pull = w.coupling[0] * up->alpha + (w.coupling[1] * up->linear[0] + w.coupling[2] * up->linear[1]);
     for (int i = 0; i < KT_PIN_LINKS; i++)
-        a[v[i]] = w.base[i] - w.basis[i] * pull;
+        a[v[i]] = w.free[i] - w.basis[i] * pull;
 }
 
 #endif

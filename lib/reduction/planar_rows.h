@@ -22,19 +22,20 @@
 
 #include <float.h>
 
-/* An end of a loop, from the ancestor's origin as if that were at rest; `linear`: from the velocities alone. */
+/* An end of a loop relative to the ancestor's origin, as if that were at rest; `linear` is the acceleration that the
+ * velocities alone give. */
 typedef struct kt_planar_end {
     double arm[2]; /* from its link's origin */
     double point[2], velocity[2], linear[2], omega;
 } kt_planar_end;
 
-/* A row's force on the second end at its point and moment about n, for a unit multiplier; its place. */
+/* A row's force on the second end at its point and moment about n, for a unit multiplier; its index among the rows. */
 typedef struct kt_planar_wrench {
     double force[2], moment;
     int32_t slot;
 } kt_planar_wrench;
 
-/* Place of a link that is not the ground; of 0, what is to be added to links. */
+/* The index of a link in the planar arrays; for link 0, the number to be added to the indices of links. */
 KT_INLINE int32_t kt_planar_index_shift(const kt_model *model, int32_t link) {
     return link - (int32_t)model->n.spatial + 1;
 }
@@ -165,7 +166,7 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
                              .bend = bend - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
-/* The rows that count of one loop: their wrenches, and all of them but A'. Returns their number. */
+/* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work *w, const kt_loop_record *loop,
                                       const kt_planar_loop *flat, const int32_t *slot, const kt_planar_relative *r,
                                       double t, kt_planar_wrench *rows) {
@@ -205,7 +206,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
     return count;
 }
 
-/* Before ranks are known, void rows have places too: all or none. */
+/* Before ranks are known, void rows have indices too: all or none. */
 KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
     if (!flat->void_count || slot[flat->row[flat->count].row] < 0)
         return;
@@ -218,7 +219,7 @@ KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop 
     }
 }
 
-/* A' of one path. `arm` goes from the end's link's origin to the second end's point. */
+/* A' of one path. (ax, ay) is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
                                    double ax, double ay) {

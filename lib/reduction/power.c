@@ -1,12 +1,13 @@
-/* Powers, only where they are asked for.
+/* Powers, computed only on request.
  *
  * The forces on a tree are tau' = tau + effects + J' external, and those that hold the loops closed, A' lambda:
- *     M a + h = tau' + A' lambda,       d(T + V)/dt = v . (tau' + A' lambda) + dV/dt.
- * Effects tell what of their own power is heat and what is driven (effect/effect.h), and cover dV/dt. On the manifold
- * A v = b' and so v . A' lambda = lambda . b' = -lambda . phi_t: only loops that change with time do work, and where
- * there are none that is not even looked at. Where there are some, v . (M a + h - tau') is taken by inverse dynamics:
- * it needs no multipliers, so that it is the same however the loops were solved, loses nothing to redundant equations,
- * and goes smoothly through singular positions, as a does.
+ *     M a + h = tau' + A' lambda
+ *     d(T + V)/dt = v . (tau' + A' lambda) + dV/dt
+ * Effects report which part of their power is dissipated and which is supplied (effect/kind.h), and account for dV/dt.
+ * On the manifold A v = b', so that v . A' lambda = lambda . b' = -lambda . phi_t: only loops that change with time do
+ * work, and without any nothing is computed. If there are some, v . (M a + h - tau') is evaluated by inverse dynamics:
+ * it needs no multipliers, so that it does not depend on how the loops were solved, is not affected by redundant
+ * equations, and passes smoothly through singular positions, as a does.
  */
 #include "dynamics/dynamics.h"
 #include "reduction/evaluate.h"

@@ -1,12 +1,13 @@
-/* Back to the constraint manifold: u <- u (+) du with A du = -phi, repeated, then v <- v + dv with A dv = b' - A v
- * [MSD 7.55 to 7.58]. du is least in the model's metric. dv is always least in kinetic energy, which is the impulse
- * that the loops themselves would exert: what an evaluation near a singular position gets wrong is a force of the
- * loops, and only this metric takes it back whole (N-four-bar, RK4 at 1e-3 s over 10 s: 2e-10 m, and 5e-8 m with the
- * identity).
+/* Projection onto the constraint manifold [MSD 7.55 to 7.58]:
+ *   u <- u (+) du,   A du = -phi           repeated
+ *   v <- v + dv,     A dv = b' - A v
+ * du is least in the model's metric. dv is always least in kinetic energy, which makes it the impulse that the loops
+ * themselves would exert: the error of an evaluation near a singular position is a force of the loops, and only this
+ * metric removes it completely (N-four-bar, RK4 at 1e-3 s over 10 s: 2e-10 m, and 5e-8 m with the identity).
  *
- * Near a singular position the direction that is about to be lost can be closed only by steps of phi over its size, and
- * what rounding leaves of phi would be made large. There is little to close in it, though: phi is the step that is
- * missing times that size. So it is left out, until the motion has gone on, unless more is open than may be.
+ * Near a singular position the direction that is about to be lost can be closed only by steps of phi divided by its
+ * size, which would amplify the rounding errors of phi. There is little to close in it, though: phi is the missing step
+ * times that size. So it is left out until the motion has moved on, unless the gap exceeds the tolerance.
  */
 #include "reduction/levenberg_marquardt.h"
 
@@ -16,14 +17,14 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* of each of two goes */
+enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
 
 void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = kt_violation_none;
         kt_group_position_residuals(&w, &violation);
-        for (int r = 0; r < w.k; r++) /* what is closed stays, whatever other groups need */
+        for (int r = 0; r < w.k; r++) /* closed groups do not move, whatever others need */
             w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
     }
 }
@@ -35,7 +36,7 @@ static bool is_near_singular(const kt_model *model, const kt_data *data) {
     return false;
 }
 
-/* Leaves the equations as they are at q, with the velocities' violations in `right`. */
+/* Leaves the equations at q, with the violations of the velocities in `right`. */
 static kt_closure close_positions(const kt_model *model, kt_data *data, double t, double *q, const double *v, int most,
                                   double goal, bool *changed, kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
@@ -45,8 +46,8 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         data->closing.position = (uint32_t)i;
         if (!kernels->look(model, data, t, q, v, NULL, violation))
             return KT_CLOSURE_NOT_FINITE;
-        /* stop where rounding rules: it is small, and a further step has not halved it. (One that left a direction out
-         * may have made it larger.) */
+        /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
+         * a direction out may have increased it.) */
         const bool slow = violation->gap > 0.5 * before;
         if (violation->gap <= goal || i == most || (slow && fmax(before, violation->gap) <= 4e3 * KT_CLOSED))
             return KT_CLOSURE_DONE;
@@ -74,8 +75,8 @@ static void look_at_velocities(const kt_model *model, const kt_data *data, const
     }
 }
 
-/* What a velocity leaves when it is taken away is rounding of what it was, not of the little that is left: the speeds
- * given count on. */
+/* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to
+ * the given speeds throughout. */
 static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                   kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
@@ -203,8 +204,8 @@ static bool is_dead_point(const kt_model *model, kt_data *data) {
 /* ---- messages ------------------------------------------------------------------------------------------------------
  */
 
-/* How far one loop is open as last filled: its largest residual, or where `moving` its largest `right`; against its
- * scale in *relative. */
+/* The gap of one loop as last filled: its largest residual, or if `moving` its largest `right`; relative to its scale
+ * in *relative. */
 static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
                      double *relative) {
     const kt_group *group = &model->group[loop->group];
@@ -247,13 +248,13 @@ static gap_text describe_gap(const kt_model *model, const kt_data *data, int ind
         used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g m", most[KT_MEASURE_LENGTH]);
     if (turn > tiny)
         used += (size_t)snprintf(gap.text + used, sizeof gap.text - used, "%s%.3g deg", used ? " and " : "", degrees);
-    if (used == 0) /* closed to the last bit */
+    if (used == 0) /* the loop is closed to the last bit */
         (void)snprintf(gap.text, sizeof gap.text, "0 (m or rad)");
     return gap;
 }
 
-/* The loop open worst among those that are open less than `below`, or as much and come later. One that is closed to the
- * last bit counts, too, so that there is always a first. */
+/* The loop with the largest gap below `below`, or with that gap and a larger index than `after`. Loops that are closed
+ * to the last bit are included, so that there is always a first. */
 static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
     int worst = -1;
     double most = -1.0, relative;
@@ -267,7 +268,9 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
     return worst;
 }
 
-void kt_velocity_gaps_share(const kt_model *model, const kt_data *data) {
+/* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
+ * several that contradict each other would have all of it. */
+static void share_out(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -275,7 +278,7 @@ void kt_velocity_gaps_share(const kt_model *model, const kt_data *data) {
             continue;
         for (int r = 0; r < w.k; r++)
             for (int i = 0; i < w.m; i++)
-                w.right[r] += w.a[r * w.m + i] * model->unit[group->v + i] * w.base[i];
+                w.right[r] += w.a[r * w.m + i] * model->unit[group->v + i] * w.free[i];
     }
 }
 
@@ -287,12 +290,14 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
     double relative = (double)INFINITY, most = 0.0;
     int worst = -1;
     bool others = false;
-    for (int n = 0; n <= NAMED; n++) { /* one after the other, the worst first */
+    if (moving)
+        share_out(model, data);
+    for (int n = 0; n <= NAMED; n++) { /* in order, the worst first */
         worst = next_worst(model, data, moving, relative, worst);
         if (worst < 0)
             break;
         const double gap = gap_of(model, data, &model->loop[worst], moving, &relative);
-        if (n > 0 && relative <= 1e-3 * most) /* closed, but for what the open ones pull at it */
+        if (n > 0 && relative <= 1e-3 * most) /* closed except for the effect of the open ones */
             break;
         if (n == NAMED) {
             others = true;
@@ -342,8 +347,8 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
     return kt_open_loops_error(model, data, t, what, false, error);
 }
 
-/* Tells what stays open where the loops are closed as far as they can be; or where that closes them, which is farther
- * than a projection goes, what is open at q. */
+/* Reports the gaps that remain when the loops are closed as far as possible; if a search closes them, which reaches
+ * farther than a projection, it reports the gaps at q. */
 static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
     kt_violation violation;
     const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_STEP,
@@ -381,7 +386,7 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
     return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
 }
 
-/* Adds what the last projection took to what has been taken. */
+/* Adds the iterations of the last projection to the totals. */
 static void remember(kt_data *data) {
     kt_iterations *most = &data->iterations;
     const kt_iterations *last = &data->closing;

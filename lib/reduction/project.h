@@ -1,4 +1,4 @@
-/* Closing loops: tolerances, messages, one projection in place. */
+/* Projection onto the loops: tolerances, messages, one projection in place. */
 #ifndef KT_REDUCTION_PROJECT_H
 #define KT_REDUCTION_PROJECT_H
 
@@ -7,11 +7,11 @@
 
 #include <float.h>
 
-/* What rounding leaves of residuals, and of velocity equations against their largest term; nothing smaller is asked
- * for. Residuals are held against their scales: a radian, or the way around the longest loop. */
+/* The rounding level of residuals relative to their scales (a radian, or the length of the longest loop), and of
+ * velocity equations relative to their largest term; nothing smaller is required. */
 #define KT_CLOSED DBL_EPSILON
 
-/* What passes for closed: after a step (a position near to closed), and where it had to be searched for. */
+/* The gap that counts as closed: after a step (from a position near to closed), and after a search. */
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
 
@@ -28,25 +28,25 @@ typedef enum kt_closure {
     KT_CLOSURE_DEAD
 } kt_closure;
 
-/* Unit quaternions keep their bits (within rounding of one, another division would only make them wander); others are
- * scaled to one. false where one is zero or not finite. */
+/* Scales quaternions to unit norm; those within rounding of it keep their bits (another division would only make them
+ * wander). Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);
 
 /* right <- -phi in all groups whose gap is above `goal`. */
 void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal);
 
-/* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or what rounding leaves;
- * OPEN where q does not get closed to `tolerance`, or v does not (then *violation.gap is closed). *changed becomes true
- * where any number changed. */
+/* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or to the rounding level.
+ * Returns OPEN if q is not closed to `tolerance`, or v is not (then *violation.gap is closed). *changed becomes true if
+ * any number changed. */
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation);
 
-/* Whether the velocity equations, their violations being in `right`, hold to `tolerance` of the speeds in the groups.
- * An entry of A that is rounding alone makes a term of a speed, and where loops lock all else (a frame with a wheel in
- * it) there is no larger term in A v that it could be held against. */
+/* Whether the velocity equations, whose violations are in `right`, hold to `tolerance` of the speeds in the groups. (An
+ * entry of A that is a rounding error alone times a speed is a violation, and if loops lock all other coordinates, as
+ * in a frame with a wheel in it, A v has no larger term that it could be compared with.) */
 bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance);
 
-/* KT_OK where a search from q closes the loops at t to `tolerance`; else kt_open_loops_error, with `what`. */
+/* Returns KT_OK if a search from q closes the loops at t to `tolerance`; otherwise kt_open_loops_error, with `what`. */
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error);
 
@@ -55,7 +55,7 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
 void kt_velocity_gaps_share(const kt_model *model, const kt_data *data);
 
 /* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
- * gaps; or where `moving`, the loops whose velocity equations are violated as `right` has it. */
+ * gaps; or if `moving`, the loops whose velocity equations are violated according to `right`. */
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
                               kt_error *error);
 

@@ -4,15 +4,15 @@
  *   basis:      Q2
  *   multipliers: R1 lambda = Q1' g
  *
- * Q is kept as reflectors I - t u u', u below R with its leading 1 left out, as LAPACK does. For the small matrices of
- * small loops, the loop below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK
- * wins (bench/scaling).
+ * Q is stored as reflectors I - t u u', u below R without its leading 1, as in LAPACK. For the small matrices of small
+ * loops, the code below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK is faster
+ * (bench/scaling).
  *
- * Reflectors are applied one by one, for which LAPACK is given no room for blocks: to one column in a fourth of the
- * instructions of blocks, to a fourth of m columns in as many or fewer, and to m / 2 in a tenth more. It is also what
- * makes results independent of the number of OpenBLAS's threads below KT_BLOCKED coordinates: the products that one
- * reflector takes are so small there that it leaves them to one thread, while those within blocks are shared out, and
- * rounded, as there are threads.
+ * Reflectors are applied one by one; LAPACK is given no work memory for blocks. Compared with blocks this takes a
+ * fourth of the instructions for one column, as many or fewer for m / 4 columns, and a tenth more for m / 2. It also
+ * makes results independent of the number of OpenBLAS's threads below KT_BLOCKED coordinates: the products of one
+ * reflector are so small that OpenBLAS leaves them to one thread, while products of blocks are divided, and rounded,
+ * according to the number of threads.
  */
 #include "reduction/householder.h"
 #include "reduction/lapack.h"
@@ -20,10 +20,10 @@
 #include <math.h>
 #include <string.h>
 
-/* From so many coordinates on (96^2 numbers) OpenBLAS shares out the product of a matrix and a vector, too. */
+/* From this number of coordinates on (96^2 numbers) OpenBLAS divides the product of a matrix and a vector, too. */
 enum { KT_BLOCKED = 96 };
 
-/* Copies A' with the columns' weights, and takes their squared norms. */
+/* Copies A' with the columns' weights, and computes their squared norms. */
 KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
     const double *restrict a = w->a;
     double *restrict x = w->factor;
@@ -36,7 +36,7 @@ KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
     }
 }
 
-/* Takes the weights out of R again: A' W P = Q R W. */
+/* Divides the weights out of R again: A' W P = Q R W. */
 static void unweight(const kt_group_work *w, int rank) {
     for (int c = 0; c < rank && w->weight; c++) {
         const double weight = w->weight[w->pivot[c]];
@@ -68,8 +68,8 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
     return cap;
 }
 
-/* Three coordinates and two equations, as a closed chain in a plane has them: loops of known length are unrolled, which
- * halves what such a group costs. */
+/* Three coordinates and two equations, as in a closed planar chain: loops of known length are unrolled, which halves
+ * the cost of such a group. */
 KT_INLINE bool is_four_bar(const kt_group_work *w, int rank) { return w->m == 3 && w->k == 2 && rank == 2; }
 
 KT_INLINE kt_group_work four_bar(const kt_group_work *w) {
@@ -100,7 +100,7 @@ static int factor_large(kt_group_work *w, int cap) {
     }
     (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector, w->work, size);
     for (int c = 0; c < w->k; c++)
-        w->pivot[c]--; /* from Fortran's count */
+        w->pivot[c]--; /* Fortran counts from 1 */
     const double first = kt_larger(fabs(w->factor[0]), w->least);
     int rank = 0;
     while (rank < cap && fabs(w->factor[(size_t)rank * (size_t)(w->m + 1)]) > KT_RANK_TOLERANCE * first)

@@ -1,4 +1,4 @@
-/* What can be asked about the loops of a model together. */
+/* Queries about the loops of a model as a whole. */
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
 

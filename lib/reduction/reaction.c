@@ -1,12 +1,12 @@
-/* Reactions, only when they are asked for: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
- * (react.c), and with them as external wrenches Newton-Euler on the bodies gives the joints' (dynamics/total.c).
- * Redundant loops share a reaction in infinitely many ways: by QR and partitioning dependent equations carry none, by
- * SVD the multipliers are the least ones. Towards a singular position
- * reactions may grow without bound, as the direction that is lost there can hold less and less; at the position itself
- * the direction that is lost carries none.
+/* Reactions, computed only on request: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
+ * (loop_wrenches.c), and with them as external wrenches Newton-Euler on the bodies gives the joints'
+ * (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways: with QR and partitioning dependent
+ * equations carry none, with SVD the multipliers are the least ones. Towards a singular position reactions may grow
+ * without bound, because the lever arm of the direction that is lost there vanishes; at the position itself that
+ * direction carries none.
  *
- * Of loops in a plane the reactions are those in space, with what acts out of the plane: the spatial kernels are asked,
- * for which the planar ones' accelerations are as good as their own.
+ * Reactions of planar loops include the components out of the plane: they are computed by the spatial kernels, from the
+ * accelerations of the planar ones.
  */
 #include "dynamics/dynamics.h"
 #include "reduction/evaluate.h"
@@ -14,8 +14,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The wrenches on bodies into data: external ones, and the loops', which go into data as well. Data hold the equations
- * of the last evaluation, but where that went beside the state or through a plane. */
+/* Writes the wrenches on bodies, external and of loops, into data, and those of the loops as well. Data hold the
+ * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
 static void load(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const double *tau,
                  const kt_wrench *external, const double *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
@@ -79,7 +79,7 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, con
                            : status;
 }
 
-/* Of an equation of a loop; those that no group keeps tie nothing. */
+/* The multiplier of an equation of a loop; zero for equations that no group keeps. */
 static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
     const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
     return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;

@@ -1,4 +1,4 @@
-/* What the files of the reduction share: a group's matrices, the ways to factor its equations, the closure rows.
+/* What the files of the reduction share: a group's matrices, and the kinds of factorisation of its equations.
  *
  * A group has k equations A x = b in the m coordinates x of its links. All matrices are column-major.
  */
@@ -25,10 +25,10 @@
     X(rate, k, "phi_t = -b'")                                                                                          \
     X(multiplier, k, "lambda")                                                                                         \
     X(mass, m *m, "M of the group, its parent held")                                                                   \
-    X(carry, 6 * m, "F: wrench on the parent for unit accelerations; moment, force")                                   \
+    X(coupling, 6 * m, "F, parent coupling: wrench on the parent for unit accelerations; moment, force")               \
     X(bias, m, "tau - h")                                                                                              \
-    X(base, m, "accelerations while the parent's is zero")                                                             \
-    X(slope, 6 * m, "K, m x 6: accelerations are base - K (alpha, a of the parent)")                                   \
+    X(free, m, "y, free acceleration: accelerations while the parent's is zero")                                       \
+    X(gain, 6 * m, "K, parent gain, m x 6: accelerations are y - K (alpha, a of the parent)")                          \
     X(basis, m *m, "N: null space of A, m x (m - rank)")                                                               \
     X(reduced, m *m, "N' M N, then its Cholesky factor")                                                               \
     X(half, m *m, "M N, and other products")                                                                           \
@@ -39,17 +39,17 @@ KT_INLINE double kt_larger(double a, double b) { return a > b ? a : b; }
 typedef struct kt_group_work {
     int m, k;
     int32_t *pivot;
-    /* Of redundant equations those with the larger weights are chosen (k; NULL where there are none), so that it is the
-     * same ones at all stages of a step: at stages, off the manifold, each choice gives another acceleration, and a
-     * method of any order would come down to the second. Powers of two, that nothing is rounded. */
+    /* Among redundant equations those with the larger weights are chosen (k; NULL if there are none), so that the
+     * choice is the same at all stages of a step: at stages, off the manifold, each choice gives another acceleration,
+     * and a method of any order would fall to the second. The weights are powers of two, so that nothing is rounded. */
     const double *weight;
-    double least; /* what the largest direction counts as, at least */
+    double least; /* the least size that the largest direction counts as */
 #define KT_GROUP_DECLARE(name, count, meaning) double *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
 } kt_group_work;
 
-/* From so many coordinates on LAPACK's blocks factor faster than a plain loop (bench/scaling). */
+/* From this number of coordinates on LAPACK factors faster than a plain loop (bench/scaling). */
 enum { KT_LARGE = 40 };
 
 /* Numbers that LAPACK wants as workspace for an m x k matrix: enough for dgeqp3, dgesvd and dormqr (which asks for 65 x
@@ -85,7 +85,7 @@ _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
                "a group has room for the places of its matrices");
 #undef KT_GROUP_COUNT
 
-/* Whether a group's loops are closed in a plane. */
+/* Whether a group is planar. */
 static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
     return (size_t)model->group_link[group->link] >= model->n.spatial;
 }
@@ -93,30 +93,30 @@ static inline bool kt_group_is_planar(const kt_model *model, const kt_group *gro
 /* How much the equations are violated: the largest of all. */
 typedef struct kt_violation {
     double position; /* m or rad, over holonomic equations */
-    double gap;      /* the same, each against its scale: what closure is judged by */
+    double gap;      /* the same, each relative to its scale: decides about closure */
     double velocity; /* m/s or rad/s */
-    double slip;     /* the same, each against its scale, */
-    double speed;    /* and the largest term in it, or KT_SPEED_LEAST: what `slip` is to be held against */
+    double slip;     /* the same, each relative to its scale */
+    double speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
 } kt_violation;
 
-/* Speeds, against their units (a radian, the mechanism's length), that count as rest: in all the time that a simulation
- * could span they move nothing. Without this floor what is left of a velocity that the loops forbid, rounding of what
- * it was, falls by 1e-16 with each projection until 5e-324 is held against less than any number. */
+/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest: in all the time that a
+ * simulation could span they move nothing. Without this floor the remainder of a velocity that the loops forbid falls
+ * by 1e-16 with each projection, until 5e-324 is compared with a bound that underflows to 0. */
 #define KT_SPEED_LEAST 1e-100
 
 static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
 
-/* phi of a group into the violation. */
+/* Adds phi of a group to the violation. */
 static inline void kt_group_position_residuals(const kt_group_work *w, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
         const double x = fabs(w->residual[r]);
         violation->gap = fmax(violation->gap, x / w->scale[r]);
-        if (x > violation->position || isnan(x)) /* and a NaN stays */
+        if (x > violation->position || isnan(x)) /* a NaN is not lost */
             violation->position = x;
     }
 }
 
-/* A v + phi_t of a group into `right`, negated, and into the violation. */
+/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
 static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
                                                const double *v, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
@@ -134,15 +134,14 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
     }
 }
 
-/* Relative size below which the last independent direction of the equations counts as lost to rounding. The largest
- * direction, which it is held against, counts as KT_RANK_FLOOR of what it could be (rank.c) at least: where all entries
- * are rounding noise, some 1e-16 of that, none is independent. So no direction counts below 1e-13 of what it could be.
- */
+/* The size, relative to the largest direction of the equations, below which a direction counts as lost to rounding. The
+ * largest direction counts as at least KT_RANK_FLOOR of what it could be (rank.c): if all entries are rounding noise,
+ * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be. */
 #define KT_RANK_TOLERANCE 1e-10
 #define KT_RANK_FLOOR 1e-3
 
-/* Within this fraction of its usual size it is near a singular position: accelerations are taken from beside
- * (evaluate.c). */
+/* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
+ * from neighbouring states (evaluate.c). */
 #define KT_NEAR_SINGULAR 1e-2
 
 /* x (m): a solution of the independent equations of A x = b (k). */
@@ -154,13 +153,13 @@ size_t kt_group_layout(kt_group *group);
 /* w->basis: m x (m - rank), A basis = 0. */
 typedef void kt_basis(const kt_group_work *w, int rank);
 
-/* A way to solve A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural rank.
- */
+/* A method of solving A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural
+ * rank. */
 typedef struct kt_reduction_kind {
     bool least; /* `particular` is the least solution */
-    /* Factors w->a; returns the numerical rank, at most cap. -1: a number was not finite. */
+    /* Factors w->a; returns the numerical rank, at most cap, or -1 if a number was not finite. */
     int (*factor)(kt_group_work *w, int cap);
-    /* Size of the i-th direction as factored. */
+    /* The size of the i-th direction as factored. */
     double (*size)(const kt_group_work *w, int i);
     kt_particular *particular;
     kt_basis *basis;

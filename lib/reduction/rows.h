@@ -1,9 +1,9 @@
 /* The equations of a group's loops in its coordinates: A', phi, phi_t and b''.
  *
- * Ends are followed from the loop's ancestor down its two paths, so that nothing is lost far from the world's origin,
- * and nothing that carries the whole loop enters. A row's wrench (n, f) on the second end, about its point, meets a
- * freedom with angular velocity s and velocity u of that point as n . s + f . u, with the opposite sign on the first
- * path.
+ * The ends are computed from the loop's ancestor along its two paths, so that no digits are lost far from the world's
+ * origin, and no motion that carries the whole loop enters. The entry of a row with the wrench (n, f) on the second
+ * end, about its point, for a degree of freedom with angular velocity s and velocity u of that point is n . s + f . u,
+ * with the opposite sign on the first path.
  */
 #ifndef KT_REDUCTION_ROWS_H
 #define KT_REDUCTION_ROWS_H
@@ -13,7 +13,8 @@
 
 #include <string.h>
 
-/* The motion of a loop's end, from the ancestor's origin; needs poses, and where `moving` velocities and c (sweep.h).
+/* The motion of a loop's end relative to the ancestor's origin; needs poses, and if `moving` velocities and c
+ * (sweep.h).
  */
 KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k, bool moving,
                              const double *v, kt_loop_end *end) {
@@ -29,9 +30,9 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
             continue;
         velocity += kt_v4_cross(omega, m->offset);
         if (link->motion != KT_MOTION_REVOLUTE) {
-            kt_v4 spin, slide;
-            kt_joint_twist(link, &data->motion[link->parent], m, v, &spin, &slide);
-            velocity += slide;
+            kt_v4 angular, linear_velocity;
+            kt_joint_twist(link, &data->motion[link->parent], m, v, &angular, &linear_velocity);
+            velocity += linear_velocity;
         }
         linear += kt_v4_cross(alpha, m->offset) + m->linear;
         alpha += m->alpha;
@@ -49,7 +50,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
     end->linear = linear + kt_v4_cross(alpha, arm) + kt_v4_cross(omega, kt_v4_cross(omega, arm));
 }
 
-/* One freedom of a path's link in all rows: angular s, velocity u of the second end's point. */
+/* Adds one degree of freedom of a path's link to all rows: angular velocity s, velocity u of the second end's point. */
 KT_INLINE void kt_rows_dof(const kt_group_work *w, const int32_t *slot, const kt_loop_row *rows, int count, int local,
                            double sign, kt_v4 s, kt_v4 u) {
     for (int r = 0; r < count; r++)
@@ -58,7 +59,7 @@ KT_INLINE void kt_rows_dof(const kt_group_work *w, const int32_t *slot, const kt
                 sign * (kt_v4_dot(rows[r].moment, s) + kt_v4_dot(rows[r].force, u));
 }
 
-/* A' of one path. `arm` goes from the end's link's origin to the second end's point. */
+/* A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                             const kt_loop_record *loop, int k, const int32_t *slot, const kt_loop_row *rows, int count,
                             kt_v4 arm) {
@@ -97,7 +98,7 @@ KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt
     }
 }
 
-/* What becomes of the rows of a loop: their places among those that count, -1 for void ones. */
+/* The indices of a loop's rows among those of the group; -1 for rows that are left out. */
 KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
     return model->slot + group->row + loop->row;
 }
@@ -147,8 +148,8 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
     w->right[slot] = -row.drift;
 }
 
-/* A', phi and phi_t of a group, with what residuals are held against, and where `moving` b''. Needs the links' poses,
- * and where `moving` velocities and c. */
+/* A', phi and phi_t of a group, with the scales of the residuals, and if `moving` b''. Needs the links' poses, and if
+ * `moving` velocities and c. */
 static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
                                 bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];

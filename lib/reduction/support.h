@@ -1,14 +1,16 @@
-/* The freedoms that move the ends of a loop or an effect, and what they do, direction by direction.
+/* The degrees of freedom that move the ends of a loop or an effect, and the derivatives along each of them.
  *
- * With S, psi', psi'' and phi of a freedom (freedom.h), all spatial vectors told from one point O that rests, a frame
- * with velocity V and acceleration A that it moves changes
+ * S, psi', psi'' and phi are those of a degree of freedom (dof.h), and all spatial vectors are expressed about a fixed
+ * point O. The derivatives of a frame that it moves, with velocity V = (w, v) and acceleration A = (alpha, a), are
  *     with q_k, as it is carried along S_k:   dV = S x V + psi',   dA = S x A + psi'' - V x psi'   [derivative.h]
  *     with v_k:                               dV = S,              dA = phi - V x S
- * and its point x, with velocity v + w x x for V = (w, v), and acceleration a + alpha x x + w x (v + w x x) for A =
- * (alpha, a), follows. So moved, the ends are given to the loop's or the effect's own code (algebra/number.h).
+ * and those of its point x follow from
+ *     velocity      v + w x x
+ *     acceleration  a + alpha x x + w x (v + w x x)
+ * The ends with these derivatives, as dual numbers, are given to the loop's or the effect's own code (algebra/real.h).
  *
- * A freedom i meets the wrench W on what it moves, told from O, with S_i . W. S_i itself is carried along by the
- * freedoms before it, and those of its node, by S_k x S_i.
+ * The joint force of degree of freedom i for a wrench W about O on what it moves is S_i . W. S_i itself is carried
+ * along by the degrees of freedom before it, and those of its node, by S_k x S_i.
  */
 #ifndef KT_REDUCTION_SUPPORT_H
 #define KT_REDUCTION_SUPPORT_H
@@ -16,7 +18,7 @@
 #include "loop/loop.h"
 #include "reduction/dual.h"
 
-/* ---- the ways to the ends ---------------------------------------------------------------------------------------- */
+/* ---- the paths to the ends --------------------------------------------------------------------------------------- */
 
 /* A frame in motion, world axes. */
 typedef struct kt_support_end {
@@ -26,12 +28,12 @@ typedef struct kt_support_end {
 
 typedef struct kt_support {
     const kt_dual_motion *x;
-    int32_t count; /* of freedoms */
+    int32_t count; /* of degrees of freedom */
     kt_support_end end[2];
 } kt_support;
 
-/* From about `place` to about O, from which that is counted. */
-KT_INLINE void kt_express_about_origin(kt_v4 place, kt_v4 s[2]) { s[1] += kt_v4_cross(place, s[0]); }
+/* Expresses s, given about the point `at` (relative to O), about O. */
+KT_INLINE void kt_express_about_origin(kt_v4 at, kt_v4 s[2]) { s[1] += kt_v4_cross(at, s[0]); }
 
 static inline void kt_support_add(kt_support *w, const kt_link *link, int end, kt_v4 place,
                                   const kt_dof_motion *motion) {
@@ -47,7 +49,7 @@ static inline void kt_support_add(kt_support *w, const kt_link *link, int end, k
     }
 }
 
-/* Down from the ancestor, whose origin is at `place`, to a frame on a link. */
+/* Follows the path from the ancestor, whose origin is at `place`, to a frame on a link. */
 static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 place, int end, int32_t to,
                                      const kt_pose *frame) {
     const kt_model *model = w->x->model;
@@ -77,7 +79,7 @@ static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 plac
     kt_express_about_origin(place, e->acceleration);
 }
 
-/* O is the origin of the first link on the way. */
+/* Finds both paths. O is the origin of the first link on the path. */
 static inline void kt_support_find(kt_support *w, int32_t ancestor, int ends, const int32_t link[2],
                                    const kt_pose frame[2]) {
     int32_t first = ends < 2 || link[0] != ancestor ? link[0] : link[1];
@@ -95,7 +97,7 @@ static inline void kt_support_find(kt_support *w, int32_t ancestor, int ends, co
 
 typedef enum kt_direction { KT_BY_POSITION, KT_BY_RATE } kt_direction;
 
-/* An end that freedom m moves, or none (NULL). */
+/* An end, as dual numbers along the degree of freedom m, or constant if m is NULL. */
 static inline kt_loop_end kt_support_end_dual(const kt_support_end *e, const kt_dof_motion *m, kt_direction along) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_v4 axes[3] = {none, none, none}, point = none, v[2] = {none, none}, a[2] = {none, none}, x[2];
@@ -129,12 +131,12 @@ static inline kt_loop_end kt_support_end_dual(const kt_support_end *e, const kt_
     return end;
 }
 
-/* What an end feels: a wrench about O. */
+/* The wrench on an end, about O. */
 typedef struct kt_end_wrench {
     kt_vector moment, force;
 } kt_end_wrench;
 
-/* Takes the change of the joint forces off column d, as freedom k moves along q_k or v_k: S_i . dW, and (S_k x S_i) . W
+/* Subtracts the derivative of the joint forces with respect to q_k or v_k from column d: S_i . dW, and (S_k x S_i) . W
  * where S_i is carried along. */
 static inline void kt_support_subtract(const kt_support *w, int32_t k, kt_direction along, const kt_end_wrench p[2],
                                        double *d) {

@@ -1,8 +1,10 @@
 /* Singular values: A' = U S V', A = V S U' (Golub & Kahan 1965).
  *
- *   particular: x = U1 S1^-1 V1' b, the least solution     basis: U2     multipliers: lambda = V1 S1^-1 U1' g
+ *   particular:  x = U1 S1^-1 V1' b, the least solution
+ *   basis:       U2
+ *   multipliers: lambda = V1 S1^-1 U1' g
  *
- * U is kept in `square`, V' over A' in `factor` (row i: right vector i).
+ * U is stored in `square`, V' in `factor` in place of A' (row i: right vector i).
  */
 #include "reduction/dense.h"
 #include "reduction/lapack.h"
@@ -42,7 +44,7 @@ static inline void particular(const kt_group_work *w, int rank, const double *b,
 
 static inline void basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m, r = (size_t)rank;
-    if (w->k == 0) { /* nothing was factored: all coordinates are free */
+    if (w->k == 0) { /* there are no equations: all coordinates are free */
         memset(w->basis, 0, m * m * sizeof(double));
         for (size_t i = 0; i < m; i++)
             w->basis[i * m + i] = 1.0;
