@@ -3,7 +3,7 @@
  *   v = v_l + w x R_l d
  *   a = a_l + alpha x R_l d + w x (w x R_l d)
  */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Motion of the links that carry forces, and of no others: the forward pass of sweep.h, without accelerations. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 /* Sines and cosines of the angles of these links, each at its index among all. */

@@ -1,6 +1,6 @@
 /* Checks of inputs: numbers that are not finite, and quaternions of zeros. */
-#include "dynamics/kernel.h"
-#include "joint/kind.h"
+#include "dynamics/dynamics.h"
+#include "joint/joint.h"
 
 #include <stdio.h>
 

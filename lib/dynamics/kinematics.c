@@ -1,5 +1,5 @@
 /* Poses and motion of all links in world axes: the forward pass of sweep.h, without gravity. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 /* The sum of x - x over a link's motion: 0 if all of it is finite, NaN otherwise. (An offset or an angular velocity

@@ -1,6 +1,6 @@
 /* The kernels of one instruction set. Those of mixed models compute the spatial links, then the planar ones; no joint
  * connects the two. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 
 #include <string.h>
 

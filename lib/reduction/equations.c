@@ -1,5 +1,5 @@
 /* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
-#include "dynamics/kernel.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
 

@@ -270,7 +270,7 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
 
 /* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
  * several that contradict each other would have all of it. */
-static void share_out(const kt_model *model, const kt_data *data) {
+void kt_velocity_gaps_share(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -290,8 +290,6 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
     double relative = (double)INFINITY, most = 0.0;
     int worst = -1;
     bool others = false;
-    if (moving)
-        share_out(model, data);
     for (int n = 0; n <= NAMED; n++) { /* in order, the worst first */
         worst = next_worst(model, data, moving, relative, worst);
         if (worst < 0)

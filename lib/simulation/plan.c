@@ -3,8 +3,8 @@
  * Nothing is decided here. What a scene does not name has no entries in the model's arrays, over which the kernels'
  * loops run, and whole passes are skipped when a count is zero; this file reads the same counts.
  */
-#include "model/internal.h"
-#include "simulation/internal.h"
+#include "model/model.h"
+#include "simulation/simulation.h"
 
 typedef struct list {
     kt_plan_step *step;
