@@ -405,6 +405,9 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     if (!kt_unit_quaternions(model, new_q))
         return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
     if (model->n.group) {
+        /* What the data were used for before must not decide: a dead point is looked for where this projection factors. */
+        if (model->driven)
+            memset(data->near, 0, model->n.group * sizeof *data->near);
         kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, KT_POSITION_STEPS_MAX, KT_CLOSED,
                                                  KT_CLOSED_STEP, &moved, &violation);
         data->dead = closure == KT_CLOSURE_DONE && is_dead_point(model, data);
