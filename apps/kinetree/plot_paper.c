@@ -269,7 +269,9 @@ static cairo_status_t write_svg(const char *path, int width, int height, void (*
     cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
     if (one != NULL && other != NULL)
         status = draw_svg(one, other, width, height, draw, what);
-    const bool lost = (one != NULL && fclose(one) != 0) | (other != NULL && fclose(other) != 0);
+    const bool one_lost = one != NULL && fclose(one) != 0;
+    const bool other_lost = other != NULL && fclose(other) != 0;
+    const bool lost = one_lost || other_lost;
     if (status == CAIRO_STATUS_SUCCESS)
         status = lost ? CAIRO_STATUS_NO_MEMORY : write_file(path, shapes, elements);
     const int reason = errno;

@@ -39,15 +39,13 @@ static bool find_beside(char *path, size_t size) {
     return length > 0 && (size_t)length < size && access(path, F_OK) == 0;
 }
 
-static bool is_limited(int resource) {
-    struct rlimit limit;
-    return getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
-}
-
 /* If the process may not grow (ulimit -v), OpenBLAS asks for its buffers again and again and never returns. With one
  * thread it takes 120 MB (0.3.21, measured). */
 static bool has_room(void) {
-    if (!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA))
+    struct rlimit all, data;
+    const bool is_limited = (getrlimit(RLIMIT_AS, &all) == 0 && all.rlim_cur != RLIM_INFINITY) ||
+                            (getrlimit(RLIMIT_DATA, &data) == 0 && data.rlim_cur != RLIM_INFINITY);
+    if (!is_limited)
         return true;
     void *room = malloc(KT_ROOM);
     free(room);
