@@ -26,7 +26,7 @@ void kt_paper_use(cairo_t *c, kt_colour colour);
 double kt_paper_width(cairo_t *c, const char *text);
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text);
 /* Where the text is wider than there is room, its beginning with dots. */
-void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *text);
+void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title);
 /* Ten to the power that the text says. */
 void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char *exponent, double size);
 /* "Energy drift, 10^-9 J" with the exponent raised. */

@@ -123,11 +123,12 @@ static int override_record(const char *list, unsigned *record) {
         KT_RECORD_LIST(KT_RECORD_MATCH)
 #undef KT_RECORD_MATCH
         if (found == 0) {
-            char all[192] = "";
-#define KT_RECORD_JOIN(id, bit, name) strcat(strcat(all, *all != '\0' ? ", " : ""), #name);
-            KT_RECORD_LIST(KT_RECORD_JOIN)
+            static const char all[] = ""
+#define KT_RECORD_JOIN(id, bit, name) ", " #name
+                KT_RECORD_LIST(KT_RECORD_JOIN);
 #undef KT_RECORD_JOIN
-            kt_say("run: --record: there is no '%s' to record; there are %s%s", word, all, kt_ask(&nearest, "").text);
+            kt_say("run: --record: there is no '%s' to record; there are %s%s", word, all + 2,
+                   kt_ask(&nearest, "").text);
             return KT_EXIT_USAGE;
         }
         *record |= found;
