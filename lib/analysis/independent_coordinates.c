@@ -152,7 +152,7 @@ static void scale(kt_linearization *l) {
         const kt_group_work w = kt_group_matrices(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
         for (int r = 0; r < loop->row_count; r++) {
             const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
-            scale_row(l, (size_t)(loop->equation + r), slot < 0 ? 0.0 : w.scale[slot]);
+            scale_row(l, (size_t)loop->equation + (size_t)r, slot < 0 ? 0.0 : w.scale[slot]);
         }
     }
 }
