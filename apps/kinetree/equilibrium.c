@@ -195,12 +195,20 @@ static void *copy_of(const void *array, int count, size_t size) {
     return copy;
 }
 
-static kt_status write_to(const kt_scene *scene, FILE *file, bool closes, kt_error *error) {
+static kt_status write_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
+    const kt_status status = kt_scene_write(scene, stream, error);
+    if (fflush(stream) != 0 && status == KT_OK)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+static kt_status write_named(const kt_scene *scene, const char *path, kt_error *error) {
+    FILE *file = fopen(path, "w");
     if (file == NULL)
         return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    kt_status status = kt_scene_write(scene, file, error);
-    if ((closes ? fclose(file) : fflush(file)) != 0 && status == KT_OK)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    const kt_status status = write_stream(scene, file, error);
+    if (fclose(file) != 0 && status == KT_OK)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     return status;
 }
 
@@ -208,10 +216,10 @@ static kt_status write_file(const kt_scene *scene, const char *path, kt_error *e
     kt_output output;
     errno = 0;
     if (strcmp(path, "-") == 0)
-        return write_to(scene, stdout, false, error);
+        return write_stream(scene, stdout, error);
     if (kt_output_start(&output, path) >= 0)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-    kt_status status = write_to(scene, fopen(kt_output_path(&output), "w"), true, error);
+    kt_status status = write_named(scene, kt_output_path(&output), error);
     if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
     return status;

@@ -33,12 +33,16 @@ static char *find_name(const char *path) {
     char *whole = realpath(path, NULL);
     if (whole != NULL || errno != ENOENT)
         return whole;
-    char *folder = folder_of(path), *real = folder != NULL ? realpath(folder, NULL) : NULL;
-    const char *slash = strrchr(path, '/');
-    if (real != NULL)
-        whole = join(real, "/", slash != NULL ? slash + 1 : path);
-    free(real);
+    char *folder = folder_of(path);
+    if (folder == NULL)
+        return NULL;
+    char *real = realpath(folder, NULL);
     free(folder);
+    if (real == NULL)
+        return NULL;
+    const char *slash = strrchr(path, '/');
+    whole = join(real, "/", slash != NULL ? slash + 1 : path);
+    free(real);
     return whole;
 }
 

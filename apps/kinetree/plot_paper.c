@@ -251,8 +251,8 @@ static void write_short(FILE *file, const char *text) {
 static cairo_status_t write_file(const char *path, char *shapes, const char *elements) {
     static const char end_tag[] = "</svg>";
     char *end = strstr(shapes, end_tag);
-    FILE *file = fopen(path, "w");
-    if (file == NULL || end == NULL)
+    FILE *file = end != NULL ? fopen(path, "w") : NULL;
+    if (file == NULL)
         return CAIRO_STATUS_WRITE_ERROR;
     *end = '\0';
     write_short(file, shapes);

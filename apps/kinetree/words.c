@@ -23,7 +23,7 @@ void kt_say(const char *format, ...) {
 }
 
 kt_shown kt_show(const char *name) {
-    kt_shown shown;
+    kt_shown shown = {""};
     if (kt_text_escape(name, shown.text, sizeof shown.text) >= sizeof shown.text) {
         size_t end = sizeof shown.text - sizeof "...";
         while (end > 0 && ((unsigned char)shown.text[end] & 0xC0U) == 0x80U)

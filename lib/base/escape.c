@@ -37,7 +37,7 @@ static bool turns_text(uint32_t c) {
 size_t kt_text_escape(const char *text, char *out, size_t size) {
     size_t length = 0, kept = 0;
     while (*text != '\0') {
-        char unit[8];
+        char unit[12]; /* "\\uXXXX", or a character of up to four bytes */
         uint32_t c = 0;
         const int bytes = decode((const unsigned char *)text, &c);
         if (bytes == 0 || (is_control(c) && c < 0x80U && c != '\n' && c != '\t' && c != '\r'))
