@@ -4,7 +4,7 @@
 
 #include "command.h"
 
-#include "kinetree/accuracy.h"
+#include "kinetree/study.h"
 
 enum {
     KT_ACCURACY_GOALS_MAX = 6,

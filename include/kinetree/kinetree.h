@@ -2,7 +2,6 @@
 #ifndef KINETREE_KINETREE_H
 #define KINETREE_KINETREE_H
 
-#include "kinetree/accuracy.h"
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "kinetree/description.h"
@@ -16,5 +15,6 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 #include "kinetree/status.h"
+#include "kinetree/study.h"
 
 #endif

@@ -2,8 +2,8 @@
 #include "../reduction/linkage.h"
 #include "interpose.h"
 
-#include "kinetree/accuracy.h"
 #include "kinetree/analysis.h"
+#include "kinetree/study.h"
 
 #include <stdlib.h>
 

@@ -13,7 +13,7 @@
  * coarse step no longer tells a good method from a bad one, and the study stops there. So it does where the two
  * solutions part, as at a position from which a mechanism can move on in several ways.
  */
-#include "analysis/accuracy.h"
+#include "study/accuracy.h"
 
 #include "kinetree/joint.h"
 

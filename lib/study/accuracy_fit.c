@@ -4,7 +4,7 @@
  * range ends above where the error is no longer small against the motion, and below where rounding or the reference's
  * uncertainty begin to show; its finest points are those that the fit rests on.
  */
-#include "analysis/accuracy.h"
+#include "study/accuracy.h"
 
 #include <math.h>
 

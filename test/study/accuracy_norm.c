@@ -1,7 +1,7 @@
 /* The norm in which errors are measured, coordinate by coordinate, against differences that are known beforehand. */
 #include "check.h"
 
-#include "analysis/accuracy.h"
+#include "study/accuracy.h"
 
 #include <float.h>
 #include <math.h>

@@ -6,7 +6,7 @@
  */
 #include "check.h"
 
-#include "kinetree/accuracy.h"
+#include "kinetree/study.h"
 
 #include <float.h>
 #include <math.h>

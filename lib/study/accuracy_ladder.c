@@ -7,7 +7,7 @@
  * region, and the limit is found by bisection. An adaptive method shows the same limit by steps that stay as many when
  * the tolerance is loosened.
  */
-#include "analysis/accuracy.h"
+#include "study/accuracy.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* An accuracy study from its options to its results: memory, models of the variants, and the order of the work. */
-#include "kinetree/accuracy.h"
+#include "kinetree/study.h"
 
-#include "analysis/accuracy.h"
 #include "base/arena.h"
+#include "study/accuracy.h"
 
 #include <math.h>
 #include <stdlib.h>

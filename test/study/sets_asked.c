@@ -1,7 +1,7 @@
 /* Coordinate sets asked for what they cannot do, or where there is nothing to do. */
 #include "../reduction/linkage.h"
 
-#include "kinetree/analysis.h"
+#include "kinetree/study.h"
 
 #include <float.h>
 #include <math.h>

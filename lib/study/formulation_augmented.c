@@ -18,8 +18,8 @@
  * along the freedoms, where M alone counts, multiplied by s S: a large penalty needs few iterations and loses its own
  * digits.
  */
-#include "analysis/formulation.h"
 #include "reduction/lapack.h"
+#include "study/formulation.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* The inside of an accuracy study, for the files of this folder. */
-#ifndef KT_ANALYSIS_ACCURACY_H
-#define KT_ANALYSIS_ACCURACY_H
+#ifndef KT_STUDY_ACCURACY_H
+#define KT_STUDY_ACCURACY_H
 
-#include "kinetree/accuracy.h"
+#include "kinetree/study.h"
 
 enum {
     KT_ACCURACY_POINTS_MAX = 40, /* of a curve */

@@ -4,8 +4,8 @@
 #include "../reduction/tangle.h"
 #include "closure.h"
 
-#include "analysis/formulation.h"
 #include "model/model.h"
+#include "study/formulation.h"
 
 #include <float.h>
 #include <math.h>

@@ -5,7 +5,7 @@
  * other work on a machine only ever adds time, so that the least of the times is nearest to what the run costs by
  * itself, and the median's distance from it says how much the machine was disturbed.
  */
-#include "analysis/accuracy.h"
+#include "study/accuracy.h"
 
 #include <math.h>
 #include <string.h>

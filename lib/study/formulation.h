@@ -1,9 +1,9 @@
 /* What the files of the other coordinate sets share. Matrices are column-major; n = nv, k = equations of all loops,
  * void ones (which are zero) included. */
-#ifndef KT_ANALYSIS_FORMULATION_H
-#define KT_ANALYSIS_FORMULATION_H
+#ifndef KT_STUDY_FORMULATION_H
+#define KT_STUDY_FORMULATION_H
 
-#include "kinetree/analysis.h"
+#include "kinetree/study.h"
 
 /* Every array of a set: type, name, count, meaning. */
 #define KT_FORMULATION_FIELDS(X)                                                                                       \

@@ -1,7 +1,7 @@
 /* Laying a coordinate set out in memory, and choosing its penalty. */
-#include "analysis/formulation.h"
 #include "base/arena.h"
 #include "reduction/lapack.h"
+#include "study/formulation.h"
 
 #include <math.h>
 #include <stdlib.h>

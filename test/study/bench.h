@@ -4,7 +4,7 @@
 
 #include "check.h"
 
-#include "kinetree/accuracy.h"
+#include "kinetree/study.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* Other coordinate sets behind the right-hand side of a simulation: the tree's equations as matrices, the choice of the
  * set, and what it has met. The sets themselves are in set_*.c.
  */
-#include "analysis/formulation.h"
+#include "study/formulation.h"
 #include "model/model.h"
 #include "reduction/evaluate.h"
 #include "reduction/reduce.h"

@@ -3,7 +3,7 @@
  * published motions. */
 #include "../reference/scene.h"
 
-#include "kinetree/analysis.h"
+#include "kinetree/study.h"
 
 #include <math.h>
 #include <stdio.h>

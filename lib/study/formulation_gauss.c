@@ -10,8 +10,8 @@
  * condition of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are not looked at:
  * the same as the pseudo-inverse wherever c contradicts itself nowhere, as it does not on the manifold.
  */
-#include "analysis/formulation.h"
 #include "reduction/lapack.h"
+#include "study/formulation.h"
 
 #include <math.h>
 

@@ -13,7 +13,7 @@
  * mechanism, and an explicit method with step h must hold h alpha within its region of stability: gains are bought with
  * steps. And on a mechanism with redundant equations phi is inconsistent as soon as it is not zero.
  */
-#include "analysis/formulation.h"
+#include "study/formulation.h"
 
 void kt_formulation_baumgarte(kt_constraint_formulation *set, double alpha, double beta) {
     for (int r = 0; r < set->k; r++)

@@ -4,7 +4,7 @@
  * of the rotation between the two. Coordinates of a joint that make one vector (a rotation, a translation) count by its
  * Euclidean length, all others by themselves.
  */
-#include "analysis/accuracy.h"
+#include "study/accuracy.h"
 
 #include "kinetree/joint.h"
 

@@ -13,7 +13,7 @@
  * positions do not follow it. Their own drift, of the steps' local errors, is put right after each step by the least
  * step [MSD 9.16, 9.17] that closes the loops, which is the one of kt_state_project; w is left alone there.
  */
-#include "analysis/formulation.h"
+#include "study/formulation.h"
 
 #include <string.h>
 

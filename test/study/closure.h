@@ -5,7 +5,7 @@
 #include "../reduction/linkage.h"
 #include "check.h"
 
-#include "kinetree/analysis.h"
+#include "kinetree/study.h"
 
 /* NULL after a failed check. */
 kt_constraint_formulation *closure_set(const kt_model *model, const kt_constraint_formulation_options *options);
