@@ -1,5 +1,23 @@
-/* Articulated inertias: what one link adds, how a joint's degrees of freedom are projected out, and how the remainder
- * is passed to the parent. The equations are in forward.c.
+/* Forward dynamics: the articulated-body algorithm (Featherstone 1983; 2008, 7.3), in world axes about each link's own
+ * origin, on classical accelerations.
+ *
+ * The wrench that a link with all it carries requires of its joint is, with G = H' and a the acceleration of the
+ * origin,
+ *   (n, f) = [J H; G M] (alpha, a) + (n_b, f_b)
+ * 1. Forward pass: positions, velocities and c = (c_n, c_f) (sweep.h).
+ * 2. Backward pass: articulated inertias from the tips to the ground. For one degree of freedom along S = (s_n, s_f):
+ *      U = [J H; G M] S,   d = 1 / S.U,   y = (tau - S.(n_b, f_b) - U.c) d
+ *      (n_b, f_b) += [J H; G M] c + U y                          with the inertia before the next line
+ *      [J H; G M] -= U U' d
+ *    then the shift by r to the parent, a = a_p + alpha_p x r, n_p = n + r x f, hence, with [r] u = r x u,
+ *      J -= H [r],   G -= M [r],   then   J += [r] G,   H += [r] M
+ *    A spherical joint transmits the applied moment tau alone: alpha = J^-1 (tau - n_b - H a). A free joint passes on
+ *    nothing but the wrench tau.
+ * 3. Forward pass: accelerations, of a joint y - d U . (the parent's A, shifted).
+ *
+ * The three passes are written once, at the end of this file. What eliminates a link's degrees of freedom is a
+ * parameter: the joint alone in a tree (forward.c), a constraint group as a whole (reduction/closed.c), a joint whose
+ * inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its loops.
  *
  * Pivot test. Projecting out a degree of freedom leaves rounding errors, and a massless link that moves along the same
  * direction would find these instead of zero. So a joint inertia s'Js counts as zero when it does not exceed
@@ -11,6 +29,8 @@
 #define KT_DYNAMICS_ARTICULATED_H
 
 #include "dynamics/sweep.h"
+
+#include <string.h>
 
 #define KT_NO_INERTIA 1e-14 /* about 45 units of rounding */
 
@@ -85,6 +105,13 @@ KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from
     }
     to->moment += from->moment;
     to->force += from->force;
+}
+
+/* Zeros: the wrench of a link, and where several children add theirs, the sum of what they pass on. */
+KT_INLINE void kt_articulated_clear(const kt_link *link, kt_link_motion *m, kt_articulated *sum) {
+    m->moment = m->force = kt_v4_splat(0.0);
+    if (link->branches)
+        memset(sum, 0, sizeof *sum);
 }
 
 /* From the child's origin to the parent's. */
@@ -261,6 +288,75 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
         m->alpha += along;
     if (link->motion != KT_MOTION_REVOLUTE)
         m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(link->pitch) * along : along;
+}
+
+/* ---- the recursion -----------------------------------------------------------------------------------------------
+ * It treats the links 1 to end - 1; end is n.link, or n.spatial where the others are planar. */
+
+/* Forward pass: poses and velocities, and zeros for external wrenches and for what children pass on. */
+KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                     size_t end) {
+    kt_link_motion *motion = data->motion;
+    const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
+    kt_sincos_gather(q, model->angle, angles, data->sine, data->cosine);
+    kt_ground_set(model->gravity, &motion[0]);
+    for (size_t i = 1; i < end; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_link_motion *parent = &motion[link->parent];
+        kt_link_pose(link, parent, q, data->cosine, data->sine, &motion[i]);
+        kt_link_velocity(link, parent, v, &motion[i]);
+        kt_articulated_clear(link, &motion[i], &data->articulated[i]);
+    }
+}
+
+/* What eliminating the degrees of freedom of a link leaves: nothing at all, for there is no inertia along one of them;
+ * what is passed to its parent; or nothing for its parent. */
+typedef enum kt_elimination { KT_ELIMINATION_SINGULAR, KT_ELIMINATION_PASSED, KT_ELIMINATION_ENDED } kt_elimination;
+
+/* x is the articulated inertia of link i with all it carries; it receives what is left. */
+typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                    kt_articulated *x, void *context);
+
+/* Of a link whose joint is all there is. */
+KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                            kt_articulated *x, void *context) {
+    (void)context;
+    return kt_articulated_project(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+}
+
+/* Backward pass. Returns a link without inertia along a degree of freedom, or 0. */
+KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const double *tau, size_t end,
+                                         kt_eliminate *eliminate, void *context) {
+    kt_articulated x, carried;
+    memset(&carried, 0, sizeof carried);
+    for (size_t i = end - 1; i > 0; i--) {
+        const kt_link *link = &model->link[i];
+        kt_articulated_rigid(link, &data->motion[i], &x);
+        if (link->leads)
+            kt_articulated_add(&x, &carried);
+        if (link->branches)
+            kt_articulated_add(&x, &data->articulated[i]);
+        const kt_elimination left = eliminate(model, data, i, tau, &x, context);
+        if (left == KT_ELIMINATION_SINGULAR)
+            return i;
+        if (left == KT_ELIMINATION_ENDED || link->parent == 0)
+            continue;
+        kt_articulated_shift(&x, data->motion[i].offset);
+        if (link->follows)
+            carried = x;
+        else
+            kt_articulated_add(&data->articulated[link->parent], &x);
+    }
+    return 0;
+}
+
+/* Forward pass: accelerations; `respond` is kt_link_respond, or does more. */
+typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, double *a);
+
+KT_INLINE void kt_articulated_forward(const kt_model *model, kt_data *data, size_t end, kt_respond *respond,
+                                      double *a) {
+    for (size_t i = 1; i < end; i++)
+        respond(model, data, i, a);
 }
 
 #endif

@@ -1,5 +1,5 @@
-/* Whether a tree has inertia along all its degrees of freedom at a position: the backward pass of forward.c at rest,
- * with a sharper pivot test than forward dynamics can afford.
+/* Whether a tree has inertia along all its degrees of freedom at a position: the backward pass of articulated.h at
+ * rest, with a sharper pivot test than forward dynamics can afford.
  *
  * Projecting out a degree of freedom leaves rounding errors in J and M that are proportional to what was there. These
  * sizes are carried along: for M the mass carried; for J the sum of the traces of the rigid inertias carried, and the
@@ -9,8 +9,6 @@
  */
 #include "dynamics/articulated.h"
 #include "dynamics/dynamics.h"
-
-#include <string.h>
 
 typedef struct size {
     double mass, trace, largest;
@@ -44,50 +42,55 @@ static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_ar
     return false;
 }
 
-static void take_position(const kt_model *model, kt_data *data, const double *q) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    kt_sincos_gather(q, model->angle, model->n.angle, data->sine, data->cosine);
-    kt_ground_set(none, &data->motion[0]);
-    for (size_t i = 1; i < model->n.link; i++) {
-        kt_link_motion *m = &data->motion[i];
-        kt_link_pose(&model->link[i], &data->motion[model->link[i].parent], q, data->cosine, data->sine, m);
-        m->omega = m->alpha = m->linear = m->moment = m->force = none;
+/* The verdicts, and how many links have been found to have no inertia. */
+typedef struct judgement {
+    unsigned char *verdict;
+    size_t found;
+} judgement;
+
+/* Adds the sizes of what link i passes to its parent. */
+static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
+    const kt_link *link = &model->link[i];
+    const kt_v4 r = data->motion[i].offset;
+    size *up = size_of(data, (size_t)link->parent);
+    if (link->motion == KT_MOTION_FREE)
+        return;
+    if (link->motion == KT_MOTION_SPHERICAL)
+        s.trace = s.largest = 0.0;
+    up->mass += s.mass;
+    up->trace += s.trace;
+    up->largest = fmax(up->largest, fmax(s.largest, s.mass * kt_v4_dot(r, r)));
+}
+
+/* Eliminates a joint that has inertia. Otherwise nothing is passed on, and what carries the link is not judged, unless
+ * it is free, which passes no inertia to its parent. */
+KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
+                               void *context) {
+    judgement *j = context;
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *m = &data->motion[i];
+    size s = *size_of(data, i);
+    s.trace += kt_v4_dot(kt_v4_splat(1.0), kt_diagonal3(link->inertia));
+    s.mass += link->mass;
+    if (j->verdict[i] == KT_INERTIA_THERE &&
+        (!is_regular(link, m, x, &s) || !kt_articulated_project(model, data, i, tau, x))) {
+        j->verdict[i] = KT_INERTIA_NONE;
+        j->found++;
     }
+    if (j->verdict[i] == KT_INERTIA_THERE) {
+        pass_size(model, data, i, s);
+        return KT_ELIMINATION_PASSED;
+    }
+    if (link->motion != KT_MOTION_FREE)
+        j->verdict[link->parent] = KT_INERTIA_UNKNOWN;
+    memset(x, 0, sizeof *x);
+    return KT_ELIMINATION_PASSED;
 }
 
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict) {
-    size_t found = 0;
-    take_position(model, data, q);
-    memset(data->articulated, 0, model->n.link * sizeof *data->articulated);
+    judgement j = {.verdict = verdict};
+    kt_articulated_motion(model, data, q, model->zero, model->n.link);
     memset(data->kinematics, 0, model->n.link * sizeof *data->kinematics);
-    for (size_t i = model->n.link - 1; i > 0; i--) {
-        const kt_link *link = &model->link[i];
-        const kt_link_motion *m = &data->motion[i];
-        kt_articulated x;
-        size s = *size_of(data, i), *up = size_of(data, (size_t)link->parent);
-        kt_articulated_rigid(link, m, &x);
-        s.trace += kt_v4_dot(kt_v4_splat(1.0), kt_diagonal3(x.j));
-        s.mass += link->mass;
-        kt_articulated_add(&x, &data->articulated[i]);
-        if (verdict[i] == KT_INERTIA_THERE &&
-            (!is_regular(link, m, &x, &s) || !kt_articulated_project(model, data, i, model->zero, &x))) {
-            verdict[i] = KT_INERTIA_NONE;
-            found++;
-        }
-        if (verdict[i] != KT_INERTIA_THERE) {
-            if (link->motion != KT_MOTION_FREE) /* which passes no inertia to its parent */
-                verdict[link->parent] = KT_INERTIA_UNKNOWN;
-            continue;
-        }
-        if (link->motion == KT_MOTION_SPHERICAL)
-            s.trace = s.largest = 0.0;
-        if (link->motion == KT_MOTION_FREE || link->parent == 0)
-            continue;
-        kt_articulated_shift(&x, m->offset);
-        kt_articulated_add(&data->articulated[link->parent], &x);
-        up->mass += s.mass;
-        up->trace += s.trace;
-        up->largest = fmax(up->largest, fmax(s.largest, s.mass * kt_v4_dot(m->offset, m->offset)));
-    }
-    return found;
+    (void)kt_articulated_backward(model, data, model->zero, model->n.link, judge, &j);
+    return j.found;
 }

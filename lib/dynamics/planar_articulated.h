@@ -1,26 +1,34 @@
-/* Articulated inertias in a plane (three by three instead of six by six): what one link adds, how a joint's degree of
- * freedom is projected out, and how the remainder is passed to the parent. The equations are in planar_forward.c; the
- * pivot test is that of articulated.h. A revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is
- * taken for an inertia.
+/* Forward dynamics in a plane: the articulated-body algorithm of articulated.h, with three by three numbers instead of
+ * six by six.
+ *
+ * The wrench that a link with all it carries requires of its joint is, with p = r rotated by a right angle,
+ *   n = J alpha + h . a + n_b
+ *   f = h alpha + M a + f_b
+ *   a = a_p + alpha_p p + c_f
+ * A revolute joint, with y = tau - n_b (tau and the moments about n):
+ *   alpha = (y - h . a) / J
+ *   M -= h h' / J,   f_b += h y / J + M c_f,   J = 0,   h = 0,   n_b = tau
+ * so that its link passes on M, f_b and tau alone. A prismatic joint along u, with U = M u, n_u = h . u, D = u . U:
+ *   y = (tau - u . f_b - U . c_f) / D
+ *   n_b += h . c_f + n_u y,   f_b += M c_f + U y
+ *   J -= n_u^2 / D,   h -= n_u U / D,   M -= U U' / D
+ * The shift to the parent:
+ *   J += 2 p . h + p . M p,   h += M p,   n_b += p . f_b
+ *
+ * Every link waits for its child's J, and the division by it takes the longest. So J of a revolute joint's link after
+ * the shift, p . M p with the reduced M, is computed as p . M p - (p . h)^2 / J from the M before: all but the last
+ * product and difference proceed during the division. The rounding error is of the order of eps |M| |p|^2 either way.
+ * A revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is taken for an inertia.
+ *
+ * As in articulated.h, the passes are written once, with what eliminates a link's degree of freedom as a parameter: the
+ * joint alone in a tree (planar_forward.c), or a constraint group (reduction/planar_closed.c). What goes from a link to
+ * the next stays in registers. The pivot test is that of articulated.h.
  */
 #ifndef KT_DYNAMICS_PLANAR_ARTICULATED_H
 #define KT_DYNAMICS_PLANAR_ARTICULATED_H
 
 #include "dynamics/articulated.h"
 #include "dynamics/planar_sweep.h"
-
-/* The link's own inertia and bias wrench; m already holds the external forces. */
-KT_INLINE void kt_planar_rigid(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_inertia *out) {
-    double h[2];
-    kt_planar_rotate(m, link->moment, h);
-    const double ww = m->omega * m->omega;
-    *out = (kt_planar_inertia){.j = link->inertia,
-                               .h = {-h[1], h[0]},
-                               .xx = link->mass,
-                               .yy = link->mass,
-                               .moment = m->moment,
-                               .force = {m->force[0] - ww * h[0], m->force[1] - ww * h[1]}};
-}
 
 KT_INLINE void kt_planar_add(kt_planar_inertia *to, const kt_planar_inertia *from) {
     to->j += from->j;
@@ -42,28 +50,6 @@ KT_INLINE void kt_planar_shift(kt_planar_inertia *x, const double r[2]) {
     x->h[0] = wx;
     x->h[1] = wy;
     x->moment += px * x->force[0] + py * x->force[1];
-}
-
-/* Projects a revolute joint out of x, and stores its response; tau is about n. */
-KT_INLINE bool kt_planar_project_revolute(const kt_planar_link *link, const kt_planar_motion *m, double tau,
-                                          kt_planar_inertia *x, kt_planar_response *response) {
-    if (!(x->j > KT_NO_INERTIA * (x->j + link->size)))
-        return false;
-    const double d = 1.0 / x->j, hx = x->h[0] * d, hy = x->h[1] * d; /* h / J */
-    const double y = tau - x->moment;
-    const double cx = m->linear[0], cy = m->linear[1];
-    response->base = y * d - (hx * cx + hy * cy);
-    response->angular = 1.0 + (m->offset[0] * hy - m->offset[1] * hx);
-    response->linear[0] = hx;
-    response->linear[1] = hy;
-    x->xx -= x->h[0] * hx;
-    x->xy -= x->h[0] * hy;
-    x->yy -= x->h[1] * hy;
-    x->force[0] += y * hx + (x->xx * cx + x->xy * cy);
-    x->force[1] += y * hy + (x->xy * cx + x->yy * cy);
-    x->moment = tau;
-    x->j = x->h[0] = x->h[1] = 0.0;
-    return true;
 }
 
 /* Projects a prismatic joint out of x, and stores its response. */
@@ -97,8 +83,9 @@ KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_
 /* Accelerations of one link from the joint's response and the parent's alpha and linear, which are replaced by the
  * link's; the joint acceleration is written to a. The joint's is computed first and the link's from it, so that the
  * links that follow see the rounded joint acceleration that the caller is given. */
-KT_INLINE void kt_planar_respond_after(const kt_planar_link *link, const kt_planar_response *response, double *alpha,
-                                       kt_v2 *linear, kt_planar_motion *m, double *a) {
+KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_planar_response *response, double *alpha,
+                                       kt_v2 *linear, kt_planar_motion *m, double *a, void *context) {
+    (void)context;
     const kt_v2 p = kt_v2_across(kt_v2_load(m->offset));
     const double x = (response->base - response->angular * *alpha) - kt_v2_dot(kt_v2_load(response->linear), *linear);
     *linear = kt_v2_load(m->linear) + (*linear + kt_v2_splat(*alpha) * p);
@@ -113,33 +100,186 @@ KT_INLINE void kt_planar_respond_after(const kt_planar_link *link, const kt_plan
     kt_v2_store(m->linear, *linear);
 }
 
-/* The same from the parent's motion. */
-KT_INLINE void kt_planar_respond(const kt_planar_link *link, const kt_planar_response *response,
-                                 const kt_planar_motion *parent, kt_planar_motion *m, double *a) {
-    double alpha = parent->alpha;
-    kt_v2 linear = kt_v2_load(parent->linear);
-    kt_planar_respond_after(link, response, &alpha, &linear, m, a);
+/* ---- what is passed from link to link ---------------------------------------------------------------------------- */
+
+/* kt_planar_inertia as it is passed from link to link: M = [xx xy; xy yy] as (xx, yy) and xy. */
+typedef struct kt_planar_carried {
+    kt_v2 h, diagonal, force;
+    double j, xy, moment;
+} kt_planar_carried;
+
+KT_INLINE kt_planar_carried kt_planar_load(const kt_planar_inertia *x) {
+    return (kt_planar_carried){.h = kt_v2_load(x->h),
+                               .diagonal = {x->xx, x->yy},
+                               .force = kt_v2_load(x->force),
+                               .j = x->j,
+                               .xy = x->xy,
+                               .moment = x->moment};
 }
 
-/* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links.
- * Components out of the plane are left out. */
-KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motion, const kt_wrench *external) {
-    for (size_t b = 1; b < model->n.body; b++) {
-        const kt_body_record *body = &model->body[b];
-        if ((size_t)body->link < model->n.spatial)
-            continue;
-        const size_t place = (size_t)body->link - model->n.spatial + 1;
-        const kt_planar_rest *rest = &model->planar_rest[place];
-        const kt_mat3 *basis = &model->plane[rest->plane].basis;
-        kt_planar_motion *m = &motion[place];
-        const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
-        const double flat[2] = {arm[0], arm[1]};
-        const double fx = kt_vec3_dot(basis->x, external[b].force), fy = kt_vec3_dot(basis->y, external[b].force);
-        double r[2];
-        kt_planar_rotate(m, flat, r);
-        m->moment -= kt_vec3_dot(basis->z, external[b].moment) + (r[0] * fy - r[1] * fx);
-        m->force[0] -= fx;
-        m->force[1] -= fy;
+KT_INLINE kt_planar_inertia kt_planar_unload(const kt_planar_carried *x) {
+    return (kt_planar_inertia){.j = x->j,
+                               .h = {x->h[0], x->h[1]},
+                               .xx = x->diagonal[0],
+                               .xy = x->xy,
+                               .yy = x->diagonal[1],
+                               .moment = x->moment,
+                               .force = {x->force[0], x->force[1]}};
+}
+
+/* M u */
+KT_INLINE kt_v2 kt_planar_apply(const kt_planar_carried *x, kt_v2 u) {
+    return x->diagonal * u + kt_v2_splat(x->xy) * kt_v2_swap(u);
+}
+
+/* Projects a revolute joint out of x and shifts the remainder to the parent's origin; tau is about n. */
+KT_INLINE bool kt_planar_pass_revolute(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                       kt_planar_carried *x, kt_planar_response *response) {
+    const kt_v2 h = x->h, c = kt_v2_load(m->linear), p = kt_v2_across(kt_v2_load(m->offset));
+    const double j = x->j;
+    if (!(j > KT_NO_INERTIA * (j + link->size)))
+        return false;
+    const double d = 1.0 / j, n = kt_v2_dot(p, h), nd = n * d, y = tau - x->moment;
+    const kt_v2 g = h * kt_v2_splat(d);
+    x->j = kt_v2_dot(p, kt_planar_apply(x, p)) - n * nd;
+    x->diagonal -= h * g;
+    x->xy -= h[0] * g[1];
+    x->h = kt_planar_apply(x, p);
+    x->force += kt_v2_splat(y) * g + kt_planar_apply(x, c);
+    x->moment = tau + kt_v2_dot(p, x->force);
+    response->base = y * d - kt_v2_dot(g, c);
+    response->angular = 1.0 + nd;
+    kt_v2_store(response->linear, g);
+    return true;
+}
+
+/* The same for a prismatic joint. By value, and not inlined, so that x can stay in registers between revolute joints.
+ * */
+static __attribute__((noinline)) kt_planar_carried kt_planar_pass_prismatic(const kt_planar_link *link,
+                                                                            const kt_planar_motion *m, double tau,
+                                                                            kt_planar_carried x,
+                                                                            kt_planar_response *response, bool *done) {
+    kt_planar_inertia whole = kt_planar_unload(&x);
+    *done = kt_planar_project_prismatic(link, m, tau, &whole, response);
+    kt_planar_shift(&whole, m->offset);
+    return kt_planar_load(&whole);
+}
+
+/* Adds the link's own inertia and bias wrench to what the next link has passed on in x. */
+KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_carried *x) {
+    const kt_v2 h = kt_v2_across(kt_v2_load(m->first)), force = kt_v2_load(m->force), mass = kt_v2_splat(link->mass);
+    if (link->leads) {
+        x->h += h;
+        x->diagonal += mass;
+        x->force += force;
+        x->j += link->inertia;
+        x->moment += m->moment;
+    } else {
+        *x = (kt_planar_carried){.h = h, .diagonal = mass, .force = force, .j = link->inertia, .moment = m->moment};
+    }
+}
+
+KT_INLINE void kt_planar_add_others(const kt_planar_inertia *others, kt_planar_carried *x) {
+    const kt_planar_carried more = kt_planar_load(others);
+    x->h += more.h;
+    x->diagonal += more.diagonal;
+    x->force += more.force;
+    x->j += more.j;
+    x->xy += more.xy;
+    x->moment += more.moment;
+}
+
+/* ---- the recursion ----------------------------------------------------------------------------------------------- */
+
+/* The bias wrench of a link that turns at omega. */
+KT_INLINE void kt_planar_wrench_set(const kt_planar_link *link, double omega, kt_planar_motion *m) {
+    const kt_v2 first = kt_planar_sum(kt_v2_load(m->turn), link->moment[0], link->moment[1]);
+    kt_v2_store(m->first, first);
+    m->moment = 0.0;
+    kt_v2_store(m->force, kt_v2_splat(-(omega * omega)) * first);
+}
+
+/* Forward pass: poses, velocities and bias wrenches, and zeros for what children pass on. */
+KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                            const double *q, const double *v) {
+    const double *cosine = data->planar_cosine, *sine = data->planar_sine;
+    const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
+    kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
+    kt_v2 e = {1.0, 0.0};
+    double omega = 0.0;
+    kt_planar_ground_set(plane->gravity, &motion[0]);
+    for (; link < last; link++, m++) {
+        if (!link->follows) {
+            e = kt_v2_load(motion[link->parent].turn);
+            omega = motion[link->parent].omega;
+        }
+        e = kt_planar_pose_after(link, e, q, cosine, sine, m);
+        omega = kt_planar_velocity_after(link, omega, v, m);
+        kt_planar_wrench_set(link, omega, m);
+        if (link->branches)
+            data->planar_inertia[link - model->planar] = (kt_planar_inertia){.j = 0.0};
+    }
+}
+
+/* As kt_eliminate; x receives what is passed to the parent, about the parent's origin. */
+typedef kt_elimination kt_planar_eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                           kt_planar_carried *x, kt_planar_response *response, void *context);
+
+/* Of a link whose joint is all there is. */
+KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, const kt_planar_motion *m,
+                                                   const double *tau, kt_planar_carried *x,
+                                                   kt_planar_response *response, void *context) {
+    bool done;
+    (void)context;
+    if (link->motion == KT_MOTION_REVOLUTE)
+        done = kt_planar_pass_revolute(link, m, link->sign * tau[link->v], x, response);
+    else
+        *x = kt_planar_pass_prismatic(link, m, tau[link->v], *x, response, &done);
+    return done ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+}
+
+/* Backward pass. Returns the planar index of a link without inertia along its degree of freedom, or 0. */
+KT_INLINE size_t kt_planar_articulated_backward(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                                const double *tau, kt_planar_eliminate *eliminate, void *context) {
+    const kt_planar_link *first = &model->planar[plane->first], *link = &model->planar[plane->last] - 1;
+    const kt_planar_motion *m = &data->planar[plane->last] - 1;
+    kt_planar_response *response = &data->planar_response[plane->last] - 1;
+    kt_planar_inertia *inertia = data->planar_inertia;
+    kt_planar_carried x = {.j = 0.0};
+    for (; link >= first; link--, m--, response--) {
+        kt_planar_add_own(link, m, &x);
+        if (link->branches)
+            kt_planar_add_others(&inertia[link - model->planar], &x);
+        const kt_elimination left = eliminate(link, m, tau, &x, response, context);
+        if (left == KT_ELIMINATION_SINGULAR)
+            return (size_t)(link - model->planar);
+        if (left == KT_ELIMINATION_PASSED && !link->follows && link->parent) {
+            const kt_planar_inertia whole = kt_planar_unload(&x);
+            kt_planar_add(&inertia[link->parent], &whole);
+        }
+    }
+    return 0;
+}
+
+/* Forward pass: accelerations, the ground's being minus gravity. `respond` is kt_planar_respond_joint, or does more. */
+typedef void kt_planar_respond(const kt_planar_link *link, const kt_planar_response *response, double *alpha,
+                               kt_v2 *linear, kt_planar_motion *m, double *a, void *context);
+
+KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                             const double *gravity, kt_planar_respond *respond, double *a,
+                                             void *context) {
+    const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
+    const kt_planar_response *response = &data->planar_response[plane->first];
+    kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
+    kt_v2 linear = -kt_v2_load(gravity);
+    double alpha = 0.0;
+    kt_v2_store(motion[0].linear, linear);
+    for (; link < last; link++, m++, response++) {
+        if (!link->follows) {
+            alpha = motion[link->parent].alpha;
+            linear = kt_v2_load(motion[link->parent].linear);
+        }
+        respond(link, response, &alpha, &linear, m, a, context);
     }
 }
 

@@ -8,7 +8,7 @@
  *   tau = +-n or u . f,   n_p += n + p . f,   f_p += f
  */
 #include "dynamics/dynamics.h"
-#include "dynamics/planar_articulated.h"
+#include "dynamics/planar_sweep.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
     const kt_v2 first = kt_planar_sum(kt_v2_load(m->turn), link->moment[0], link->moment[1]); /* m c */

@@ -97,4 +97,26 @@ KT_INLINE void kt_planar_gather(const kt_model *model, kt_data *data, const doub
                      data->planar_sine, data->planar_cosine);
 }
 
+/* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links.
+ * Components out of the plane are left out. */
+KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motion, const kt_wrench *external) {
+    for (size_t b = 1; b < model->n.body; b++) {
+        const kt_body_record *body = &model->body[b];
+        if ((size_t)body->link < model->n.spatial)
+            continue;
+        const size_t place = (size_t)body->link - model->n.spatial + 1;
+        const kt_planar_rest *rest = &model->planar_rest[place];
+        const kt_mat3 *basis = &model->plane[rest->plane].basis;
+        kt_planar_motion *m = &motion[place];
+        const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
+        const double flat[2] = {arm[0], arm[1]};
+        const double fx = kt_vec3_dot(basis->x, external[b].force), fy = kt_vec3_dot(basis->y, external[b].force);
+        double r[2];
+        kt_planar_rotate(m, flat, r);
+        m->moment -= kt_vec3_dot(basis->z, external[b].moment) + (r[0] * fy - r[1] * fx);
+        m->force[0] -= fx;
+        m->force[1] -= fy;
+    }
+}
+
 #endif

@@ -1,4 +1,4 @@
-/* Dynamics and closure of mechanisms with loops: the articulated-body recursion of dynamics/forward.c, in which each
+/* Dynamics and closure of mechanisms with loops: the articulated-body recursion (dynamics/articulated.h), in which each
  * constraint group is one step (group.h), and the same recursion without forces for steps that are least in kinetic
  * energy. Bodies outside all loops cost what they cost in a tree.
  *
@@ -30,14 +30,18 @@ void KT_KERNEL(kt_spatial_move)(const kt_model *model, kt_data *data, const doub
 }
 
 void KT_KERNEL(kt_spatial_clear)(const kt_model *model, kt_data *data, size_t end) {
-    for (size_t i = 1; i < end; i++) {
-        data->motion[i].moment = data->motion[i].force = kt_v4_splat(0.0);
-        if (model->link[i].branches)
-            memset(&data->articulated[i], 0, sizeof data->articulated[i]);
-    }
+    for (size_t i = 1; i < end; i++)
+        kt_articulated_clear(&model->link[i], &data->motion[i], &data->articulated[i]);
 }
 
-static bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+void KT_KERNEL(kt_spatial_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                  const kt_wrench *external, size_t end) {
+    kt_articulated_motion(model, data, q, v, end);
+    if (external)
+        kt_external_subtract(model, data->motion, external);
+}
+
+static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
@@ -49,57 +53,36 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, const d
     return true;
 }
 
-static size_t backward_pass(const kt_model *model, kt_data *data, const double *tau, size_t end) {
-    kt_articulated x, carried;
-    memset(&carried, 0, sizeof carried);
-    for (size_t i = end - 1; i > 0; i--) {
-        const kt_link *link = &model->link[i];
-        kt_articulated_rigid(link, &data->motion[i], &x);
-        if (link->leads && model->link[i + 1].group < 0)
-            kt_articulated_add(&x, &carried);
-        if (link->branches)
-            kt_articulated_add(&x, &data->articulated[i]);
-        if (link->group >= 0) {
-            data->articulated[i] = x;
-            if (model->group_link[model->group[link->group].link] == (int32_t)i &&
-                !close_group(model, data, link->group, tau))
-                return i;
-            continue;
-        }
-        if (!kt_articulated_project(model, data, i, tau, &x))
-            return i;
-        if (link->parent == 0)
-            continue;
-        kt_articulated_shift(&x, data->motion[i].offset);
-        if (link->follows)
-            carried = x;
-        else
-            kt_articulated_add(&data->articulated[link->parent], &x);
-    }
-    return 0;
+/* A group is eliminated at its first link, which the backward pass reaches last. */
+KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
+                                   void *context) {
+    const int32_t group = model->link[i].group;
+    if (group < 0)
+        return kt_eliminate_joint(model, data, i, tau, x, context);
+    data->articulated[i] = *x;
+    const bool first = model->group_link[model->group[group].link] == (int32_t)i;
+    return first && !close_group(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
 }
 
-static void forward_pass(const kt_model *model, kt_data *data, double *a, size_t end) {
-    for (size_t i = 1; i < end; i++) {
-        const kt_link *link = &model->link[i];
-        if (link->group < 0) {
-            kt_link_respond(model, data, i, a);
-            continue;
-        }
-        const kt_group *group = &model->group[link->group];
-        if (model->group_link[group->link] == (int32_t)i) {
-            const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
-            kt_group_respond(model, data, group, &w, a);
-        }
-        kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
+KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
+    const kt_link *link = &model->link[i];
+    if (link->group < 0) {
+        kt_link_respond(model, data, i, a);
+        return;
     }
+    const kt_group *group = &model->group[link->group];
+    if (model->group_link[group->link] == (int32_t)i) {
+        const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
+        kt_group_respond(model, data, group, &w, a);
+    }
+    kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
 }
 
 size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
                                         double *a) {
-    const size_t failed = backward_pass(model, data, tau, end);
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);
     if (!failed)
-        forward_pass(model, data, a, end);
+        kt_articulated_forward(model, data, end, respond, a);
     return failed;
 }
 
@@ -122,11 +105,7 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
     const size_t end = model->n.link;
-    KT_KERNEL(kt_spatial_pose)(model, data, q, end);
-    KT_KERNEL(kt_spatial_move)(model, data, v, end);
-    KT_KERNEL(kt_spatial_clear)(model, data, end);
-    if (external)
-        kt_external_subtract(model, data->motion, external);
+    KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, end);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -136,7 +115,6 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
     }
     if (failed)
         return failed;
-    data->motion[0].linear = -model->gravity;
     return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, a);
 }
 
@@ -204,6 +182,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
         return KT_KERNEL(kt_groups_close)(model, data, step);
     KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
     KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
+    data->motion[0].linear = kt_v4_splat(0.0);
     return KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, step) == 0;
 }
 

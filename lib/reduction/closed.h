@@ -10,6 +10,7 @@
 /* kt_spatial_pose: poses of the links; the ground is at rest without gravity.
  * kt_spatial_move: velocities, after poses.
  * kt_spatial_clear: sets wrenches and the inertias from children to zero.
+ * kt_spatial_motion: all of these, then external wrenches (may be NULL); the ground's acceleration is minus gravity.
  * kt_spatial_accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at
  *   which the inertia is singular, or 0.
  * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
@@ -22,6 +23,8 @@
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
     void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
     void kt_spatial_clear_##level(const kt_model *, kt_data *, size_t);                                                \
+    void kt_spatial_motion_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,     \
+                                   size_t);                                                                            \
     size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, double *);               \
     int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
     bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \

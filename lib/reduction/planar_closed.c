@@ -1,6 +1,6 @@
 /* Dynamics and closure if some or all links are planar: closed.c for the spatial links and the groups among them, and
- * the same in the plane for the others (planar_forward.c, planar_group.h, planar_rows.h). No joint connects the two,
- * and a group is entirely planar or entirely spatial.
+ * the same in the plane for the others (dynamics/planar_articulated.h, planar_group.h, planar_rows.h). No joint
+ * connects the two, and a group is entirely planar or entirely spatial.
  *
  * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).
  */
@@ -39,39 +39,15 @@ static void pose(const kt_model *model, kt_data *data, const double *q) {
                        &motion[k]);
 }
 
-/* Sets wrenches and the inertias from children to zero. */
-KT_INLINE void clear(const kt_planar_link *link, kt_planar_motion *m, kt_planar_inertia *carried) {
-    m->moment = m->force[0] = m->force[1] = 0.0;
-    if (link->branches)
-        *carried = (kt_planar_inertia){.j = 0.0};
-}
-
-/* Velocities from given poses; also does what `clear` does. */
+/* Velocities from given poses, and what else kt_planar_articulated_motion sets. */
 static void move(const kt_model *model, kt_data *data, const double *v) {
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
         kt_planar_motion *m = &data->planar[k];
         kt_planar_velocity(link, &data->planar[link->parent], v, m);
-        clear(link, m, &data->planar_inertia[k]);
-    }
-}
-
-/* Poses and velocities in one sweep. */
-static void pose_and_move(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    kt_planar_motion *motion = data->planar;
-    kt_v2 e = {1.0, 0.0};
-    double omega = 0.0;
-    kt_planar_gather(model, data, q);
-    kt_planar_ground_set(none, &motion[0]);
-    for (size_t k = 1; k < model->n.planar; k++) {
-        const kt_planar_link *link = &model->planar[k];
-        if (!link->follows) {
-            e = kt_v2_load(motion[link->parent].turn);
-            omega = motion[link->parent].omega;
-        }
-        e = kt_planar_pose_after(link, e, q, data->planar_cosine, data->planar_sine, &motion[k]);
-        omega = kt_planar_velocity_after(link, omega, v, &motion[k]);
-        clear(link, &motion[k], &data->planar_inertia[k]);
+        kt_planar_wrench_set(link, m->omega, m);
+        if (link->branches)
+            data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
     }
 }
 
@@ -115,47 +91,33 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
     }
 }
 
-/* Backward pass. Returns the planar index of a link at which the inertia is singular, or 0. If v is not NULL, groups of
- * one pin are solved in closed form for these velocities; otherwise they have been factored like all others. */
-static int32_t backward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity,
-                             const double *v, const double *tau, double *a) {
-    kt_planar_inertia x, carried = {.j = 0.0};
-    for (int32_t k = plane->last - 1; k >= plane->first; k--) {
-        const kt_planar_link *link = &model->planar[k];
-        const kt_planar_motion *m = &data->planar[k];
-        kt_planar_response *response = &data->planar_response[k];
-        kt_planar_rigid(link, m, &x);
-        if (link->leads && link[1].group < 0)
-            kt_planar_add(&x, &carried);
-        if (link->branches)
-            kt_planar_add(&x, &data->planar_inertia[k]);
-        if (link->group >= 0) {
-            data->planar_inertia[k] = x;
-            if (!link->tops)
-                continue;
-            if (!(v && model->group[link->group].pin
-                      ? close_pin(model, data, link->group, link->parent, gravity, v, tau, a)
-                      : close_group(model, data, link->group, link->parent, gravity, tau, a)))
-                return k;
-            continue;
-        }
-        const bool done = link->motion == KT_MOTION_REVOLUTE
-                              ? kt_planar_project_revolute(link, m, link->sign * tau[link->v], &x, response)
-                              : kt_planar_project_prismatic(link, m, tau[link->v], &x, response);
-        if (!done)
-            return k;
-        if (link->parent == 0)
-            continue;
-        kt_planar_shift(&x, m->offset);
-        if (link->follows)
-            carried = x;
-        else
-            kt_planar_add(&data->planar_inertia[link->parent], &x);
-    }
-    return 0;
+/* What groups need besides the arguments of the recursion. If v is not NULL, groups of one pin are solved in closed
+ * form for these velocities; otherwise they have been factored like all others. */
+typedef struct closure {
+    const kt_model *model;
+    kt_data *data;
+    const double *gravity, *v;
+    double *a;
+} closure;
+
+static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
+    const bool pin = c->v && c->model->group[link->group].pin;
+    const bool done = pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+                          : close_group(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
+    return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
 }
 
-static void respond(const kt_model *model, const kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
+/* A group is eliminated at its first link, which the backward pass reaches last. */
+KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                   kt_planar_carried *x, kt_planar_response *response, void *context) {
+    const closure *c = context;
+    if (link->group < 0)
+        return kt_planar_eliminate_joint(link, m, tau, x, response, NULL);
+    c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
+    return link->tops ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
+}
+
+static void respond_group(const kt_model *model, const kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
     if (pins && group->pin) {
@@ -166,19 +128,19 @@ static void respond(const kt_model *model, const kt_data *data, int32_t g, int32
     kt_planar_group_respond(model, data, group, &w, top, a);
 }
 
-static void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *gravity, bool pins,
-                         double *a) {
-    kt_planar_ground_set(gravity, &data->planar[0]);
-    for (int32_t k = plane->first; k < plane->last; k++) {
-        const kt_planar_link *link = &model->planar[k];
-        if (link->group < 0) {
-            kt_planar_respond(link, &data->planar_response[k], &data->planar[link->parent], &data->planar[k], a);
-            continue;
-        }
-        if (link->tops && link->parent)
-            respond(model, data, link->group, link->parent, pins, a);
-        if (link->passes)
-            kt_planar_acceleration(link, &data->planar[link->parent], a, &data->planar[k]);
+KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, double *alpha, kt_v2 *linear,
+                       kt_planar_motion *m, double *a, void *context) {
+    const closure *c = context;
+    if (link->group < 0) {
+        kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
+        return;
+    }
+    if (link->tops && link->parent)
+        respond_group(c->model, c->data, link->group, link->parent, c->v != NULL, a);
+    if (link->passes) {
+        kt_planar_acceleration(link, &c->data->planar[link->parent], a, m);
+        *alpha = m->alpha;
+        *linear = kt_v2_load(m->linear);
     }
 }
 
@@ -187,11 +149,11 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
                          double *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
-        const double *gravity = weightless ? none : plane->gravity;
-        const int32_t failed = backward_pass(model, data, plane, gravity, v, tau, a);
+        closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};
+        const size_t failed = kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
-            return (size_t)failed + model->n.spatial - 1;
-        forward_pass(model, data, plane, gravity, v != NULL, a);
+            return model->n.spatial + failed - 1;
+        kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
     }
     return 0;
 }
@@ -201,16 +163,13 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
 
 static void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
                        const kt_wrench *external) {
-    pose_and_move(model, data, q, v);
+    kt_planar_gather(model, data, q);
+    for (size_t p = 0; p < model->n.plane; p++)
+        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
     if (external)
         kt_planar_external(model, data->planar, external);
-    if (!has_spatial(model))
-        return;
-    KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);
-    KT_KERNEL(kt_spatial_move)(model, data, v, model->n.spatial);
-    KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
-    if (external)
-        kt_external_subtract(model, data->motion, external);
+    if (has_spatial(model))
+        KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
 }
 
 /* `pins`: groups of one pin are solved in closed form. */
@@ -227,10 +186,8 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
     }
     if (failed)
         return failed;
-    if (has_spatial(model)) {
-        data->motion[0].linear = -model->gravity;
+    if (has_spatial(model))
         failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, a);
-    }
     return failed ? failed : accelerate(model, data, pins ? v : NULL, tau, false, a);
 }
 
@@ -268,6 +225,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
     if (has_spatial(model)) {
         KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
         KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
+        data->motion[0].linear = kt_v4_splat(0.0);
         if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, step))
             return false;
     }
