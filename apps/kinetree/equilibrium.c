@@ -84,7 +84,26 @@ static void print_position(kt_coordinates at, const double *q) {
     }
 }
 
+/* Words on those of the zero eigenvalues that may be none. */
+static const char *uncertain_words(const kt_small_motion *motion, char *words, size_t size) {
+    double error = 0.0;
+    int count = 0;
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        if (!kt_mode_is_uncertain(motion, &mode))
+            continue;
+        count += mode.count;
+        error = fmax(error, mode.error);
+    }
+    words[0] = '\0';
+    if (count > 0)
+        (void)snprintf(words, size, " (%d of them cannot be told from zero, being uncertain by up to %.1e 1/s)", count,
+                       error);
+    return words;
+}
+
 static int print_text(const kt_small_motion *motion) {
+    char words[128];
     int neutral;
     bool damped;
     const int worst = judge(motion, &neutral, &damped);
@@ -103,8 +122,8 @@ static int print_text(const kt_small_motion *motion) {
         kt_say("an unstable equilibrium: departures grow by e in %.3g s, most in %s", 1.0 / rate,
                named ? kt_name_coordinate(motion->model, mover.coordinate).text : "?");
     } else if (neutral > 0) {
-        kt_say("a neutral equilibrium: %d eigenvalue%s zero, the others do not grow", neutral,
-               neutral == 1 ? " is" : "s are");
+        kt_say("a neutral equilibrium: %d eigenvalue%s zero%s, the others do not grow", neutral,
+               neutral == 1 ? " is" : "s are", uncertain_words(motion, words, sizeof words));
     } else {
         kt_say(damped ? "a stable equilibrium" : "a stable equilibrium, with modes that nothing damps");
     }

@@ -109,6 +109,11 @@ static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imag
 
 bool kt_mode_is_neutral(const kt_mode *mode) { return size_of(mode) <= mode->error || size_of(mode) < DBL_MIN; }
 
+bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode) {
+    const kt_mode fastest = kt_modes_at(motion->modes, kt_modes_count(motion->modes) - 1);
+    return kt_mode_is_neutral(mode) && size_of(mode) > sqrt(DBL_EPSILON) * size_of(&fastest);
+}
+
 bool kt_mode_grows(const kt_mode *mode) {
     return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * size_of(mode);
 }

@@ -42,6 +42,9 @@ kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate);
 
 /* Whether a mode's eigenvalue cannot be told from zero. */
 bool kt_mode_is_neutral(const kt_mode *mode);
+/* Whether that is so only because its eigenvalue is uncertain by more than its size. A double eigenvalue of zero, as of a
+ * body that drifts, comes out as large as the root of the rounding errors, and counts as zero. */
+bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode);
 
 /* Whether it grows by more than its error. */
 bool kt_mode_grows(const kt_mode *mode);

@@ -93,15 +93,15 @@ static const char *name_state(const kt_small_motion *motion, const kt_linear_sys
 static void warn(const kt_linear_system *system, const char *state) {
     if (state[0] == 'm')
         kt_say("the initial state is in a motion that does not stay as it is: these modes are those of an instant, and "
-               "say little about "
-               "motions that last longer (--at equilibrium takes the place where it rests)");
+               "say little about motions that last longer (--at equilibrium takes the place where it rests)");
     if (state[0] == 'i')
         kt_say("the initial position is no equilibrium: the mechanism leaves it, and these modes hold for an instant");
     if (system->near_singular)
-        kt_say("loops are near a singular position, where freedoms change: expect large errors");
+        kt_say(
+            "loops are near a singular position, where the number of degrees of freedom changes: expect large errors");
     if (system->error > 1e-6)
-        kt_say("the linearisation is uncertain by %.1g of its largest number: a force has a kink or a jump nearby",
-               system->error);
+        kt_say("the linearisation is uncertain by %.1g of its largest number: a force has a kink or a jump %s",
+               system->error, system->exact ? "at this very state, such as a stop that just touches" : "nearby");
 }
 
 /* ---- table ------------------------------------------------------------------------------------------------------- */
@@ -142,25 +142,25 @@ static void print_mode(const kt_small_motion *motion, int index, int number) {
     print_movers(motion, index);
 }
 
-static void print_neutral(const kt_small_motion *motion) {
-    int count = 0, named = 0;
-    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
-        const kt_mode mode = kt_modes_at(motion->modes, i);
-        count += kt_mode_is_neutral(&mode) ? mode.count : 0;
-    }
-    if (count == 0)
-        return;
-    printf("%d eigenvalue%s zero: neither stiffness nor damping acts on ", count, count == 1 ? " is" : "s are");
+/* Whether a mode is neutral because nothing acts on it (its eigenvalue is zero), or because its eigenvalue is no larger
+ * than what it is uncertain by. */
+static bool is_of_kind(const kt_small_motion *motion, const kt_mode *mode, bool uncertain) {
+    return kt_mode_is_neutral(mode) && kt_mode_is_uncertain(motion, mode) == uncertain;
+}
+
+/* The coordinates that move most in the neutral modes of one kind, each once: a drift has two eigenvalues of one shape. */
+static void print_neutral_coordinates(const kt_small_motion *motion, bool uncertain) {
+    int named = 0;
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
         kt_mover mover;
         bool again = false;
-        if (!kt_mode_is_neutral(&mode) || kt_find_movers(motion, i, &mover, 1, 0.0) == 0)
+        if (!is_of_kind(motion, &mode, uncertain) || kt_find_movers(motion, i, &mover, 1, 0.0) == 0)
             continue;
-        for (int j = 0; j < i && !again; j++) { /* a drift has two eigenvalues of one shape */
+        for (int j = 0; j < i && !again; j++) {
             const kt_mode other = kt_modes_at(motion->modes, j);
             kt_mover before;
-            again = kt_mode_is_neutral(&other) && kt_find_movers(motion, j, &before, 1, 0.0) > 0 &&
+            again = is_of_kind(motion, &other, uncertain) && kt_find_movers(motion, j, &before, 1, 0.0) > 0 &&
                     before.coordinate == mover.coordinate;
         }
         if (!again && named++ < NEUTRAL_NAMED)
@@ -169,6 +169,28 @@ static void print_neutral(const kt_small_motion *motion) {
     if (named > NEUTRAL_NAMED)
         printf(" and %d more", named - NEUTRAL_NAMED);
     putchar('\n');
+}
+
+static void print_neutral(const kt_small_motion *motion) {
+    int count[2] = {0, 0};
+    double error = 0.0;
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        for (int uncertain = 0; uncertain < 2; uncertain++)
+            count[uncertain] += is_of_kind(motion, &mode, uncertain) ? mode.count : 0;
+        if (is_of_kind(motion, &mode, true))
+            error = fmax(error, mode.error);
+    }
+    if (count[0] > 0) {
+        printf("%d eigenvalue%s zero: neither stiffness nor damping acts on ", count[0],
+               count[0] == 1 ? " is" : "s are");
+        print_neutral_coordinates(motion, false);
+    }
+    if (count[1] > 0) {
+        printf("%d eigenvalue%s cannot be told from zero, being uncertain by up to %.1e 1/s: ", count[1],
+               count[1] == 1 ? "" : "s", error);
+        print_neutral_coordinates(motion, true);
+    }
 }
 
 static int print_table(const kt_small_motion *motion, const char *state, long most) {

@@ -48,9 +48,10 @@ typedef struct kt_linearization_options {
     int input_count;   /* length of inputs */
     const kt_marker_index *outputs; /* markers whose positions and velocities are outputs; NULL: all, body by body */
     int output_count;               /* length of outputs */
+    bool differences; /* take differences also where exact derivatives are known, to hold one against the other */
 } kt_linearization_options;
 
-/* All motors and all markers. */
+/* All motors and all markers; exact derivatives where there are any. */
 KT_API kt_linearization_options kt_linearization_options_default(void);
 
 /* Velocity coordinates that the motors of the description drive, in its order; returns their number. coordinates (as
@@ -80,6 +81,7 @@ typedef struct kt_linear_system {
     double speed;        /* largest |v| against its unit, 1/s: zero at rest */
     double acceleration; /* largest |a| against its unit, 1/s^2: zero in equilibrium and in steady motion */
     bool near_singular;  /* loops are near a singular position: expect large errors */
+    bool exact;          /* derivatives are exact but for rounding; false: differences were taken */
 } kt_linear_system;
 
 /* A linearisation: a linear system, and all that finding it takes. */
@@ -103,14 +105,21 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
 /* Linearises about (t, q, v) under joint forces tau (nv, may be NULL) and the effects as they are at t. A state that is
  * not closed is projected first (kt_state_project); q and v themselves are not touched.
  *
- * Derivatives are central differences along the manifold, extrapolated from a sequence of halved steps (Ridders 1982,
- * Advances in Engineering Software 4, 75-76), each number from the steps that suit it best; what the last steps of the
- * extrapolation and rounding leave is the estimated error; on random mechanisms true errors were within 3 estimated
- * ones. Angles are first moved by 0.1 rad. A scene with a kink at the state itself (a spring of no length, a table's
- * corner) has no derivative: its estimate says so.
+ * Derivatives are exact but for rounding (kt_acceleration_derivatives), so that nothing beside the state enters, such
+ * as a contact or a stop that is near. They are taken at two states a few rounding errors to either side of the given
+ * one: what these differ by, and a bound of what rounding leaves, is the estimated error. A scene with a kink at the
+ * state itself (a stop that just touches, a spring of no length) has no derivative: its estimate says so.
+ *
+ * With a caller's own effects, and next to singular positions of loops, they are central differences along the manifold
+ * (the system's `exact` is false then), extrapolated from a sequence of halved steps (Ridders 1982, Advances in
+ * Engineering Software 4, 75-76), each number from the steps that suit it best; what the last steps of the extrapolation
+ * and rounding leave is the estimated error. Angles are first moved by 0.1 rad, lengths by 0.1 of the mechanism's: what
+ * lies so near may enter.
+ *
+ * On random mechanisms true errors were within 3 estimated ones.
  * Errors: KT_ERROR_SINGULAR at a singular position of the loops, where the states are no manifold, and as
- * kt_acceleration_evaluate; KT_ERROR_CONSTRAINT; KT_ERROR_NOT_FINITE; the system is then as before. About 12 states
- * evaluations of the acceleration, and O(nv^3). */
+ * kt_acceleration_evaluate; KT_ERROR_CONSTRAINT; KT_ERROR_NOT_FINITE; the system is then as before. Twice
+ * kt_acceleration_derivatives and O(nv^3); with differences about 12 states evaluations of the acceleration. */
 KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *linearization, double t, const double *q,
                                                       const double *v, const double *tau, kt_error *error);
 

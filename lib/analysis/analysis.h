@@ -4,10 +4,11 @@
 
 #include "kinetree/analysis.h"
 #include "model/model.h"
+#include "reduction/dual.h"
 
 /* n: states at most; v, q: coordinates; f: numbers that are differenced (probe.c). */
 typedef struct kt_linearization_sizes {
-    size_t q, v, n, f, inputs, markers, rows, data;
+    size_t q, v, n, f, link, inputs, markers, rows, data, work;
 } kt_linearization_sizes;
 
 /* Steps that one extrapolation looks back on. */
@@ -46,11 +47,15 @@ typedef struct kt_system_arrays {
     X(double, q, s->q, "a state beside")                                                                               \
     X(double, v, s->v, "a state beside")                                                                               \
     X(double, way, 2 * s->v, "direction of a derivative: dq, dv")                                                      \
-    X(double, equation, s->rows * s->v, "A, eliminated")                                                               \
+    X(double, equation, 2 * s->rows * s->v, "A and d(A v - b')/dq, eliminated")                                        \
     X(bool, holonomic, s->rows, "equations with a residual")                                                           \
     X(int32_t, pivot_row, s->v, "row that a dependent coordinate is taken from, or -1")                                \
     X(double, free_position, s->v * s->v, "basis of allowed steps: nv x positions")                                    \
     X(double, free_velocity, s->v * s->v, "basis of allowed changes of velocity: nv x velocities")                     \
+    X(double, velocity_change, s->v * s->v, "dv along each allowed step: nv x positions")                              \
+    X(double, velocity_rounding, s->v * s->v, "its rounding errors")                                                   \
+    X(kt_support_dof, dof, s->v, "of a loop")                                                                          \
+    X(int32_t, chain, s->link, "of a loop")                                                                            \
     X(double, ahead, s->f, "probed ahead")                                                                             \
     X(double, behind, s->f, "probed behind")                                                                           \
     X(double, tableau, 2 * KT_TABLEAU_DEPTH * s->f, "two rows of an extrapolation")                                    \
@@ -69,6 +74,14 @@ typedef struct kt_system_arrays {
     X(double, step, s->v, "step in the freedoms that are left")                                                        \
     X(double, tried_q, s->q, "a position tried")                                                                       \
     X(double, tried_a, s->v, "its acceleration")                                                                       \
+    X(double, by_position, s->v * s->v, "da/dq")                                                                       \
+    X(double, by_velocity, s->v * s->v, "da/dv")                                                                       \
+    X(double, by_force, s->v * s->v, "da/dtau")                                                                        \
+    X(double, mass, s->v * s->v, "M")                                                                                  \
+    X(double, mass_change, s->v * s->v, "d(M a)/dq at fixed a")                                                        \
+    X(double, input_slope, s->v * s->inputs, "da/dtau of the inputs")                                                  \
+    X(double, input_slope_error, s->v * s->inputs, "its errors")                                                       \
+    X(char, work, s->work, "of the derivatives")                                                                       \
     X(char, data_memory, s->data, "the model's data")
 
 struct kt_linearization {
@@ -78,7 +91,8 @@ struct kt_linearization {
     const kt_model *model;
     kt_data *data;
     double t;
-    bool by_force; /* probes tell forces M a instead of accelerations */
+    bool differences; /* always, as asked for */
+    bool of_force;    /* derivatives are those of forces M a instead of accelerations */
     kt_system_arrays arrays[2];
     int next; /* of these, which the next evaluation may write */
     kt_linear_system system;
@@ -115,6 +129,17 @@ void kt_probe_floor(kt_linearization *l);
 
 /* Derivatives of the probe along l->way and their estimated errors (f numbers each), from steps of `first` on. */
 kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error);
+
+/* ---- exact.c ----------------------------------------------------------------------------------------------------- */
+
+/* Whether all derivatives of a model are exact: it has no effect of a caller's own, and none are asked for as
+ * differences. */
+bool kt_exact_is_possible(const kt_linearization *l);
+
+/* Derivatives of the acceleration (of_force: of M a) along `count` directions (dq, dv), columns of nv numbers; dv may be
+ * NULL (zero). Writes rows 2 nv to 3 nv of slope and slope_error. Needs kt_probe_floor. KT_ERROR_SINGULAR next to
+ * singular positions. */
+kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
 
 /* ---- linearize.c ------------------------------------------------------------------------------------------------- */
 

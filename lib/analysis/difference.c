@@ -82,7 +82,7 @@ static double unit_of(const kt_linearization *l, size_t i) {
     if (i >= 3 * l->size.v)
         return 1.0;
     const double unit = l->unit[i % l->size.v];
-    return l->by_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* forces times units are energies */
+    return l->of_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* forces times units are energies */
 }
 
 /* One step; tells whether a number that is not good yet became better, and the largest error against its size. */

@@ -101,15 +101,28 @@ static kt_status fill_force(const search *s, kt_error *error) {
     return KT_OK;
 }
 
+/* d(M a)/dy along the directions E. */
+static kt_status differentiate_force(const search *s, kt_error *error) {
+    kt_linearization *l = s->l;
+    kt_status status = kt_exact_is_possible(l) ? kt_exact_slopes(l, (size_t)s->dofs, l->free_velocity, NULL, error)
+                                               : KT_ERROR_SINGULAR;
+    if (status != KT_ERROR_SINGULAR)
+        return status;
+    status = KT_OK;
+    for (size_t j = 0; j < (size_t)s->dofs && status == KT_OK; j++)
+        status = kt_linearization_differentiate(l, l->free_velocity + j * l->size.v, NULL, 1.0, j, error);
+    return status;
+}
+
 /* H at q0; numbers below their estimated error are zero. */
 static kt_status fill_stiffness(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v, n = (size_t)s->dofs;
+    const kt_status status = differentiate_force(s, error);
+    if (status != KT_OK)
+        return status;
     for (size_t j = 0; j < n; j++) {
-        const kt_status status = kt_linearization_differentiate(l, l->free_velocity + j * nv, NULL, 1.0, 0, error);
-        if (status != KT_OK)
-            return status;
-        const double *slope = l->slope + 2 * nv, *slope_error = l->slope_error + 2 * nv;
+        const double *slope = l->slope + j * l->size.f + 2 * nv, *slope_error = l->slope_error + j * l->size.f + 2 * nv;
         for (size_t i = 0; i < nv; i++)
             l->step[i] = fabs(slope[i]) > slope_error[i] ? -slope[i] : 0.0;
         reduce_force(s, l->step, l->stiffness + j * n);
@@ -374,10 +387,10 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     if (status == KT_OK)
         status = refuse_driven(l, error);
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
-    l->by_force = true;
+    l->of_force = true;
     if (status == KT_OK)
         status = run(&s, settings.most > 0 ? settings.most : STEPS_MOST, &result, error);
-    l->by_force = false;
+    l->of_force = false;
     if (status != KT_OK)
         return status;
     memcpy(q, l->q0, l->size.q * sizeof *q);

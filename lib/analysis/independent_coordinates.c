@@ -3,15 +3,21 @@
  * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: those with a residual) and, at one position,
  * changes of velocity dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into [1 R1] on as many
  * dependent coordinates as A1 has rank, and going on with the other equations A into [1 R]:
- *     dq = [-R1; 1] dq_independent,    dv = [-R; 1] dv_independent,
- * and coordinates that are independent velocities are independent positions, too. Equations are scaled to size one and
+ *     dq = [-R1; 1] dq_independent,    dv = [-R; 1] dv_independent.
+ * The columns of C = d(A v - b')/dq take part in the elimination. With a step dq along the manifold velocities must
+ * change by A dv = -C dq; of all such dv the one that leaves the independent velocities as they are is
+ *     dv = [-T C dq; 0],               T A = [1 R].
+ * Coordinates that are independent velocities are independent positions, too. Equations are scaled to size one and
  * coordinates to their units; joints that are driven by a motor or held are dependent only where their column is more
  * than ten times larger than the others.
  */
 #include "analysis/analysis.h"
 
+#include "dynamics/dynamics.h"
+#include "reduction/dual.h"
 #include "reduction/kernel.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -49,11 +55,11 @@ void kt_independent_coordinates_units(const kt_model *model, double *unit) {
 enum { UNUSED = -1 };
 
 typedef struct elimination {
-    double *a; /* rows x columns, column-major */
-    size_t rows, columns;
+    double *a; /* rows x width, column-major: `columns` of coordinates, and others that take part */
+    size_t rows, columns, width;
     int32_t *pivot_row; /* of each column; UNUSED: independent */
     const double *weight;
-    double first; /* the first pivot */
+    double first, last; /* the first pivot, and the least */
 } elimination;
 
 static bool is_taken(const elimination *e, size_t row) {
@@ -85,9 +91,9 @@ static double find_pivot(const elimination *e, const bool *holonomic, bool kind,
 static void eliminate(elimination *e, size_t row, size_t column) {
     double *pivot = e->a + column * e->rows;
     const double whole = pivot[row];
-    for (size_t c = 0; c < e->columns; c++)
+    for (size_t c = 0; c < e->width; c++)
         e->a[c * e->rows + row] /= whole;
-    for (size_t c = 0; c < e->columns; c++) {
+    for (size_t c = 0; c < e->width; c++) {
         const double x = e->a[c * e->rows + row];
         if (c == column || x == 0.0)
             continue;
@@ -106,7 +112,8 @@ static bool reduce(elimination *e, const bool *holonomic, bool kind, int rank) {
         size_t row = 0, column = 0;
         const double size = find_pivot(e, holonomic, kind, &row, &column);
         if (!(e->first > 0.0))
-            e->first = size;
+            e->first = e->last = size;
+        e->last = fmin(e->last, size);
         if (!(size > KT_RANK_TOLERANCE * e->first))
             return false;
         eliminate(e, row, column);
@@ -129,6 +136,21 @@ static int write_basis(const elimination *e, const double *unit, int *coordinate
     return count;
 }
 
+/* dv = -T C dq of a position state, in the dependent coordinates; and a bound of its rounding errors. */
+static void write_velocity(const elimination *e, const double *unit, const double *dq, double *dv, double *rounding) {
+    const double *c_q = e->a + e->rows * e->columns, condition = e->last > 0.0 ? e->first / e->last : 1.0;
+    for (size_t d = 0; d < e->columns; d++) {
+        double sum = 0.0, size = 0.0;
+        for (size_t k = 0; k < e->columns && e->pivot_row[d] != UNUSED; k++) {
+            const double x = c_q[k * e->rows + (size_t)e->pivot_row[d]] * dq[k];
+            sum += x;
+            size += fabs(x);
+        }
+        dv[d] = sum != 0.0 ? -unit[d] * sum : 0.0;
+        rounding[d] = 4.0 * DBL_EPSILON * condition * unit[d] * size;
+    }
+}
+
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
 /* A row against its largest number, coordinates in their units. One of rounding alone, against what it could be, is
@@ -141,7 +163,7 @@ static void scale_row(kt_linearization *l, size_t row, double could_be) {
         largest = fmax(largest, fabs(l->equation[c * rows + row]));
     }
     const bool counts = largest > KT_RANK_TOLERANCE * KT_RANK_FLOOR * could_be;
-    for (size_t c = 0; c < nv; c++)
+    for (size_t c = 0; c < 2 * nv; c++)
         l->equation[c * rows + row] = counts ? l->equation[c * rows + row] / largest : 0.0;
 }
 
@@ -193,6 +215,26 @@ static kt_status look_at_ranks(const kt_linearization *l, bool *near, kt_error *
     return KT_OK;
 }
 
+/* A and C at the state. */
+static kt_status fill_equations(kt_linearization *l, kt_error *error) {
+    const kt_model *model = l->model;
+    kt_status status = kt_loop_equations(model, l->data, l->t, l->q0, l->v0, l->equation, NULL, NULL, NULL, error);
+    if (status == KT_OK)
+        status = kt_links_update(model, l->data, l->q0, l->v0, NULL, false, NULL, error);
+    if (status != KT_OK)
+        return status;
+    const kt_dual_motion at = {.model = model,
+                               .data = l->data,
+                               .t = l->t,
+                               .q = l->q0,
+                               .v = l->v0,
+                               .a = l->a0,
+                               .dof = l->dof,
+                               .chain = l->chain};
+    kt_dual_loop_rates(&at, l->equation + l->size.rows * l->size.v);
+    return KT_OK;
+}
+
 /* How much a coordinate offers itself as dependent, into `weight`. */
 static void weigh(const kt_linearization *l, double *weight) {
     for (size_t c = 0; c < l->size.v; c++)
@@ -205,14 +247,18 @@ static void weigh(const kt_linearization *l, double *weight) {
 kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system,
                                             kt_error *error) {
     const kt_model *model = l->model;
-    elimination e = {
-        .a = l->equation, .rows = l->size.rows, .columns = l->size.v, .pivot_row = l->pivot_row, .weight = l->way};
+    elimination e = {.a = l->equation,
+                     .rows = l->size.rows,
+                     .columns = l->size.v,
+                     .width = 2 * l->size.v,
+                     .pivot_row = l->pivot_row,
+                     .weight = l->way};
     int rank[KT_ROWS_COUNT] = {0, 0};
     for (size_t c = 0; c < e.columns; c++)
         l->pivot_row[c] = UNUSED;
     system->near_singular = false;
     if (model->n.group) {
-        kt_status status = kt_loop_equations(model, l->data, l->t, l->q0, l->v0, l->equation, NULL, NULL, NULL, error);
+        kt_status status = fill_equations(l, error);
         if (status == KT_OK)
             status = look_at_ranks(l, &system->near_singular, error);
         if (status != KT_OK)
@@ -229,5 +275,8 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
     fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
     system->velocities = write_basis(&e, l->unit, out->velocity_coordinate, l->free_velocity);
     system->states = system->positions + system->velocities;
+    for (size_t j = 0; j < (size_t)system->positions && fine; j++)
+        write_velocity(&e, l->unit, l->free_position + j * l->size.v, l->velocity_change + j * l->size.v,
+                       l->velocity_rounding + j * l->size.v);
     return fine ? KT_OK : refuse_singular(l, 0, error);
 }

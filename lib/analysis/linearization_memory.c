@@ -52,10 +52,12 @@ static kt_status check_options(const kt_model *model, const kt_linearization_opt
 }
 
 static kt_linearization_sizes measure(const kt_model *model, const kt_linearization_options *options) {
-    kt_linearization_sizes s = {.q = model->n.q, .v = model->n.v, .n = 2 * model->n.v, .rows = model->n.row};
+    kt_linearization_sizes s = {
+        .q = model->n.q, .v = model->n.v, .n = 2 * model->n.v, .rows = model->n.row, .link = model->n.link};
     s.inputs = (size_t)(options->inputs ? options->input_count : kt_motor_coordinates(model, NULL));
     s.markers = (size_t)(options->outputs ? options->output_count : count_markers(model));
     s.f = kt_probe_count(s.v, s.markers);
+    s.work = kt_acceleration_work_size(model);
     s.data = kt_data_size(model);
     return s;
 }
@@ -109,6 +111,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     memset(l, 0, sizeof *l);
     (void)lay_out(memory, &sizes);
     l->model = model;
+    l->differences = settings.differences;
     status = kt_data_init(model, l->data_memory, sizes.data, &l->data, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */

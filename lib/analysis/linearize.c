@@ -3,12 +3,16 @@
  * Neighbouring motions x(t) = (q (+) dq, v + dv) obey, to first order and along any direction in the manifold of
  * states, dq' = dv + C(v) dq,   dv' = da,   C: -omega x, on the rotations of balls and free bodies, else 0 (a rotation
  * in body axes is carried along: R' = R (omega x), so that dR = R (dq x) has dq' = domega - omega x dq), and da is what
- * the acceleration changes by along the direction (probe.c, difference.c). With directions e_j, j = 1 .. n, the probes
- * yield G = (dq, dv, da, ..)_j; S picks the states out of dq, dv. A projection moves the states themselves a little, so
- * that S G = W is only nearly 1 (its lower left part is what velocities change by to stay on the manifold as the
- * position goes along): G W^-1 are the derivatives by the states, and state = S (dv + C dq, da) W^-1.
+ * the acceleration changes by along the direction.
  *
- * Directions: (free_position_j, 0), and (0, free_velocity_j), see chart.c.
+ * Exact derivatives (exact.c): the directions are (free_position_j, velocity_change_j) and (0, free_velocity_j), see
+ * independent_coordinates.c, along which one state changes by one and the others not at all.
+ *
+ * Differences (probe.c, difference.c), where a caller's own effects have no derivatives, and next to singular
+ * positions: with directions e_j, j = 1 .. n, the probes yield G = (dq, dv, da, ..)_j; S picks the states out of dq, dv.
+ * A projection moves the states themselves a little, so that S G = W is only nearly 1 (its lower left part is what
+ * velocities change by to stay on the manifold as the position goes along): G W^-1 are the derivatives by the states,
+ * and state = S (dv + C dq, da) W^-1. Directions: (free_position_j, 0), and (0, free_velocity_j).
  */
 #include "analysis/analysis.h"
 
@@ -85,6 +89,121 @@ static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, con
     }
 }
 
+/* ---- exact derivatives ------------------------------------------------------------------------------------------- */
+
+/* x += C(v) dq for one column. */
+static void carry_along(const kt_linearization *l, const double *dq, double *x) {
+    for (size_t i = 1; i < l->model->n.link; i++) {
+        const kt_link *link = &l->model->link[i];
+        if (link->motion < KT_MOTION_SPHERICAL)
+            continue;
+        const int first = link->v + (link->motion == KT_MOTION_FREE ? 3 : 0);
+        const double *w = l->v0 + first, *d = dq + first;
+        const kt_vec3 c = kt_vec3_cross(kt_vec3_make(w[0], w[1], w[2]), kt_vec3_make(d[0], d[1], d[2]));
+        x[first] -= c.x;
+        x[first + 1] -= c.y;
+        x[first + 2] -= c.z;
+    }
+}
+
+static void write_exact_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t nv = l->size.v, positions = (size_t)system->positions;
+    memset(out->positions_of, 0, (size_t)system->states * nv * sizeof *out->positions_of);
+    memcpy(out->positions_of, l->free_position, positions * nv * sizeof *out->positions_of);
+    memcpy(out->velocities_of, l->velocity_change, positions * nv * sizeof *out->velocities_of);
+    memcpy(out->velocities_of + positions * nv, l->free_velocity,
+           (size_t)system->velocities * nv * sizeof *out->velocities_of);
+}
+
+/* What the velocities' own rounding adds to a column. */
+static void add_velocity_errors(kt_linearization *l, const kt_linear_system *system, size_t j) {
+    const size_t nv = l->size.v;
+    double *error = l->slope_error + j * l->size.f;
+    memset(error, 0, 2 * nv * sizeof *error);
+    if (j >= (size_t)system->positions)
+        return;
+    memcpy(error + nv, l->velocity_rounding + j * nv, nv * sizeof *error);
+    for (size_t k = 0; k < nv; k++)
+        for (size_t i = 0; i < nv && error[nv + k] > 0.0; i++)
+            error[2 * nv + i] += fabs(l->by_velocity[k * nv + i]) * error[nv + k];
+}
+
+/* Markers' accelerations J' v at velocities v0 + h dq, without those of joints, added h times. */
+static kt_status add_drifts(kt_linearization *l, const double *dq, double h, double *sum, double *size,
+                            kt_error *error) {
+    for (size_t i = 0; i < l->size.v; i++)
+        l->v[i] = l->v0[i] + h * dq[i];
+    const kt_status status = kt_kinematics_update(l->model, l->data, l->q0, l->v, NULL, error);
+    for (size_t m = 0; m < l->size.markers && status == KT_OK; m++) {
+        const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
+        const kt_vec3 a = kt_point_acceleration(l->model, l->data, l->marker[m].body, at);
+        const double x[3] = {a.x, a.y, a.z};
+        for (size_t i = 0; i < 3; i++) {
+            sum[3 * m + i] += x[i] / (4.0 * h);
+            size[3 * m + i] += fabs(x[i] / (4.0 * h));
+        }
+    }
+    return status;
+}
+
+/* How the markers' velocities J(q) v change along (dq, dv): J dv + B(v, dq), where B(v, w) = (dJ along w) v. Of B(v, v)
+ * = J' v the queries tell, and B(v, w) - B(w, v) = J [w, v], the rotations' w x v:
+ *     B(v, w) = (B(v + w, v + w) - B(v - w, v - w)) / 4 + J [w, v] / 2 */
+static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
+                                       double *slope, double *slope_error, kt_error *error) {
+    const size_t nv = l->size.v;
+    double length = 0.0;
+    kt_status status = KT_OK;
+    memset(slope, 0, 3 * l->size.markers * sizeof *slope);
+    memset(slope_error, 0, 3 * l->size.markers * sizeof *slope_error);
+    memset(l->way, 0, nv * sizeof *l->way);
+    carry_along(l, dq, l->way);
+    for (size_t i = 0; i < nv; i++) {
+        length = fmax(length, fabs(dq[i]) / l->unit[i]);
+        l->way[i] = dv[i] + 0.5 * l->way[i];
+    }
+    for (int side = -1; side < 2 && length > 0.0 && speed > 0.0 && status == KT_OK; side += 2)
+        status = add_drifts(l, dq, side * speed / length, slope, slope_error, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
+    for (size_t m = 0; m < l->size.markers && status == KT_OK; m++) {
+        const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
+        kt_point_jacobian(l->model, l->data, l->marker[m].body, at, l->jacobian);
+        for (size_t i = 0; i < 3; i++)
+            for (size_t k = 0; k < nv; k++) {
+                const double x = l->jacobian[6 * k + 3 + i] * l->way[k];
+                slope[3 * m + i] += x;
+                slope_error[3 * m + i] += fabs(x);
+            }
+    }
+    for (size_t i = 0; i < 3 * l->size.markers; i++)
+        slope_error[i] *= 4.0 * DBL_EPSILON;
+    return status;
+}
+
+/* Everything along the states themselves; KT_ERROR_SINGULAR where that cannot be computed. */
+static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                                       kt_error *error) {
+    const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f;
+    write_exact_bases(l, out, system);
+    kt_status status = kt_exact_slopes(l, n, out->positions_of, out->velocities_of, error);
+    for (size_t j = 0; j < n && status == KT_OK; j++) {
+        const double *dq = out->positions_of + j * nv, *dv = out->velocities_of + j * nv;
+        add_velocity_errors(l, system, j);
+        if (l->size.markers > 0)
+            status = differentiate_markers(l, dq, dv, system->speed, l->slope + j * f + 3 * nv,
+                                           l->slope_error + j * f + 3 * nv, error);
+    }
+    for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
+        for (size_t i = 0; i < n; i++) {
+            const bool is_position = i < (size_t)system->positions;
+            const size_t c = is_position ? 0 : (size_t)out->velocity_coordinate[i - (size_t)system->positions];
+            out->input[k * n + i] = is_position ? 0.0 : l->input_slope[k * nv + c];
+            out->input_error[k * n + i] = is_position ? 0.0 : l->input_slope_error[k * nv + c];
+        }
+    return status;
+}
+
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
 /* dq and dv of all joints by the states: what is known exactly is put in the place of what was measured. */
@@ -101,21 +220,6 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
         memcpy(dv, l->slope + j * f + nv, nv * sizeof *dv);
         for (int k = 0; k < system->velocities; k++)
             dv[out->velocity_coordinate[k]] = 0.0;
-    }
-}
-
-/* x += C(v) dq for one column. */
-static void carry_along(const kt_linearization *l, const double *dq, double *x) {
-    for (size_t i = 1; i < l->model->n.link; i++) {
-        const kt_link *link = &l->model->link[i];
-        if (link->motion < KT_MOTION_SPHERICAL)
-            continue;
-        const int first = link->v + (link->motion == KT_MOTION_FREE ? 3 : 0);
-        const double *w = l->v0 + first, *d = dq + first;
-        const kt_vec3 c = kt_vec3_cross(kt_vec3_make(w[0], w[1], w[2]), kt_vec3_make(d[0], d[1], d[2]));
-        x[first] -= c.x;
-        x[first + 1] -= c.y;
-        x[first + 2] -= c.z;
     }
 }
 
@@ -215,6 +319,19 @@ static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, c
     return KT_OK;
 }
 
+/* Everything by differences. */
+static kt_status differentiate_numerically(kt_linearization *l, const kt_system_arrays *out,
+                                           const kt_linear_system *system, kt_error *error) {
+    kt_status status = differentiate_all(l, system, error);
+    for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
+        status = write_input(l, out, system, k, error);
+    if (status != KT_OK)
+        return status;
+    turn_to_states(l, out, system);
+    write_bases(l, out, system);
+    return KT_OK;
+}
+
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
 static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system) {
@@ -276,15 +393,16 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     if (status != KT_OK)
         return status;
     kt_probe_floor(l);
-    status = differentiate_all(l, &system, error);
-    for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
-        status = write_input(l, out, &system, k, error);
+    system.exact = kt_exact_is_possible(l);
+    if (system.exact)
+        status = differentiate_exactly(l, out, &system, error);
+    system.exact = system.exact && status != KT_ERROR_SINGULAR;
+    if (!system.exact)
+        status = differentiate_numerically(l, out, &system, error);
     if (status == KT_OK)
         status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
     if (status != KT_OK)
         return status;
-    turn_to_states(l, out, &system);
-    write_bases(l, out, &system);
     write_state(l, out, &system);
     add_chart_errors(l, out, &system);
     write_output(l, out, &system);

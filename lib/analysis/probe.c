@@ -47,7 +47,7 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
     for (size_t i = 0; i < nv; i++)
         out[nv + i] = l->v[i] - l->v0[i];
     status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q, l->v, l->tau, NULL, out + 2 * nv, error);
-    if (status == KT_OK && l->by_force)
+    if (status == KT_OK && l->of_force)
         status = kt_probe_force(l, l->q, out + 2 * nv, error);
     return status == KT_OK ? look_at_markers(l, out + 3 * nv, error) : status;
 }

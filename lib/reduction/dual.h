@@ -1,4 +1,5 @@
-/* Derivatives of loops and effects by dual numbers: their part of kt_acceleration_derivatives (derivative.c). */
+/* Derivatives of loops and effects by dual numbers: their part of kt_acceleration_derivatives (derivative.c) and of
+ * linearisations. */
 #ifndef KT_REDUCTION_DUAL_H
 #define KT_REDUCTION_DUAL_H
 
@@ -26,6 +27,9 @@ typedef struct kt_dual_motion {
 /* Loops, with the multipliers lambda of all equations: subtracts d(A' lambda)/dq from d_q (nv x nv), and writes the
  * derivatives of b'' - A a with respect to q and v (equations x nv). */
 void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v);
+
+/* The derivative of A v - b' with respect to q (equations x nv). */
+void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q);
 
 /* Effects except a caller's own: subtracts the derivatives of their joint forces from d_q and d_v. */
 void kt_dual_effects(const kt_dual_motion *x, double *d_q, double *d_v);

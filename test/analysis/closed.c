@@ -64,6 +64,50 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
     linkage_free(&l);
 }
 
+/* ---- stop -------------------------------------------------------------------------------------------------------- */
+
+/* A door with a spring and a damper, J q'' = -k q - c q', and a hard stop at q = -0.013 rad that it does not touch:
+ * lambda^2 + c/J lambda + k/J = 0 as if the stop were not there. Where it just touches there is no derivative, and the
+ * estimated error is no less than half the jump of the stiffness. */
+KT_TEST(stop_that_is_near_does_not_enter_and_one_that_touches_shows) {
+    const double inertia = 0.8, stiffness = 50.0, damping = 3.4, wall = 1e6, rest[] = {0.0, -0.013};
+    linkage l;
+    kt_effect effect[2] = {kt_effect_default(), kt_effect_default()};
+    linkage_begin(&l);
+    kt_body *door = linkage_bar(&l, "door", NULL, none, kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
+    door->mass = 0.0;
+    door->com = none;
+    door->inertia = kt_sym3_make(inertia, inertia, inertia, 0.0, 0.0, 0.0);
+    for (int k = 0; k < 2; k++)
+        effect[k].joint = "door";
+    effect[0].type = KT_EFFECT_JOINT_SPRING;
+    effect[0].stiffness = stiffness;
+    effect[0].damping = damping;
+    effect[1].type = KT_EFFECT_JOINT_LIMIT;
+    effect[1].stiffness = wall;
+    effect[1].lower = -0.013;
+    effect[1].upper = 2.0;
+    l.description.effects = effect;
+    l.description.effect_count = 2;
+    if (linkage_compile(&l)) {
+        small s = {0};
+        const double half = 0.5 * damping / inertia;
+        if (small_open(&s, l.model, NULL, 0.0, &rest[0], l.v, NULL)) {
+            const kt_mode mode = kt_modes_at(s.modes, 0);
+            kt_check_near("decay", mode.real, -half, 1e-13);
+            kt_check_near("frequency", mode.imaginary, sqrt(stiffness / inertia - half * half), 1e-13);
+            kt_check_below("estimated error", mode.error, 1e-12);
+            kt_check_true("exact", s.system->exact);
+        }
+        small_free(&s);
+        if (small_open(&s, l.model, NULL, 0.0, &rest[1], l.v, NULL))
+            kt_check_above("estimated error where it touches", small_at(s.system->state_error, 2, 1, 0),
+                           0.5 * wall / inertia);
+        small_free(&s);
+    }
+    linkage_free(&l);
+}
+
 /* ---- top --------------------------------------------------------------------------------------------------------- */
 
 /* Shapes belong to their eigenvalues: A x = lambda x with the states' numbers of dq and dv. */

@@ -1,0 +1,188 @@
+/* Derivatives of the acceleration along the manifold of states, without differences.
+ *
+ * Along (dq, dv)
+ *     da = a_q dq + a_v dv,                                                      [reduction/derivative.c]
+ *     d(M a) = M da + (d(M a)/dq at fixed a) dq,
+ * of which the last is the difference of d(tau)/dq of inverse dynamics with a and with none. Nothing that happens
+ * beside the state enters, such as a contact or a stop that is near.
+ *
+ * All is computed at two states a few rounding errors to either side of the given one. The result is the mean, and the
+ * first part of its estimated error is what they differ by: how the equations are conditioned shows in it, and a kink
+ * at the state itself. The second part is a bound of what rounding leaves of the terms that may cancel,
+ *     |a_tau| T + |da| + |a_q| |dq| + |a_v| |dv|,   T_k = |M| |da| + (forces and |M_kk| times the accelerations that are about) |dq| + |M_kk| |v| |dv|,
+ * times a few eps: two samples may agree by chance.
+ */
+#include "analysis/analysis.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/joint.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define BESIDE DBL_EPSILON /* how far to each side, times the sizes of floor */
+#define ROUNDING (8.0 * DBL_EPSILON)
+
+bool kt_exact_is_possible(const kt_linearization *l) {
+    for (size_t i = 0; i < l->model->n.effect; i++)
+        if (l->model->effect[i].type == KT_EFFECT_CUSTOM)
+            return false;
+    return !l->differences;
+}
+
+/* sum_k matrix_ik x_k */
+static double row_times(const double *matrix, size_t n, size_t i, const double *x) {
+    double sum = 0.0;
+    for (size_t k = 0; k < n; k++)
+        sum += x[k] != 0.0 ? matrix[k * n + i] * x[k] : 0.0;
+    return sum;
+}
+
+static double row_times_sizes(const double *matrix, size_t n, size_t i, const double *x) {
+    double sum = 0.0;
+    for (size_t k = 0; k < n; k++)
+        sum += fabs(matrix[k * n + i] * x[k]);
+    return sum;
+}
+
+/* ---- a state beside ---------------------------------------------------------------------------------------------- */
+
+/* d(M a)/dq at fixed a, into mass_change; l->by_velocity is overwritten, which forces at rest do not need. */
+static kt_status fill_mass_change(kt_linearization *l, kt_error *error) {
+    const size_t nv = l->size.v;
+    kt_status status = kt_dynamics_inverse_derivatives(l->model, l->data, l->work, l->size.work, l->q, NULL, l->a0,
+                                                       NULL, l->mass_change, l->by_velocity, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse_derivatives(l->model, l->data, l->work, l->size.work, l->q, NULL, NULL, NULL,
+                                                 l->by_force, l->by_velocity, error);
+    for (size_t i = 0; i < nv * nv && status == KT_OK; i++)
+        l->mass_change[i] -= l->by_force[i];
+    return status;
+}
+
+/* All matrices at the state that is a few rounding errors away, to one side or the other. */
+static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
+    const size_t nv = l->size.v;
+    const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
+    for (size_t i = 0; i < nv; i++) {
+        const double away = side * (double)(2 + i % 3) * BESIDE;
+        l->tau_moved[i] = away * l->floor[i];
+        l->v[i] = l->v0[i] + (l->of_force ? 0.0 : away * l->floor[nv + i]);
+    }
+    kt_position_add(l->model, l->q0, l->tau_moved, l->q);
+    kt_status status = l->of_force ? fill_mass_change(l, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_dynamics_mass(l->model, l->data, l->q, l->mass, error);
+    if (status != KT_OK)
+        return status;
+    if (is_bare)
+        return kt_dynamics_forward_derivatives(l->model, l->data, l->work, l->size.work, l->q, l->v, l->tau, NULL,
+                                               l->by_position, l->by_velocity, l->by_force, error);
+    return kt_acceleration_derivatives(l->model, l->data, l->work, l->size.work, l->t, l->q, l->v, l->tau, NULL,
+                                       l->by_position, l->by_velocity, l->by_force, error);
+}
+
+/* The number i of the derivative along (dq, dv). */
+static double slope_at(const kt_linearization *l, size_t i, const double *dq, const double *dv) {
+    const double slope = row_times(l->by_position, l->size.v, i, dq);
+    return dv ? slope + row_times(l->by_velocity, l->size.v, i, dv) : slope;
+}
+
+static void write_slope(kt_linearization *l, const double *dq, const double *dv, double *slope) {
+    const size_t nv = l->size.v;
+    for (size_t i = 0; i < nv; i++)
+        slope[i] = slope_at(l, i, dq, dv);
+    if (!l->of_force)
+        return;
+    memcpy(l->step, slope, nv * sizeof *slope);
+    for (size_t i = 0; i < nv; i++)
+        slope[i] = row_times(l->mass, nv, i, l->step) + row_times(l->mass_change, nv, i, dq);
+}
+
+/* ---- errors ------------------------------------------------------------------------------------------------------ */
+
+/* The largest number of a direction against its unit. */
+static double length_of(const kt_linearization *l, const double *x) {
+    double length = 0.0;
+    for (size_t i = 0; i < l->size.v && x; i++)
+        length = fmax(length, fabs(x[i]) / l->unit[i]);
+    return length;
+}
+
+/* T of a direction, along which the derivative is `slope`. */
+static void write_terms(const kt_linearization *l, const double *dq, const double *dv, const double *slope,
+                        double *term) {
+    const size_t nv = l->size.v;
+    const double *speed = l->floor + nv, *pull = l->floor + 2 * nv;
+    const double moved = length_of(l, dq), changed = length_of(l, dv);
+    for (size_t k = 0; k < nv; k++) {
+        const double inertia = l->mass[k * nv + k];
+        if (l->of_force) {
+            term[k] = fabs(slope[k]) + pull[k] * moved;
+            continue;
+        }
+        term[k] = row_times_sizes(l->mass, nv, k, slope);
+        term[k] += fmax(fabs(l->weight[k]), inertia * pull[k]) * moved + inertia * speed[k] * changed;
+    }
+}
+
+static void add_rounding(kt_linearization *l, const double *dq, const double *dv, const double *slope, double *error) {
+    const size_t nv = l->size.v;
+    double *term = l->step;
+    write_terms(l, dq, dv, slope, term);
+    for (size_t i = 0; i < nv; i++)
+        error[i] += ROUNDING * (l->of_force ? term[i]
+                                            : row_times_sizes(l->by_force, nv, i, term) + fabs(slope[i]) +
+                                                  row_times_sizes(l->by_position, nv, i, dq) +
+                                                  (dv ? row_times_sizes(l->by_velocity, nv, i, dv) : 0.0));
+}
+
+/* ---- slopes ------------------------------------------------------------------------------------------------------ */
+
+/* slope <- mean of it and what the second state gives, error <- their difference */
+static void average(const double *second, size_t n, double *slope, double *error) {
+    for (size_t i = 0; i < n; i++) {
+        error[i] = fabs(second[i] - slope[i]);
+        slope[i] = 0.5 * (slope[i] + second[i]);
+    }
+}
+
+/* The columns of a_tau that are inputs, likewise. */
+static void write_inputs(kt_linearization *l, bool is_second) {
+    const size_t nv = l->size.v;
+    for (size_t k = 0; k < l->size.inputs && !l->of_force; k++) {
+        const double *column = l->by_force + (size_t)l->input_coordinate[k] * nv;
+        double most = 0.0;
+        if (!is_second) {
+            memcpy(l->input_slope + k * nv, column, nv * sizeof *column);
+            continue;
+        }
+        average(column, nv, l->input_slope + k * nv, l->input_slope_error + k * nv);
+        for (size_t i = 0; i < nv; i++)
+            most = fmax(most, fabs(column[i]) / l->unit[i]);
+        for (size_t i = 0; i < nv; i++)
+            l->input_slope_error[k * nv + i] += ROUNDING * most * l->unit[i];
+    }
+}
+
+kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error) {
+    const size_t nv = l->size.v, f = l->size.f;
+    kt_status status = kt_dynamics_inverse(l->model, l->data, l->q0, l->v0, NULL, NULL, l->weight, error);
+    for (int side = 0; side < 2; side++) {
+        if (status == KT_OK)
+            status = evaluate(l, side ? 1.0 : -1.0, error);
+        if (status != KT_OK)
+            return status;
+        write_inputs(l, side == 1);
+        for (size_t j = 0; j < count; j++) {
+            const double *step = dq + j * nv, *change = dv ? dv + j * nv : NULL;
+            double *slope = l->slope + j * f + 2 * nv, *slope_error = l->slope_error + j * f + 2 * nv;
+            write_slope(l, step, change, side ? l->behind : slope);
+            if (side == 0)
+                continue;
+            average(l->behind, nv, slope, slope_error);
+            add_rounding(l, step, change, slope, slope_error);
+        }
+    }
+    return KT_OK;
+}
