@@ -2,6 +2,8 @@
 #include "../reduction/linkage.h"
 #include "small.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
