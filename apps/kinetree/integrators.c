@@ -23,7 +23,7 @@ int kt_command_integrators(int argc, char **argv) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *method = kt_method_at(i);
         printf("%-9s  %5d  %6d  %8s  %5d  %s\n", method->name, method->order, method->stages,
-               method->embedded_order > 0 ? "yes" : "no", kt_method_dense_order(method), method->title);
+               kt_method_is_adaptive(method) ? "yes" : "no", kt_method_dense_order(method), method->title);
     }
     puts("\nsources");
     for (int i = 0; i < kt_method_count(); i++)

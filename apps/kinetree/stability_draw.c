@@ -159,7 +159,7 @@ static int draw(const kt_stability_look *look, const kt_stability *s, double ste
     window w = find_region(s, gain);
     const int left_out = include_modes(look, step, &w);
     widen(&w, 0.06);
-    if (!s->stabilised)
+    if (!kt_method_stages_vary(look->method))
         make_even(&w);
     kt_stability_grid(s, w.low, w.high, GRID, GRID, gain);
     for (int i = 0; i + 1 < GRID; i++)
@@ -170,7 +170,7 @@ static int draw(const kt_stability_look *look, const kt_stability *s, double ste
     put_modes(look, s, step, &w, &parts[1], &parts[2]);
     if (left_out > 0)
         snprintf(more, sizeof more, "; %d modes are further out", left_out);
-    if (s->stabilised)
+    if (kt_method_stages_vary(look->method))
         snprintf(stages, sizeof stages, " (%d stages)", s->degree);
     snprintf(subtitle, sizeof subtitle, "%s%s with steps of %.4g s%s%s", look->method->name, stages, step, about, more);
     kt_plot_series series[3] = {

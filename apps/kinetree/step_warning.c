@@ -77,7 +77,7 @@ static void warn_of_instability(kt_outcome *outcome, const kt_method *method, co
     if (limit->growth < 1e6)
         snprintf(by, sizeof by, "%.2g-fold over the run", limit->growth);
     snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
-             !method->stabilised && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
+             !kt_method_stages_vary(method) && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
     const kt_warning warning = {
         .code = "unstable_step", .time = at.time, .value = limit->step, .unit = "s", .remedy = remedy};
     advise(outcome, limit->step);

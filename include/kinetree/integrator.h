@@ -35,6 +35,26 @@ extern "C" {
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
+/* The built-in methods, in rising order. */
+#define KT_METHOD_LIST(X)                                                                                              \
+    X(euler)                                                                                                           \
+    X(midpoint)                                                                                                        \
+    X(heun)                                                                                                            \
+    X(ralston)                                                                                                         \
+    X(rkc2)                                                                                                            \
+    X(kutta3)                                                                                                          \
+    X(bs32)                                                                                                            \
+    X(rk4)                                                                                                             \
+    X(rk38)                                                                                                            \
+    X(rkc4)                                                                                                            \
+    X(dopri5)                                                                                                          \
+    X(tsit5)                                                                                                           \
+    X(dop853)
+
+/* How the methods of one kind step: explicit, or stabilised (explicit, with as many stages as the fastest decay of the
+ * right-hand side needs). Opaque; kt_method_family_name tells which. */
+typedef struct kt_method_family kt_method_family;
+
 /* The largest tables. */
 enum {
     KT_METHOD_STAGES_MAX = 32,     /* stages, the slope at the new point and the stages of the dense output together */
@@ -66,6 +86,11 @@ typedef struct kt_method {
     const char *title;  /* for people: "Runge-Kutta 4, Kutta 1901" */
     const char *source; /* where the coefficients are published */
 
+    /* NULL: explicit, as a caller's own table must be. For a stabilised method the stages follow from a recurrence, and a
+     * step takes as many of them, up to KT_STABILISED_STAGES_MAX, as the fastest decay of the right-hand side needs; its
+     * table is that of the member with the fewest. */
+    const kt_method_family *family;
+
     int stages;             /* s */
     int order;              /* p of b */
     int embedded_order;     /* of b - e; 0: no error estimate */
@@ -84,11 +109,6 @@ typedef struct kt_method {
     const double *dense_a; /* their rows of a, each over all slopes before it: w, w + 1, ... long, w = s + !fsal */
     const double *dense_c; /* dense_stages */
     const double *dense_d; /* dense_terms x (w + dense_stages), by rows */
-
-    /* Built-in methods only: the stages follow from a recurrence, and a step takes as many of them, up to
-     * KT_STABILISED_STAGES_MAX, as the fastest decay of the right-hand side needs. The table is that of the member
-     * with the fewest. */
-    bool stabilised;
 } kt_method;
 
 /* The number of built-in methods. */
@@ -97,9 +117,21 @@ KT_API int kt_method_count(void);
 /* The built-in method at 0 <= index < kt_method_count(), in order of rising order; NULL outside. Static storage. */
 KT_API const kt_method *kt_method_at(int index);
 
-/* The built-in method of this name: euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, rkc4, dopri5,
- * tsit5, dop853; NULL if there is none. Static storage. */
+/* The built-in method of this name (KT_METHOD_LIST); NULL if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
+
+/* The names of the built-in methods, or of the adaptive ones among them, in one line: "euler, midpoint, heun". Writes as
+ * many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
+KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
+
+/* "explicit", "stabilised". Static storage. */
+KT_API const char *kt_method_family_name(const kt_method *method);
+
+/* Whether the method estimates its error, and so can choose its steps. */
+KT_API bool kt_method_is_adaptive(const kt_method *method);
+
+/* Whether the number of stages follows from the step (stabilised methods), so that `stages` is the least of them. */
+KT_API bool kt_method_stages_vary(const kt_method *method);
 
 /* The order of the method's dense output, uniformly in theta: the interpolated value is off by O(h^(q+1)). An order q
  * = p - 1 does not spoil the order p of what is recorded, since the interpolation error is not carried on. */
@@ -125,9 +157,9 @@ typedef struct kt_complex {
 /* What a method makes of y' = lambda y: y1 = R(h lambda) y0, R a polynomial; Hairer and Wanner, Solving ODE II, IV.2.
  * A tableau has R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 + w1 z). Plain; copy it. */
 typedef struct kt_stability {
+    const kt_method_family *family;               /* of the method: which of the two it is */
     int degree;                                   /* of R */
-    double coefficient[KT_METHOD_STAGES_MAX + 1]; /* tableau: of z^0 .. z^degree */
-    bool stabilised;                              /* which of the two it is */
+    double coefficient[KT_METHOD_STAGES_MAX + 1]; /* explicit: of z^0 .. z^degree */
     double w0, w1, a, b;                          /* stabilised: P(z) = a + b T_s(w0 + w1 z) */
     int copies; /* stabilised: 1: R = P; 3: R = P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
 } kt_stability;
@@ -246,8 +278,8 @@ typedef struct kt_integrator_options {
 KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
- * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal, 11 n more where
- * stabilised. The memory needs no alignment. */
+ * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
+ * stabilised method. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Lays an integrator out in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -334,30 +366,32 @@ typedef struct kt_integrator_counts {
 /* What has been done since the start. */
 KT_API kt_integrator_counts kt_integrator_counts_get(const kt_integrator *integrator);
 
-/* All that an integrator remembers besides y, previous_y and what can be computed again from them. Without padding,
+/* All that an integrator remembers besides y, previous_y, history and what can be computed again from them. Without padding,
  * and plain: it may be written out as it stands. */
 typedef struct kt_integrator_memory {
-    double t;             /* current time */
-    double previous_t;    /* where the last step began */
-    double origin;        /* fixed step: t0 of the grid t0 + k h */
-    int64_t grid;         /* fixed step: the last k with t0 + k h <= t */
-    double last_step;     /* t - previous_t up to rounding, with its sign; 0 before any step */
-    double next_step;     /* adaptive: proposed size, > 0; 0: not yet chosen */
-    double last_error;    /* adaptive: weighted norm of the last accepted step's error estimate; NaN: none */
-    double control_error; /* adaptive: err_last of the PI control */
-    double radius;        /* stabilised: spectral radius of f_y, 1/s, with its margin; negative: not yet estimated */
-    int64_t radius_age;   /* stabilised: steps since it was estimated */
-    int32_t on_grid;      /* fixed step: whether t is t0 + grid h */
-    int32_t has_previous; /* whether previous_y is known */
+    double t;                    /* current time */
+    double previous_t;           /* where the last step began */
+    double origin;               /* fixed step: t0 of the grid t0 + k h */
+    int64_t grid;                /* fixed step: the last k with t0 + k h <= t */
+    double last_step;            /* t - previous_t up to rounding, with its sign; 0 before any step */
+    double next_step;            /* adaptive: proposed size, > 0; 0: not yet chosen */
+    double last_error;           /* adaptive: weighted norm of the last accepted step's error estimate; NaN: none */
+    double control_error;        /* adaptive: err_last of the PI control */
+    int32_t on_grid;             /* fixed step: whether t is t0 + grid h */
+    int32_t has_previous;        /* whether previous_y is known */
     kt_integrator_counts counts; /* as kt_integrator_counts_get has them */
 } kt_integrator_memory;
 
 /* A look at it. Valid until the next call that takes a non-const integrator. */
 KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
 
-/* A checkpoint: copies out memory, y (n) and previous_y (n; NULL: not wanted). */
+/* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method (its
+ * `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age. O(1). */
+KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
+
+/* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */
 KT_API void kt_integrator_save(const kt_integrator *integrator, kt_integrator_memory *memory, double *y,
-                               double *previous_y);
+                               double *previous_y, double *history);
 
 /* Takes a checkpoint back, into an integrator placed with the same method, n and options: every later step has the
  * same bits as without the break. With previous_y the last step can be interpolated again (its stages are evaluated
@@ -365,7 +399,7 @@ KT_API void kt_integrator_save(const kt_integrator *integrator, kt_integrator_me
  *
  * Errors: as kt_integrator_start. */
 KT_CHECKED KT_API kt_status kt_integrator_restore(kt_integrator *integrator, const kt_integrator_memory *memory,
-                                                  const double *y, const double *previous_y,
+                                                  const double *y, const double *previous_y, const double *history,
                                                   const kt_integrator_callbacks *callbacks, kt_error *error);
 
 #ifdef __cplusplus

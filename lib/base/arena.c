@@ -1,9 +1,41 @@
-/* What memory that a caller gives must be. */
+/* Memory of objects: a caller's is checked and cleared, the library's own is allocated and released. */
 #include "base/arena.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 kt_status kt_arena_refuse(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                           kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, where,
                         "%zu bytes at a multiple of %d are needed (%s); given: %zu bytes%s", needed, KT_ARENA_ALIGNMENT,
                         query, memory ? size : 0, (uintptr_t)memory % KT_ARENA_ALIGNMENT != 0 ? ", misaligned" : "");
+}
+
+kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
+                         kt_error *error) {
+    return kt_arena_fits(memory, size, needed) ? KT_OK
+                                               : kt_arena_refuse(where, query, memory, size, needed, error);
+}
+
+kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,
+                         kt_error *error) {
+    const kt_status status = kt_arena_check(where, query, memory, size, needed, error);
+    if (status == KT_OK)
+        memset(memory, 0, needed);
+    return status;
+}
+
+void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error) {
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, bytes);
+    if (memory == NULL)
+        (void)kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for %s cannot be allocated", bytes, what);
+    return memory;
+}
+
+kt_status kt_arena_own(void *memory, kt_status status) {
+    if (status == KT_OK)
+        *(void **)memory = memory;
+    else
+        free(memory);
+    return status;
 }

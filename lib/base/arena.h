@@ -1,4 +1,16 @@
-/* Laying arrays out in one block: the same walk measures (base == NULL) and places. */
+/* Objects in one block of memory: a struct, and behind it its arrays.
+ *
+ * The arrays of an object are one list of fields,
+ *
+ *     #define KT_THING_FIELDS(X) X(double, value, s->values, "what it holds") ...       type, name, count, meaning
+ *
+ * which declares, measures, places and poisons them. In the struct stands KT_ARENA_DECLARE(KT_THING_FIELDS), and
+ *
+ *     KT_ARENA_LAYOUT(lay_out, kt_thing, KT_THING_FIELDS, const kt_thing_sizes *s)
+ *
+ * defines lay_out(memory, s): it returns the bytes of struct and arrays, and sets the pointers of the object at `memory`
+ * unless that is NULL. The counts of the list are written in the names of the parameters.
+ */
 #ifndef KT_BASE_ARENA_H
 #define KT_BASE_ARENA_H
 
@@ -21,13 +33,50 @@ static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
     return place;
 }
 
-/* Whether a block that a caller gives will do. */
+/* ---- a list of fields -------------------------------------------------------------------------------------------- */
+
+#define KT_ARENA_MEMBER(type, name, count, meaning) type *name;
+#define KT_ARENA_DECLARE(list) list(KT_ARENA_MEMBER)
+
+/* For a function that has `object`, `memory` (NULL: only measured), `used`, and the names of the counts. */
+#define KT_ARENA_PLACE(type, name, count, meaning)                                                                     \
+    object->name = (type *)kt_arena_take(memory, &used, (count) * sizeof(type));
+
+#define KT_ARENA_LAYOUT(function, object_type, list, ...)                                                              \
+    static size_t function(void *memory, __VA_ARGS__) {                                                                \
+        object_type measured, *object = memory ? (object_type *)memory : &measured;                                    \
+        size_t used = kt_arena_round(sizeof *object);                                                                  \
+        list(KT_ARENA_PLACE) return used;                                                                              \
+    }
+
+/* For a function that has `object`, `byte`, and the names of the counts. */
+#define KT_ARENA_POISON(type, name, count, meaning) memset(object->name, byte, (count) * sizeof(type));
+
+/* ---- the caller's memory, and the library's own ------------------------------------------------------------------ */
+
+/* Whether a caller's memory will do: KT_ERROR_MEMORY at `where`, with what it must be. `query` is the call that tells the
+ * size. */
+kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
+                         kt_error *error);
+
+/* As kt_arena_check, in two parts: whether a caller's memory will do, and the error. */
 static inline bool kt_arena_fits(const void *memory, size_t size, size_t needed) {
     return memory && size >= needed && (uintptr_t)memory % KT_ARENA_ALIGNMENT == 0;
 }
-
-/* KT_ERROR_MEMORY at `where`, with what the memory must be; `query` is the call that tells its size. */
 kt_status kt_arena_refuse(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                           kt_error *error);
+
+/* The same, and clears `needed` bytes of it for an object. */
+kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,
+                         kt_error *error);
+
+/* Memory that an object will own, aligned as kt_arena_check asks; NULL, with KT_ERROR_MEMORY in *error, if there is none.
+ * `what` names the object in the message: "modes". */
+void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error);
+
+/* The end of a kt_*_create: `memory` is that of kt_arena_allocate, `status` that of initialising an object in it whose
+ * first member is `void *owned`. The object owns its memory from here on; if it failed, the memory is released. Returns
+ * `status`. */
+kt_status kt_arena_own(void *memory, kt_status status);
 
 #endif

@@ -76,7 +76,7 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     double h0 = has_scale ? 0.01 * size / slope : 1e-6;
     h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* and not a rounding beyond it */
 
-    /* Where f cannot be had so far away, a hundredth of the way is tried, a few times. */
+    /* Where f cannot be computed so far away, a hundredth of the way is tried, a few times. */
     kt_try_result reached = KT_TRY_RECOVERABLE;
     for (int tries = 0; tries < 8; tries++) {
         for (size_t i = 0; i < n; i++)

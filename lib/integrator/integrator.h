@@ -1,40 +1,29 @@
 /* What the files of this folder share.
  *
- *     table_*.c   the coefficients, a const struct a method
- *     method.c    the list of methods
- *     order.c     rooted trees and order conditions
- *     place.c     layout in the caller's memory, start, checkpoints
- *     stages.c    one try: slopes, new state, error estimate
- *     control.c   the step size
- *     step.c      one accepted step
- *     dense.c     values within it
- *     chebyshev.c the family of a stabilised method: coefficients, how far it is stable
- *     stabilise.c a try with it
- *     radius.c    the spectral radius that says how many stages that needs
- *     stability.c linear stability of all of them
+ *     integrator.c   an integrator in the caller's memory: options, start, dense output, checkpoints
+ *     step.c         one accepted step, of whatever family the method is
+ *     control.c      the step size
+ *     try.c          what every family needs of a try: slopes evaluated and checked, norms, errors
+ *
+ *     method.c       the list of methods
+ *     table_*.c      their coefficients, a const struct a method
+ *     order.c        rooted trees and order conditions
+ *     stability.c    linear stability: growth of modes, and the longest stable step
+ *
+ *     explicit.c     the family of explicit Runge-Kutta methods
+ *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
+ *     radius.c       the spectral radius that says how many stages these need
+ *
+ * A family is one const struct of functions, kt_method_family. Only its own file knows what it does; the others call it
+ * through the struct.
  */
 #ifndef KT_INTEGRATOR_INTEGRATOR_H
 #define KT_INTEGRATOR_INTEGRATOR_H
 
+#include "base/arena.h"
 #include "kinetree/integrator.h"
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
-
-/* One line a method, in rising order. */
-#define KT_METHOD_LIST(X)                                                                                              \
-    X(euler)                                                                                                           \
-    X(midpoint)                                                                                                        \
-    X(heun)                                                                                                            \
-    X(ralston)                                                                                                         \
-    X(rkc2)                                                                                                            \
-    X(kutta3)                                                                                                          \
-    X(bs32)                                                                                                            \
-    X(rk4)                                                                                                             \
-    X(rk38)                                                                                                            \
-    X(rkc4)                                                                                                            \
-    X(dopri5)                                                                                                          \
-    X(tsit5)                                                                                                           \
-    X(dop853)
 
 #define KT_METHOD_EXTERN(name) extern const kt_method kt_method_##name;
 KT_METHOD_LIST(KT_METHOD_EXTERN)
@@ -43,8 +32,13 @@ KT_METHOD_LIST(KT_METHOD_EXTERN)
 /* Whether the struct is one of the list, which tests have checked. */
 bool kt_method_is_built_in(const kt_method *method);
 
-/* Checks the sizes and that no array is missing: what kt_integrator_size needs to know before it reads anything. */
+/* Checks the sizes and that no array is missing: what kt_integrator_size needs to know before it reads anything. For a
+ * table the same without the family's part. */
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error);
+kt_status kt_table_check_sizes(const kt_method *method, kt_error *error);
+
+/* The family of a method: explicit if it names none. */
+const kt_method_family *kt_method_family_of(const kt_method *method);
 
 /* For tests: rooted trees, and so order conditions, of 1 <= nodes <= KT_METHOD_ORDER_MAX nodes. */
 int kt_tree_count(int nodes);
@@ -63,33 +57,36 @@ typedef struct kt_stage_term {
     size_t slot;
 } kt_stage_term;
 
-/* Rows of the compiled table, zeros left out: the stages, then these, then the stages of the dense output. */
-enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
-
-enum { KT_RADIUS_VECTORS = 8 }; /* directions in which f is differenced for its spectral radius, at most */
-
 typedef struct kt_integrator_sizes {
     size_t n;      /* equations */
     size_t stride; /* doubles from one slope to the next */
-    size_t slots, rows, terms;
-    size_t moved, krylov; /* for a stabilised method, else 0 */
+    /* What the family asks for. */
+    size_t slots;       /* slopes: 2 or more, for the choice of the first step uses slot 1 */
+    size_t rows, terms; /* of the compiled table */
+    size_t history;     /* numbers that are part of a checkpoint */
+    size_t scratch;     /* bytes that need not last from one step to the next */
 } kt_integrator_sizes;
 
-/* Every array: type, name, count, what becomes of it between calls, meaning. One list declares, measures, places and
- * poisons. SCRATCH holds what is written before it is read, or can be computed again. */
-#define KT_INTEGRATOR_FIELDS(X)                                                                                        \
-    X(kt_stage_term, terms, s->terms, KEPT, "the table without its zeros")                                             \
-    X(size_t, row, s->rows + 1, KEPT, "first term of each row")                                                        \
-    X(double *, k, s->slots, KEPT, "slope in each slot")                                                               \
-    X(double, y, s->n, KEPT, "state at t")                                                                             \
-    X(double, previous_y, s->n, KEPT, "state at previous_t")                                                           \
-    X(double, trial, s->n, SCRATCH, "states of the stages; state at the end of the try")                               \
-    X(double, moved, s->moved, SCRATCH, "stabilised: two stages less y")                                               \
-    X(double, krylov, s->krylov, SCRATCH, "stabilised: directions")                                                    \
-    X(double, slopes, s->slots * s->stride, SCRATCH, "the slopes")
+/* Arrays: type, name, count, meaning (base/arena.h). These last. */
+#define KT_INTEGRATOR_KEPT(X)                                                                                          \
+    X(kt_stage_term, terms, s->terms, "the table without its zeros")                                                   \
+    X(size_t, row, s->rows + 1, "first term of each row")                                                              \
+    X(double *, k, s->slots, "slope in each slot")                                                                     \
+    X(double, y, s->n, "state at t")                                                                                   \
+    X(double, previous_y, s->n, "state at previous_t")                                                                 \
+    X(double, history, s->history, "what the family remembers of earlier steps; part of a checkpoint")
+
+/* These are written before they are read, or can be computed again. */
+#define KT_INTEGRATOR_SCRATCH(X)                                                                                       \
+    X(double, trial, s->n, "states of the stages; state at the end of the try")                                        \
+    X(char, scratch, s->scratch, "the family's")                                                                       \
+    X(double, slopes, s->slots * s->stride, "the slopes")
+
+#define KT_INTEGRATOR_FIELDS(X) KT_INTEGRATOR_KEPT(X) KT_INTEGRATOR_SCRATCH(X)
 
 struct kt_integrator {
     const kt_method *method;
+    const kt_method_family *family; /* of the method */
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
     kt_integrator_memory memory;
@@ -101,14 +98,10 @@ struct kt_integrator {
     bool started;
     /* What is known of the slopes. A try needs f(t, y) in slot 0; the dense output of the last step needs it in slot
      * `fresh`, beside the stages of that step. The two uses take turns and swap pointers. */
-    bool stages_known;     /* the slots hold the stages of the last step, as far as its dense output needs them */
-    bool dense_known;      /* and the stages of the dense output */
-    int derivative_slot;   /* where f(t, y) is: 0, fresh, or -1 where it is not known */
-    double radius;         /* stabilised: the spectral radius that the tries of this step count on */
-    bool radius_is_of_now; /* and it was estimated at this step's beginning */
-#define KT_INTEGRATOR_DECLARE(type, name, count, kind, meaning) type *name;
-    KT_INTEGRATOR_FIELDS(KT_INTEGRATOR_DECLARE)
-#undef KT_INTEGRATOR_DECLARE
+    bool stages_known;   /* the slots hold the stages of the last step, as far as its dense output needs them */
+    bool dense_known;    /* and the stages of the dense output */
+    int derivative_slot; /* where f(t, y) is: 0, fresh, or -1 where it is not known */
+    KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
 
 /* For tests: fills all that is scratch with a byte, and forgets what was known of it. No bit of what follows changes.
@@ -122,7 +115,7 @@ typedef enum kt_try_result {
     KT_TRY_RECOVERABLE, /* a callback returned > 0 */
     KT_TRY_NOT_FINITE,
     KT_TRY_INACCURATE,
-    KT_TRY_UNSTABLE, /* more stages would be needed than there are */
+    KT_TRY_TOO_LONG, /* the method cannot take so long a step; the family's report says why */
     KT_TRY_STOPPED   /* a callback returned < 0 */
 } kt_try_result;
 
@@ -134,8 +127,6 @@ typedef struct kt_try {
     int code;         /* of the callback */
     size_t component; /* that is not finite */
     double error;     /* weighted norm, of an adaptive step */
-    double radius;    /* KT_TRY_UNSTABLE: the rate of decay, 1/s, ... */
-    double reach;     /* ... and the step that the most stages allow */
 } kt_try;
 
 /* From (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end` itself. */
@@ -144,46 +135,86 @@ typedef struct kt_interval {
     const double *y;
 } kt_interval;
 
-/* out = y + h sum_j weight_j k_j over one row, n values, summed in the order of the row. */
-void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
-                size_t n);
-
 /* The first value that is not finite; n if all are. */
 size_t kt_first_not_finite(const double *values, size_t n);
 
 /* k[slot] = f(t, y), counted and checked. */
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result);
 
-/* Stages first .. last - 1 of the table into their slots, of an interval. */
-kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
-                                 kt_try *result);
+/* absolute_i + relative max(|y0|, |y1|) */
+double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
+
+/* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scale of the current state; v may be NULL: 0. */
+double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);
+
+/* A try that failed, as an error: code, where, words. */
+kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const char *advice, kt_error *error);
 
 /* Slot 0 holds f(t, y): all other slopes and `trial`; if adaptive, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
-/* Of a stabilised method: all slopes that are kept, and `trial`, without the norm of the error (stabilise.c). */
-kt_try_result kt_stabilised_stages(kt_integrator *it, const kt_interval *interval, kt_try *result);
+/* ---- families ---------------------------------------------------------------------------------------------------- */
 
-/* Its error estimate, weighted; y1 in `trial`, f(t1, y1) in slot `fresh`. */
-double kt_stabilised_error(const kt_integrator *it, double h);
+/* How the methods of one kind step. The stepper owns time, state, step size and projection; everything else is asked of
+ * the family, in the order of the members. A member that says NULL may be left out. */
+struct kt_method_family {
+    const char *name; /* "explicit" */
+    int stages_max;   /* the most stages, where their number follows from the step; 0 where it does not */
 
-/* Stages are chosen for this times the spectral radius that was estimated. */
-#define KT_RADIUS_MARGIN 1.2
+    /* Set-up. Sizes: n and stride are given, the family adds its own. A caller's own method passes `check_sizes` and is
+     * explicit; what `check_sizes` has not passed is not read. */
+    kt_status (*check_sizes)(const kt_method *method, kt_error *error);
+    void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
+    void (*init)(kt_integrator *it);  /* fresh, gives_end_derivative, the table; memory is laid out, and zero */
+    void (*start)(kt_integrator *it); /* NULL: no history. The history of a motion that begins, or jumps */
 
-/* Before a step with a stabilised method: `radius`, estimated anew where the memory's is too old or `again`. */
-kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result);
+    /* One step. `prepare` (NULL: nothing to do) finds what all tries of the step need besides f(t, y), which is in slot
+     * 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and `trial`, `error`
+     * then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history: nothing can fail any
+     * more. `longest_step` (NULL: any) bounds an adaptive step, and `report` tells of a try with KT_TRY_TOO_LONG. */
+    kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
+    kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
+    double (*error)(const kt_integrator *it, double h);
+    void (*accept)(kt_integrator *it);
+    double (*longest_step)(const kt_integrator *it);
+    kt_status (*report)(const kt_integrator *it, const char *where, kt_error *error);
 
-/* The longest step for which the method has stages enough; HUGE_VAL for one that is not stabilised. */
-double kt_stabilised_reach(const kt_integrator *it);
+    /* y(t) strictly within the last step, n values. */
+    kt_try_result (*interpolate)(kt_integrator *it, double t, double *y_out, kt_try *result);
 
-/* absolute_i + relative max(|y0|, |y1|) */
-double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
+    /* Linear stability (kt_stability_make and what follows it in the public header). `stages` (NULL: the method's own
+     * number) are those of a step h where z = h max |lambda|; `reach` goes with it: the largest z that they are enough
+     * for. */
+    kt_status (*stability)(const kt_method *method, int stages, kt_stability *stability, kt_error *error);
+    kt_complex (*value)(const kt_stability *stability, kt_complex z);
+    double (*real_limit)(const kt_stability *stability);
+    double (*imaginary_limit)(const kt_stability *stability);
+    int (*stages)(const kt_method *method, double z);
+    double (*reach)(const kt_method *method);
+};
 
-/* sqrt(mean((u_i - v_i) / scale_i)^2)) with the scale of the current state; v may be NULL: 0. */
-double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);
+extern const kt_method_family kt_family_explicit, kt_family_stabilised;
 
-/* A try that failed, as an error: code, where, words. */
-kt_status kt_try_report(const kt_try *result, const char *advice, kt_error *error);
+/* Stages first .. last - 1 of the table into their slots, of an interval (explicit.c). */
+kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
+                                 kt_try *result);
+
+/* out = y + h sum_j weight_j k_j over one row, n values, summed in the order of the row (explicit.c). */
+void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
+                size_t n);
+
+/* The dense output in the form that the public header gives (explicit.c). */
+kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
+
+/* Whether x lies inside a region that is searched outwards from 0, and where it first ends: the boundary between the last
+ * point inside and the first outside, to rounding; HUGE_VAL beyond `most` (stability.c). */
+typedef bool kt_is_inside(const void *problem, double x);
+double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
+
+/* No consistent polynomial of degree s keeps |R| <= 1 further than 2 s^2. */
+static inline double kt_farthest_stable(const kt_stability *s) {
+    return 2.0 * (double)s->degree * (double)s->degree + 1.0;
+}
 
 /* ---- step size --------------------------------------------------------------------------------------------------- */
 

@@ -1,6 +1,7 @@
-/* The list of built-in methods. */
+/* The list of built-in methods, and what is asked of any. */
 #include "integrator/integrator.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static const kt_method *const methods[] = {
@@ -27,6 +28,34 @@ bool kt_method_is_built_in(const kt_method *method) {
         if (methods[i] == method)
             return true;
     return false;
+}
+
+const kt_method_family *kt_method_family_of(const kt_method *method) {
+    return method->family != NULL ? method->family : &kt_family_explicit;
+}
+
+const char *kt_method_family_name(const kt_method *method) { return kt_method_family_of(method)->name; }
+
+bool kt_method_is_adaptive(const kt_method *method) { return method->embedded_order > 0; }
+
+bool kt_method_stages_vary(const kt_method *method) { return kt_method_family_of(method)->stages_max > 0; }
+
+size_t kt_method_names(bool adaptive, char *text, size_t size) {
+    size_t length = 0;
+    if (size > 0)
+        text[0] = '\0';
+    for (int i = 0; i < COUNT; i++) {
+        const size_t at = length < size ? length : size;
+        if (!adaptive || kt_method_is_adaptive(methods[i]))
+            length += (size_t)snprintf(text + at, size - at, "%s%s", length > 0 ? ", " : "", methods[i]->name);
+    }
+    return length;
+}
+
+kt_status kt_method_check_sizes(const kt_method *method, kt_error *error) {
+    if (method == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "method", "no method is given; kt_method_find has some by name");
+    return kt_method_family_of(method)->check_sizes(method, error);
 }
 
 /* The cubic through both states and slopes is exact to theta^3, and no better than the states it joins. */

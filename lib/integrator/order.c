@@ -49,9 +49,7 @@ static kt_status refuse(const kt_method *method, kt_error *error, const char *me
     return kt_error_set(error, KT_ERROR_ARGUMENT, method->name == NULL ? "method" : method->name, "%s", message);
 }
 
-kt_status kt_method_check_sizes(const kt_method *m, kt_error *error) {
-    if (m == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "method", "no method is given; kt_method_find has some by name");
+kt_status kt_table_check_sizes(const kt_method *m, kt_error *error) {
     if (m->stages < 1 || m->stages > SLOTS || m->dense_stages < 0 || m->dense_stages > SLOTS ||
         kt_method_slots(m) > SLOTS)
         return refuse(m, error, "a method has 1 to 32 stages, those of the dense output and the new slope included");

@@ -16,7 +16,7 @@
  *
  * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
  */
-#include "integrator/integrator.h"
+#include "integrator/stabilised.h"
 
 #include <float.h>
 #include <math.h>
@@ -78,7 +78,7 @@ static void first_direction(double *v, size_t n, uint64_t step) {
 /* Column j of H and v_{j+1}; *left: what is left of f_y v_j over what it was. */
 static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double delta, double *left, kt_try *result) {
     const size_t n = it->counted;
-    double *v = it->krylov + (size_t)j * n, *w = v + n;
+    double *v = kt_stabilised_scratch_of(it)->krylov + (size_t)j * n, *w = v + n;
     for (size_t i = 0; i < n; i++)
         it->trial[i] = it->y[i] + delta * v[i];
     if (kt_evaluate(it, it->memory.t, it->trial, 1, result) != KT_TRY_PASSED)
@@ -87,7 +87,7 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
         w[i] = (it->k[1][i] - it->k[0][i]) / delta;
     const double before = sqrt(product(w, w, n));
     for (int l = 0; l <= j; l++) {
-        const double *u = it->krylov + (size_t)l * n, part = product(u, w, n);
+        const double *u = v - (size_t)(j - l) * n, part = product(u, w, n);
         matrix->h[l][j] = part;
         for (size_t i = 0; i < n; i++)
             w[i] -= part * u[i];
@@ -108,7 +108,7 @@ static double size_of(const double *y, size_t n) {
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;
 }
 
-/* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1, krylov and trial are scratch. What differencing
+/* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1 and `trial` are scratch. What differencing
  * leaves of nothing is 1e-6 or so. */
 static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result) {
     const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
@@ -116,7 +116,7 @@ static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result)
     hessenberg matrix = {{{0.0}}};
     double last = HUGE_VAL, left = 1.0;
     bool settled = false;
-    first_direction(it->krylov, n, it->memory.counts.steps);
+    first_direction(kt_stabilised_scratch_of(it)->krylov, n, it->memory.counts.steps);
     for (size_t i = n; i < it->sizes.n; i++)
         it->trial[i] = it->y[i];
     *radius = 0.0;
@@ -132,17 +132,30 @@ static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result)
     return KT_TRY_PASSED;
 }
 
-kt_try_result kt_need_radius(kt_integrator *it, bool again, kt_try *result) {
+KT_ARENA_LAYOUT(lay_out, kt_stabilised_scratch, KT_STABILISED_FIELDS, size_t n)
+size_t kt_stabilised_lay_out(void *memory, size_t n) { return lay_out(memory, n); }
+
+kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result) {
+    kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
+    const double known = it->history[KT_HISTORY_RADIUS], age = it->history[KT_HISTORY_AGE];
     result->result = KT_TRY_PASSED;
-    if (!it->method->stabilised || (again && it->radius_is_of_now))
+    if (rejected && scratch->radius_is_of_now)
         return KT_TRY_PASSED;
-    const int64_t oldest = it->options.step > 0.0 ? AGE_MAX_FIXED : AGE_MAX;
-    it->radius_is_of_now = again || it->memory.radius < 0.0 || it->memory.radius_age >= oldest;
-    it->radius = it->memory.radius;
-    if (!it->radius_is_of_now)
+    (void)lay_out(scratch, it->sizes.n);
+    scratch->radius_is_of_now = rejected || known < 0.0 || age >= (it->options.step > 0.0 ? AGE_MAX_FIXED : AGE_MAX);
+    scratch->radius = known;
+    if (!scratch->radius_is_of_now)
         return KT_TRY_PASSED;
     double radius;
     if (estimate(it, &radius, result) == KT_TRY_PASSED)
-        it->radius = fmax(KT_RADIUS_MARGIN * radius, 0.86 * it->memory.radius);
+        scratch->radius = fmax(KT_RADIUS_MARGIN * radius, 0.86 * known);
     return result->result;
 }
+
+void kt_radius_accept(kt_integrator *it) {
+    const kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
+    it->history[KT_HISTORY_RADIUS] = scratch->radius;
+    it->history[KT_HISTORY_AGE] = scratch->radius_is_of_now ? 1.0 : it->history[KT_HISTORY_AGE] + 1.0;
+}
+
+void kt_radius_forget(kt_integrator *it) { it->history[KT_HISTORY_RADIUS] = -1.0; }

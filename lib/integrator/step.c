@@ -18,28 +18,6 @@ typedef struct plan {
     bool on_grid;
 } plan;
 
-kt_status kt_try_report(const kt_try *r, const char *advice, kt_error *error) {
-    char where[64];
-    snprintf(where, sizeof where, "t = %.17g", r->t);
-    switch (r->result) {
-    case KT_TRY_STOPPED:
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s asked to stop (code %d)", r->what, r->code);
-    case KT_TRY_RECOVERABLE:
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s could not be had (code %d); %s", r->what, r->code,
-                            advice);
-    case KT_TRY_NOT_FINITE:
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "component %zu of %s is not finite; %s", r->component,
-                            r->what, advice);
-    case KT_TRY_UNSTABLE:
-        return kt_error_set(error, KT_ERROR_STEP, where,
-                            "the right-hand side decays at %.3g /s, for which this step needs more than the %d stages "
-                            "that there are: take steps below %.3g s",
-                            r->radius, KT_STABILISED_STAGES_MAX, r->reach);
-    default:
-        return KT_OK;
-    }
-}
-
 /* ---- where to ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_lost(const kt_integrator *it, const char *what, double h, kt_error *error) {
@@ -86,8 +64,8 @@ static void plan_adaptive(const kt_integrator *it, double t_limit, double propos
 
 /* ---- one step ---------------------------------------------------------------------------------------------------- */
 
-/* f(t, y) into slot 0, if it is not there: after a step it may be in `fresh`. */
-static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
+/* f(t, y) into slot 0, if it is not there (after a step it may be in `fresh`), and what else the family needs. */
+static kt_try_result prepare(kt_integrator *it, kt_try *result) {
     result->result = KT_TRY_PASSED;
     it->stages_known = false;
     it->dense_known = false;
@@ -99,21 +77,30 @@ static kt_try_result need_slope(kt_integrator *it, kt_try *result) {
     }
     if (it->derivative_slot < 0 && kt_evaluate(it, it->memory.t, it->y, 0, result) == KT_TRY_PASSED)
         it->derivative_slot = 0;
+    if (result->result == KT_TRY_PASSED && it->family->prepare != NULL)
+        return it->family->prepare(it, false, result);
     return result->result;
 }
 
-kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_error *error) {
-    kt_try r;
-    if (!it->started)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
-    if (it->derivative_slot < 0) { /* beside the stages of the last step, which its dense output may need */
-        if (kt_evaluate(it, it->memory.t, it->y, it->fresh, &r) != KT_TRY_PASSED)
-            return kt_try_report(&r, "the motion cannot go on from this state: look at what the model does here",
-                                 error);
-        it->derivative_slot = (int)it->fresh;
-    }
-    *slope = it->k[it->derivative_slot];
-    return KT_OK;
+/* A result that names where it was found. */
+static kt_try_result tell(kt_try *result, kt_try_result found, const char *what, double t) {
+    result->what = what;
+    result->t = t;
+    return result->result = found;
+}
+
+kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    if (it->family->try_step(it, in, result) != KT_TRY_PASSED)
+        return result->result;
+    result->component = kt_first_not_finite(it->trial, it->sizes.n);
+    if (result->component < it->sizes.n)
+        return tell(result, KT_TRY_NOT_FINITE, "the new state", in->end);
+    if (it->options.step > 0.0)
+        return KT_TRY_PASSED;
+    result->error = it->family->error(it, in->h);
+    if (result->error <= 1.0) /* which an estimate that overflowed is not */
+        return KT_TRY_PASSED;
+    return tell(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
 /* The caller's projection of the trial state. */
@@ -123,15 +110,12 @@ static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try 
         return KT_TRY_PASSED;
     *changed = true;
     const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
-    result->what = "the projection";
-    result->t = t;
-    result->code = code;
-    if (code != 0)
-        return result->result = code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
-    if (*changed && (result->component = kt_first_not_finite(it->trial, it->sizes.n)) < it->sizes.n) {
-        result->what = "the projected state";
-        return result->result = KT_TRY_NOT_FINITE;
+    if (code != 0) {
+        result->code = code;
+        return tell(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
     }
+    if (*changed && (result->component = kt_first_not_finite(it->trial, it->sizes.n)) < it->sizes.n)
+        return tell(result, KT_TRY_NOT_FINITE, "the projected state", t);
     return KT_TRY_PASSED;
 }
 
@@ -152,11 +136,9 @@ static void commit(kt_integrator *it, const plan *p, bool changed, double next_s
     m->on_grid = p->on_grid;
     m->next_step = next_step;
     m->last_error = error;
-    if (it->method->stabilised) {
-        m->radius = it->radius;
-        m->radius_age = it->radius_is_of_now ? 1 : m->radius_age + 1;
-    }
     m->counts.steps++;
+    if (it->family->accept != NULL)
+        it->family->accept(it);
 }
 
 static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) {
@@ -167,9 +149,9 @@ static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) 
         return status;
     kt_try r;
     bool changed = false;
-    if (need_slope(it, &r) != KT_TRY_PASSED || kt_need_radius(it, false, &r) != KT_TRY_PASSED ||
-        kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED || project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
-        return kt_try_report(&r, advice, error);
+    if (prepare(it, &r) != KT_TRY_PASSED || kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED ||
+        project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
+        return kt_try_report(it, &r, advice, error);
     commit(it, &p, changed, it->memory.next_step, (double)NAN);
     return KT_OK;
 }
@@ -195,7 +177,7 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
     if (r->result == KT_TRY_NOT_FINITE)
         snprintf(reason, sizeof reason, "component %zu of %s was not finite at t = %.17g", r->component, r->what, r->t);
     else if (r->result == KT_TRY_RECOVERABLE)
-        snprintf(reason, sizeof reason, "%s could not be had at t = %.17g (code %d)", r->what, r->t, r->code);
+        snprintf(reason, sizeof reason, "%s could not be computed at t = %.17g (code %d)", r->what, r->t, r->code);
     else
         snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
     return kt_error_set(error, KT_ERROR_STEP, where, "a step below %.3g would be needed: %s. %s", h, reason,
@@ -222,11 +204,16 @@ static bool is_max_step_lost(const kt_integrator *it, double t_limit) {
     return h > 0.0 && h <= 16.0 * DBL_EPSILON * fmax(fabs(it->memory.t), end);
 }
 
+/* The longest step that the family can take now. */
+static double longest_step(const kt_integrator *it) {
+    return it->family->longest_step != NULL ? it->family->longest_step(it) : HUGE_VAL;
+}
+
 /* The first proposal, and the least |h| that is tried. */
 static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     const double t = it->memory.t, left = fabs(t_limit - t);
-    const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, kt_stabilised_reach(it));
+    const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, longest_step(it));
     double h = it->memory.next_step;
     if (is_max_step_lost(it, t_limit))
         return report_lost(it, "max_step", o->max_step, error);
@@ -236,7 +223,7 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
             return report_beyond_rounding(it, error);
         h = kt_control_initial(it, t_limit > t ? 1.0 : -1.0, left < most ? left : most, &r);
         if (h == 0.0)
-            return kt_try_report(&r, "", error);
+            return kt_try_report(it, &r, "", error);
     }
     h = h < most ? h : most;
     *least = fmax(o->min_step, 16.0 * DBL_EPSILON * fmax(fabs(t), h < left ? h : left));
@@ -258,8 +245,9 @@ static double accept(const kt_integrator *it, const plan *p, bool retried, doubl
 static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     kt_try r;
-    if (need_slope(it, &r) != KT_TRY_PASSED || kt_need_radius(it, false, &r) != KT_TRY_PASSED)
-        return kt_try_report(&r, "the motion cannot go on from this state: look at what the model does here", error);
+    if (prepare(it, &r) != KT_TRY_PASSED)
+        return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
+                             error);
     double proposed = 0.0, least = 0.0;
     kt_status status = choose_first(it, t_limit, &proposed, &least, error);
     if (status != KT_OK)
@@ -279,17 +267,17 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
             it->memory.control_error = control_error;
             return KT_OK;
         }
-        if (r.result == KT_TRY_STOPPED || r.result == KT_TRY_UNSTABLE)
-            return kt_try_report(&r, "", error);
+        if (r.result == KT_TRY_STOPPED || r.result == KT_TRY_TOO_LONG)
+            return kt_try_report(it, &r, "", error);
         it->memory.counts.rejected++;
         if (r.result == KT_TRY_INACCURATE && is_beyond_rounding(it))
             return report_beyond_rounding(it, error);
         proposed =
             fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error) : o->factor_min);
         const kt_try failed = r;
-        if (kt_need_radius(it, true, &r) != KT_TRY_PASSED)
-            return kt_try_report(&r, "", error);
-        proposed = fmin(proposed, kt_stabilised_reach(it));
+        if (it->family->prepare != NULL && it->family->prepare(it, true, &r) != KT_TRY_PASSED)
+            return kt_try_report(it, &r, "", error);
+        proposed = fmin(proposed, longest_step(it));
         r = failed;
         if (proposed < least)
             return report_too_small(it, least, &r, error);

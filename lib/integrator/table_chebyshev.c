@@ -1,5 +1,5 @@
 /* RKC of order 2: the table of its member of two stages, w0 = 1 + (2/13)/4 = 27/26. From the recurrence in
- * stabilise.c, with w1 = w0 and b_0 = b_1 = b_2 = 1 / (4 w0^2):
+ * stabilised.c, with w1 = w0 and b_0 = b_1 = b_2 = 1 / (4 w0^2):
  *
  *     c_1 = 1 / (4 w0),  b = (1 - 2 w0, 2 w0)
  *
@@ -21,6 +21,7 @@ const kt_method kt_method_rkc2 = {
     .name = "rkc2",
     .title = "Runge-Kutta-Chebyshev 2, 1990: stabilised, for strong dampers",
     .source = "B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315",
+    .family = &kt_family_stabilised,
     .stages = 3,
     .order = 2,
     .embedded_order = 2,
@@ -29,5 +30,4 @@ const kt_method kt_method_rkc2 = {
     .b = b,
     .c = c,
     .e = e,
-    .stabilised = true,
 };

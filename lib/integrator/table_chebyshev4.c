@@ -2,7 +2,7 @@
  * = 5/26, b = (-8/5, 13/5) (table_chebyshev.c). One step over h has the slopes 1 and 2, two over h/2 1, 3, 4 and 5,
  * three over h/3 1 and 6 .. 10; b = T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, and b - e = 9 T_3 / 5 - 4 T_2 / 5 is of order 3.
  *
- * Sources: as chebyshev.c.
+ * Sources: as stabilised.c.
  */
 #include "integrator/integrator.h"
 
@@ -33,6 +33,7 @@ const kt_method kt_method_rkc4 = {
     .name = "rkc4",
     .title = "Runge-Kutta-Chebyshev, extrapolated to 4(3): stabilised, for strong dampers",
     .source = "as rkc2, and E. Hairer, S. P. Norsett, G. Wanner, 1993, section II.9",
+    .family = &kt_family_stabilised,
     .stages = 10,
     .order = 4,
     .embedded_order = 3,
@@ -40,5 +41,4 @@ const kt_method kt_method_rkc4 = {
     .b = b,
     .c = c,
     .e = e,
-    .stabilised = true,
 };

@@ -29,7 +29,6 @@ bool kt_body_is_hidden(const kt_reader *r, int body);
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count);
 
 /* Whether a method chooses its steps by itself. */
-bool kt_method_is_adaptive(const kt_method *method);
 
 /* The unit of a scalar joint's position; that of an angle where there is no such joint. */
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);

@@ -21,22 +21,11 @@ static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(rec
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-static void add_methods(kt_phrase *phrase, bool adaptive_only) {
-    const char *before = "";
-    for (int i = 0; i < kt_method_count(); i++) {
-        const kt_method *method = kt_method_at(i);
-        if (adaptive_only && !kt_method_is_adaptive(method))
-            continue;
-        kt_phrase_add(phrase, "%s%s", before, method->name);
-        before = ", ";
-    }
-}
-
 static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_run *run = object;
-    kt_phrase all = {.length = 0};
-    add_methods(&all, false);
+    char all[256];
+    (void)kt_method_names(false, all, sizeof all);
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "the name of a method");
     const char *name = node->of.text;
@@ -51,9 +40,9 @@ static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, 
             break;
     if (nearest.best != NULL)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no method %s; did you mean '%s'? There are %s",
-                           kt_name_quote(name).text, nearest.best, all.text);
+                           kt_name_quote(name).text, nearest.best, all);
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no method %s; there are %s", kt_name_quote(name).text,
-                       all.text);
+                       all);
 }
 
 static void write_integrator(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -158,16 +147,16 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
     }
     if (method == NULL || kt_method_is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator))
         return;
-    kt_phrase adaptive = {.length = 0};
-    add_methods(&adaptive, true);
+    char adaptive[256];
+    (void)kt_method_names(true, adaptive, sizeof adaptive);
     if (tolerance != NULL)
         kt_fault_at(r, KT_ERROR_SCENE, scope, tolerance,
                     "%s has a fixed step and no tolerance; give 'step' in its place, or choose an adaptive method: %s",
-                    method->name, adaptive.text);
+                    method->name, adaptive);
     else
         kt_fault_at(r, KT_ERROR_SCENE, scope, integrator,
                     "%s has a fixed step; give 'step' as well, or choose an adaptive method: %s", method->name,
-                    adaptive.text);
+                    adaptive);
 }
 
 /* What no run could keep, at the key that asks for it, one after the other; the interval is not among them. */

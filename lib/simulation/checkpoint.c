@@ -1,7 +1,7 @@
 /* Checkpoints: the memory of the clock and of its integrator in one flat block.
  *
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
- * began, torques and wrenches of the last and of the next step, and in the absolute formulation the tree's state.
+ * began, the history of the method, torques and wrenches of the last and of the next step, and in the absolute formulation the tree's state.
  */
 #include "simulation/simulation.h"
 
@@ -25,6 +25,7 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(integrator, sizeof(kt_integrator_memory))                                                                        \
     X(y, size->n * sizeof(double))                                                                                     \
     X(previous_y, size->n * sizeof(double))                                                                            \
+    X(history, size->history * sizeof(double))                                                                         \
     X(torque, size->user_nv * sizeof(double))                                                                          \
     X(torque_next, size->user_nv * sizeof(double))                                                                     \
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
@@ -82,7 +83,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
     memcpy(to + at.seen, simulation->seen, size->seen * sizeof(double));
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
-                       (double *)(void *)(to + at.previous_y));
+                       (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
 }
 
@@ -120,8 +121,9 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     const double *y = (const double *)(const void *)(from + at.y);
     const double *previous_y = (const double *)(const void *)(from + at.previous_y);
+    const double *history = (const double *)(const void *)(from + at.history);
     status = kt_integrator_restore(simulation->integrator, &integrator, y, integrator.has_previous ? previous_y : NULL,
-                                   &callbacks, error);
+                                   history, &callbacks, error);
     if (status != KT_OK)
         return status;
     simulation->memory = memory;

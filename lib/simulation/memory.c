@@ -34,7 +34,7 @@ static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_si
     kt_status status = kt_run_check(&settings->run, error);
     if (status != KT_OK)
         return status;
-    if (!(settings->run.step > 0.0) && settings->method->embedded_order == 0)
+    if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "%s has no error estimate and cannot choose its steps: give it a step",
                             settings->method->name);
@@ -118,8 +118,12 @@ static kt_status place_integrator(kt_simulation *simulation, const kt_simulation
     options.max_step = settings->options.max_step;
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
-    return kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, settings->method,
-                              simulation->size.n, &options, &simulation->integrator, error);
+    const kt_status status =
+        kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, settings->method,
+                           simulation->size.n, &options, &simulation->integrator, error);
+    if (status == KT_OK)
+        simulation->size.history = kt_integrator_history_size(simulation->integrator);
+    return status;
 }
 
 static void set_records(kt_simulation *simulation, const kt_simulation_request *settings) {

@@ -54,6 +54,7 @@ typedef struct kt_simulation_sizes {
     size_t work; /* where in y the works lie, dissipated and supplied: nq + nv, or behind one idle number where nothing
                     moves */
     size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
+    size_t history; /* numbers of the integrator's that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t rate;                                          /* 0 but with a right-hand side of the caller's */

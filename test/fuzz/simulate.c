@@ -21,7 +21,7 @@ static kt_run draw_run(kt_bytes *bytes, kt_simulation_options *options) {
     run.formulation = (chosen & 2U) != 0 ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
     run.record = (chosen >> 2) & 31U ? kt_bytes_next(bytes) & 127U : KT_RECORD_DEFAULT;
     *options = kt_simulation_options_default();
-    options->max_steps = method->stabilised || method->stages > 8 ? STEPS_OF_MANY_STAGES : STEPS;
+    options->max_steps = kt_method_stages_vary(method) || method->stages > 8 ? STEPS_OF_MANY_STAGES : STEPS;
     options->unprojected = (chosen & 128U) != 0 && kt_bytes_chance(bytes);
     options->kinematics = kt_bytes_chance(bytes);
     return run;

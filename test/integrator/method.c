@@ -19,6 +19,30 @@ KT_TEST(every_method_is_found_by_its_name) {
     }
 }
 
+KT_TEST(names_of_all_methods_stand_in_one_line) {
+    char names[256], some[8];
+    const size_t length = kt_method_names(false, names, sizeof names);
+    kt_check_text("all", names,
+                        "euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, rkc4, dopri5, tsit5, dop853");
+    kt_check_equal_int("length", (long long)length, (long long)strlen(names));
+    kt_check_equal_int("length of no text", (long long)kt_method_names(false, NULL, 0), (long long)length);
+    kt_check_equal_int("length of a short text", (long long)kt_method_names(false, some, sizeof some),
+                       (long long)length);
+    kt_check_text("what fits", some, "euler, ");
+    (void)kt_method_names(true, names, sizeof names);
+    kt_check_text("adaptive", names, "heun, rkc2, bs32, rkc4, dopri5, tsit5, dop853");
+}
+
+KT_TEST(a_method_tells_its_family) {
+    for (int i = 0; i < kt_method_count(); i++) {
+        const kt_method *m = kt_method_at(i);
+        const bool stabilised = strncmp(m->name, "rkc", 3) == 0;
+        kt_check_text(m->name, kt_method_family_name(m), stabilised ? "stabilised" : "explicit");
+        kt_check_true("stages vary", kt_method_stages_vary(m) == stabilised);
+        kt_check_true("adaptive", kt_method_is_adaptive(m) == (m->e != NULL));
+    }
+}
+
 KT_TEST(what_is_no_method_is_not_found) {
     kt_check_true("unknown", kt_method_find("rk5") == NULL);
     kt_check_true("empty", kt_method_find("") == NULL);

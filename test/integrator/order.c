@@ -282,7 +282,7 @@ KT_TEST(a_copy_of_a_built_in_table_gives_the_same_bits) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method own = *kt_method_at(i);
         const kt_integrator_options options = fixed_step(0.05);
-        if (own.stabilised) /* no table of a caller's */
+        if (kt_method_stages_vary(&own)) /* no table of a caller's */
             continue;
         kt_integrator *it = integrator_begin(&own, &problem_kepler, &options);
         kt_integrator *built_in = integrator_begin(kt_method_at(i), &problem_kepler, &options);

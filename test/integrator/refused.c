@@ -157,14 +157,15 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     integrate_to(it, 1.0);
     kt_integrator_memory good, bad;
     double y[4], before[4];
-    kt_integrator_save(it, &good, y, NULL);
+    kt_integrator_save(it, &good, y, NULL, NULL);
     memcpy(before, y, sizeof before);
     y[0] += 0.5; /* so that a restore that went through would show */
 #define KT_REFUSED(change)                                                                                             \
     do {                                                                                                               \
         bad = good;                                                                                                    \
         change;                                                                                                        \
-        kt_check_equal_int(#change, kt_integrator_restore(it, &bad, y, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);  \
+        kt_check_equal_int(#change, kt_integrator_restore(it, &bad, y, NULL, NULL, &callbacks, &error),                \
+                           KT_ERROR_ARGUMENT);                                                                         \
         kt_check_contains("words", error.message, damaged);                                                            \
     } while (0)
     KT_REFUSED(bad.previous_t = HUGE_VAL);
@@ -173,14 +174,37 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     KT_REFUSED(bad.next_step = HUGE_VAL);
     KT_REFUSED(bad.control_error = HUGE_VAL);
     KT_REFUSED(bad.control_error = (double)NAN);
-    KT_REFUSED(bad.radius = (double)NAN);
 #undef KT_REFUSED
-    kt_check_equal_int("no memory", kt_integrator_restore(it, NULL, y, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no memory", kt_integrator_restore(it, NULL, y, NULL, NULL, &callbacks, &error),
+                       KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, missing);
-    kt_check_equal_int("no callbacks", kt_integrator_restore(it, &good, y, NULL, NULL, &error), KT_ERROR_ARGUMENT);
-    kt_check_equal_int("no rhs", kt_integrator_restore(it, &good, y, NULL, &none, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no callbacks", kt_integrator_restore(it, &good, y, NULL, NULL, NULL, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no rhs", kt_integrator_restore(it, &good, y, NULL, NULL, &none, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, missing);
     kt_check_equal_bits("state", kt_integrator_state(it), before, 4);
+    integrator_free(it);
+}
+
+KT_TEST(the_history_of_a_checkpoint_is_checked) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-5, 1e-5);
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+    kt_integrator *it = integrator_begin(kt_method_find("rkc2"), &problem_kepler, &options);
+    integrate_to(it, 1.0);
+    kt_integrator_memory memory;
+    double y[4], history[2];
+    kt_check_equal_int("numbers", (long long)kt_integrator_history_size(it), 2);
+    kt_integrator_save(it, &memory, y, NULL, history);
+    for (int i = 0; i < 2; i++) {
+        const double good = history[i];
+        history[i] = (double)NAN;
+        kt_check_equal_int("damaged", kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_contains("words", error.message, "the memory is damaged");
+        history[i] = good;
+    }
+    is_ok("good", kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error), &error);
     integrator_free(it);
 }
 
@@ -193,9 +217,9 @@ KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
     kt_integrator *other = integrator_make(kt_method_find("rk4"), 4, &options);
     kt_integrator_memory memory;
     double y[4], previous[4], value[4];
-    kt_integrator_save(it, &memory, y, previous);
+    kt_integrator_save(it, &memory, y, previous, NULL);
     kt_check_equal_bits("previous", previous, y, 4);
-    is_ok("restore", kt_integrator_restore(other, &memory, y, previous, &callbacks, &error), &error);
+    is_ok("restore", kt_integrator_restore(other, &memory, y, previous, NULL, &callbacks, &error), &error);
     kt_check_equal_int("past", kt_integrator_memory_get(other)->has_previous, 0);
     kt_check_equal_int("value before", kt_integrator_interpolate(other, -0.05, value, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "outside of the last step");

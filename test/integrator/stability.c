@@ -3,8 +3,7 @@
 
 #include "problems.h"
 
-#include "integrator/chebyshev.h"
-#include "integrator/integrator.h"
+#include "integrator/stabilised.h"
 
 #include <float.h>
 #include <math.h>
@@ -29,7 +28,8 @@ static kt_complex stepped(const kt_method *m, kt_complex lambda, int steps, int 
     is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
     for (int i = 0; i < steps; i++)
         is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
-    *stages = m->stabilised ? kt_chebyshev_stages(it->radius, kt_chebyshev_damping(m)) : m->stages;
+    *stages =
+        kt_method_stages_vary(m) ? kt_chebyshev_stages(kt_stabilised_radius(it), kt_chebyshev_damping(m)) : m->stages;
     const kt_complex y = {kt_integrator_state(it)[0], kt_integrator_state(it)[1]};
     integrator_free(it);
     return y;
@@ -46,9 +46,9 @@ static kt_stability stability_of(const kt_method *m, int stages) {
  * methods, whose recurrence adds what each stage rounds of values of the size of 1 + |z|, that times the stages: of
  * rkc4 T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, T_k being k steps of z / k. */
 static double rounding_of(const kt_method *m, int stages, double size) {
-    if (m->stabilised && kt_chebyshev_copies(m) == 1)
+    if (kt_method_stages_vary(m) && kt_chebyshev_copies(m) == 1)
         return DBL_EPSILON * stages * (1.0 + size);
-    if (m->stabilised)
+    if (kt_method_stages_vary(m))
         return DBL_EPSILON * stages * ((1.0 + size) / 12.0 + 4.0 / 3.0 * (2.0 + size) + 9.0 / 4.0 * (3.0 + size));
     double power[KT_METHOD_STAGES_MAX], sum = 1.0, z = 1.0;
     for (int i = 0; i < m->stages; i++)
@@ -73,9 +73,9 @@ KT_TEST(the_polynomial_is_what_a_step_multiplies_a_mode_with) {
         const kt_method *m = kt_method_at(i);
         kt_worst worst = kt_worst_make(m->name);
         for (int k = 0; k < 200; k++) {
-            const double size = kt_random_uniform(&random, 0.0, m->stabilised ? 50.0 : 6.0);
-            const double angle =
-                m->stabilised ? 3.14159265358979324 : kt_random_uniform(&random, 0.0, 2.0 * 3.14159265358979324);
+            const double size = kt_random_uniform(&random, 0.0, kt_method_stages_vary(m) ? 50.0 : 6.0);
+            const double angle = kt_method_stages_vary(m) ? 3.14159265358979324
+                                                          : kt_random_uniform(&random, 0.0, 2.0 * 3.14159265358979324);
             const kt_complex z = {size * cos(angle), size * sin(angle)};
             int stages = 2;
             const kt_complex y = stepped(m, z, 1, &stages);
@@ -163,7 +163,7 @@ KT_TEST(limits_of_dopri5_are_those_of_its_published_polynomial) {
 KT_TEST(modes_at_the_limits_neither_grow_nor_decay) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
-        if (m->stabilised)
+        if (kt_method_stages_vary(m))
             continue;
         const kt_stability s = stability_of(m, 2);
         const double x = kt_stability_real_limit(&s), y = kt_stability_imaginary_limit(&s);
@@ -231,7 +231,7 @@ KT_TEST(the_largest_step_is_where_runs_begin_to_grow) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
         kt_worst worst = kt_worst_make(m->name);
-        for (int k = 0; k < 5 && !m->stabilised; k++) {
+        for (int k = 0; k < 5 && !kt_method_stages_vary(m); k++) {
             const double duration = 10.0;
             ptrdiff_t index;
             const double predicted = kt_stability_step(m, &modes[k], 1, duration, KT_STABILITY_GROWTH, &index);
@@ -243,7 +243,7 @@ KT_TEST(the_largest_step_is_where_runs_begin_to_grow) {
             }
             kt_worst_near(&worst, predicted / low, 1.0, 0.005, "%g + %gi: %g s", modes[k].re, modes[k].im, predicted);
         }
-        if (!m->stabilised)
+        if (!kt_method_stages_vary(m))
             kt_check_worst(&worst);
     }
 }
@@ -264,7 +264,7 @@ KT_TEST(modes_that_rest_or_grow_in_truth_bound_no_step) {
         kt_check_true(kt_method_at(i)->name,
                       kt_stability_step(kt_method_at(i), &rest, 1, 10.0, 2.0, &index) == HUGE_VAL);
         kt_check_equal_int("index", index, -1);
-        if (kt_method_at(i)->stabilised)
+        if (kt_method_stages_vary(kt_method_at(i)))
             continue; /* it takes the size of an eigenvalue for a decay */
         kt_check_true("falls", kt_stability_step(kt_method_at(i), &fall, 1, 10.0, 2.0, &index) == HUGE_VAL);
         kt_check_above("rounding", kt_stability_step(kt_method_at(i), rounding, 3, 10.0, 2.0, &index), 1e8);

@@ -1,4 +1,4 @@
-/* An integrator in the caller's memory: layout, options, start, checkpoints. */
+/* An integrator in the caller's memory: layout, options, start, what is read of it, checkpoints. */
 #include "integrator/integrator.h"
 
 #include <math.h>
@@ -6,88 +6,33 @@
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
-/* Arrays begin on cache lines. Slopes lie one line more than that apart, so that the same component of all of them
- * does not fall into one set of the cache where n is a power of two. */
-enum { LINE = 64, LINE_DOUBLES = 8 };
+KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrator_sizes *s)
 
-static size_t round_up(size_t bytes) { return (bytes + (LINE - 1)) / LINE * LINE; }
-
+/* Slopes lie one cache line more than whole ones apart, so that the same component of all of them does not fall into one
+ * set of the cache where n is a power of two. */
 static kt_integrator_sizes measure(const kt_method *method, size_t n) {
-    const size_t s = (size_t)method->stages, w = (size_t)kt_method_fresh(method) + 1, d = (size_t)method->dense_stages;
-    kt_integrator_sizes sizes;
-    sizes.n = n;
-    sizes.stride = (n + LINE_DOUBLES - 1) / LINE_DOUBLES * LINE_DOUBLES + LINE_DOUBLES;
-    sizes.slots = w + d;
-    sizes.rows = s + KT_ROW_DENSE + d;
-    sizes.terms = s * (s - 1) / 2 + KT_ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
-    sizes.moved = method->stabilised ? 2 * n : 0;
-    sizes.krylov = method->stabilised ? (KT_RADIUS_VECTORS + 1) * n : 0;
+    const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
+    kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line};
+    kt_method_family_of(method)->measure(method, &sizes);
     return sizes;
 }
 
-/* Places the arrays behind the struct, or only measures if there is none; returns the bytes of all. */
-static size_t lay_out(kt_integrator *it, const kt_integrator_sizes *s) {
-    size_t at = round_up(sizeof *it);
-#define KT_INTEGRATOR_PLACE(type, name, count, kind, meaning)                                                          \
-    if (it != NULL)                                                                                                    \
-        it->name = (type *)(void *)((unsigned char *)it + at);                                                         \
-    at += round_up((count) * sizeof(type));
-    KT_INTEGRATOR_FIELDS(KT_INTEGRATOR_PLACE)
-#undef KT_INTEGRATOR_PLACE
-    return at;
-}
-
+/* The memory may begin anywhere; an integrator begins at the first cache line in it. */
 size_t kt_integrator_size(const kt_method *method, size_t n) {
     const size_t most =
         SIZE_MAX / (sizeof(double) * 2 * (KT_METHOD_STAGES_MAX + 8)); /* about twice what there can be */
     if (n < 1 || n > most || kt_method_check_sizes(method, NULL) != KT_OK)
         return 0;
     const kt_integrator_sizes sizes = measure(method, n);
-    return lay_out(NULL, &sizes) + LINE - 1; /* the memory may begin anywhere */
+    return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
 }
 
-void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
-    const kt_integrator_sizes *s = &it->sizes;
-#define KT_POISON_KEPT(name, bytes) (void)(it->name)
-#define KT_POISON_SCRATCH(name, bytes) memset(it->name, byte, bytes)
-#define KT_INTEGRATOR_POISON(type, name, count, kind, meaning) KT_POISON_##kind(name, (count) * sizeof(type));
-    KT_INTEGRATOR_FIELDS(KT_INTEGRATOR_POISON)
-#undef KT_INTEGRATOR_POISON
-#undef KT_POISON_SCRATCH
-#undef KT_POISON_KEPT
-    it->stages_known = false;
-    it->dense_known = false;
-    it->derivative_slot = -1;
-}
-
-/* ---- the compiled table ------------------------------------------------------------------------------------------ */
-
-/* Appends a row of `count` weights; zeros drop out. */
-static void compile_row(kt_integrator *it, size_t row, const double *weights, size_t count) {
-    size_t at = it->row[row];
-    for (size_t j = 0; weights != NULL && j < count; j++)
-        if (weights[j] != 0.0) {
-            it->terms[at].weight = weights[j];
-            it->terms[at].slot = j;
-            at++;
-        }
-    it->row[row + 1] = at;
-}
-
-static void compile(kt_integrator *it) {
-    const kt_method *m = it->method;
-    const size_t s = (size_t)m->stages;
-    it->row[0] = 0;
-    for (size_t i = 0; i < s; i++)
-        compile_row(it, i, m->a + i * (i - (i > 0)) / 2, i);
-    compile_row(it, s + KT_ROW_B, m->b, s);
-    compile_row(it, s + KT_ROW_E, m->e, s);
-    compile_row(it, s + KT_ROW_E_LOW, m->e_low, s);
-    size_t row_start = 0;
-    for (size_t r = 0; r < (size_t)m->dense_stages; r++) {
-        compile_row(it, s + KT_ROW_DENSE + r, m->dense_a + row_start, it->fresh + 1 + r);
-        row_start += it->fresh + 1 + r;
-    }
+void kt_integrator_poison(kt_integrator *object, unsigned char byte) {
+    const kt_integrator_sizes *s = &object->sizes;
+    KT_INTEGRATOR_SCRATCH(KT_ARENA_POISON)
+    object->stages_known = false;
+    object->dense_known = false;
+    object->derivative_slot = -1;
 }
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
@@ -132,11 +77,13 @@ static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_e
 }
 
 static kt_status check_adaptive(const kt_integrator_options *o, const kt_method *method, size_t n, kt_error *error) {
-    if (method->e == NULL)
+    if (!kt_method_is_adaptive(method)) {
+        char names[256];
+        (void)kt_method_names(true, names, sizeof names);
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
-                            "method '%s' has no error estimate: give a step, or take one "
-                            "that has (heun, rkc2, bs32, rkc4, dopri5, tsit5, dop853)",
-                            method->name == NULL ? "" : method->name);
+                            "method '%s' has no error estimate: give a step, or take one that has (%s)",
+                            method->name == NULL ? "" : method->name, names);
+    }
     if (!not_negative(o->initial_step) || !not_negative(o->min_step) || !not_negative(o->max_step))
         return refuse(error, "options",
                       "initial_step, min_step and max_step must be finite and not negative; 0 leaves them open");
@@ -151,7 +98,16 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
     return check_tolerances(o, n, error);
 }
 
-/* ---- place and start --------------------------------------------------------------------------------------------- */
+/* ---- initialise and start ---------------------------------------------------------------------------------------- */
+
+static kt_status check_own(const kt_method *method, kt_error *error) {
+    if (kt_method_family_of(method) != &kt_family_explicit)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "method",
+                            "'%s': a %s method must be a built-in one (kt_method_find); a table of your own is that of "
+                            "an explicit method: leave `family` NULL",
+                            method->name == NULL ? "" : method->name, kt_method_family_name(method));
+    return kt_method_check(method, error);
+}
 
 kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
                              const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
@@ -159,8 +115,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return refuse(error, "kt_integrator_init", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK && !kt_method_is_built_in(method))
-        status = method->stabilised ? refuse(error, "method", "a stabilised method must be a built-in one: rkc2, rkc4")
-                                    : kt_method_check(method, error);
+        status = check_own(method, error);
     if (status != KT_OK)
         return status;
     const size_t needed = kt_integrator_size(method, n);
@@ -179,23 +134,23 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_integrator_init",
                             "%zu bytes were given, kt_integrator_size asks for %zu", memory == NULL ? 0 : size, needed);
 
-    kt_integrator *it = (kt_integrator *)(void *)((unsigned char *)memory + (LINE - (uintptr_t)memory % LINE) % LINE);
+    kt_integrator *it =
+        (kt_integrator *)(void *)((unsigned char *)memory +
+                                  (KT_ARENA_ALIGNMENT - (uintptr_t)memory % KT_ARENA_ALIGNMENT) % KT_ARENA_ALIGNMENT);
     memset(it, 0, sizeof *it);
     it->method = method;
+    it->family = kt_method_family_of(method);
     it->options = *options;
     it->sizes = measure(method, n);
     it->counted = n - options->quadratures;
-    it->fresh = (size_t)kt_method_fresh(method);
     it->derivative_slot = -1;
-    it->gives_end_derivative =
-        method->fsal && !(method->stabilised && options->step > 0.0); /* which has no use for it */
     it->error_order = method->embedded_order_low > 0
                           ? 2 * method->embedded_order - method->embedded_order_low + 1
                           : 1 + (method->embedded_order < method->order ? method->embedded_order : method->order);
-    lay_out(it, &it->sizes);
+    (void)lay_out(it, &it->sizes);
     for (size_t slot = 0; slot < it->sizes.slots; slot++)
         it->k[slot] = it->slopes + slot * it->sizes.stride;
-    compile(it);
+    it->family->init(it);
     *integrator = it;
     return KT_OK;
 }
@@ -218,6 +173,11 @@ static void set_state(kt_integrator *it, const double *y) {
     it->derivative_slot = -1;
 }
 
+static void forget_history(kt_integrator *it) {
+    if (it->family->start != NULL)
+        it->family->start(it);
+}
+
 kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, const kt_integrator_callbacks *callbacks,
                               kt_error *error) {
     if (callbacks == NULL || callbacks->rhs == NULL)
@@ -233,10 +193,10 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
         .next_step = it->options.initial_step,
         .last_error = (double)NAN,
         .control_error = KT_CONTROL_ERROR_FLOOR,
-        .radius = -1.0,
         .on_grid = true,
     };
     it->memory = fresh;
+    forget_history(it);
     set_state(it, y);
     it->started = true;
     return KT_OK;
@@ -252,23 +212,70 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     it->memory.last_step = 0.0;
     it->memory.last_error = (double)NAN;
     it->memory.control_error = KT_CONTROL_ERROR_FLOOR;
-    it->memory.radius = -1.0;
     it->memory.has_previous = false;
+    forget_history(it);
     set_state(it, y);
     return KT_OK;
 }
 
-/* ---- checkpoints and looks --------------------------------------------------------------------------------------- */
+/* ---- within the last step ---------------------------------------------------------------------------------------- */
 
-void kt_integrator_save(const kt_integrator *it, kt_integrator_memory *memory, double *y, double *previous_y) {
+kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_error *error) {
+    kt_try r;
+    if (!it->started)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
+    if (it->derivative_slot < 0) { /* beside the stages of the last step, which its dense output may need */
+        if (kt_evaluate(it, it->memory.t, it->y, it->fresh, &r) != KT_TRY_PASSED)
+            return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
+                                 error);
+        it->derivative_slot = (int)it->fresh;
+    }
+    *slope = it->k[it->derivative_slot];
+    return KT_OK;
+}
+
+static kt_status refuse_time(const kt_integrator *it, double t, kt_error *error) {
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_interpolate",
+                        "t = %.17g is outside of the last step, from %.17g to %.17g", t, it->memory.previous_t,
+                        it->memory.t);
+}
+
+kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, kt_error *error) {
+    if (!it->started)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_interpolate", "call kt_integrator_start first");
+    const double t0 = it->memory.previous_t, t1 = it->memory.t;
+    const size_t n = it->sizes.n;
+    const bool inside = t0 < t1 ? t0 <= t && t <= t1 : t1 <= t && t <= t0;
+    if (!inside || (t != t1 && !it->memory.has_previous))
+        return refuse_time(it, t, error);
+    if (t == t1 || t == t0) {
+        memcpy(y_out, t == t1 ? it->y : it->previous_y, n * sizeof *y_out);
+        return KT_OK;
+    }
+
+    kt_try r;
+    if (it->family->interpolate(it, t, y_out, &r) != KT_TRY_PASSED)
+        return kt_try_report(it, &r, "the step itself was accepted; ask at its end only", error);
+    return KT_OK;
+}
+
+/* ---- checkpoints and queries ------------------------------------------------------------------------------------- */
+
+size_t kt_integrator_history_size(const kt_integrator *it) { return it->sizes.history; }
+
+void kt_integrator_save(const kt_integrator *it, kt_integrator_memory *memory, double *y, double *previous_y,
+                        double *history) {
     *memory = it->memory;
     memcpy(y, it->y, it->sizes.n * sizeof *y);
+    for (size_t i = 0; i < it->sizes.history; i++)
+        history[i] = it->history[i];
     if (previous_y != NULL)
         memcpy(previous_y, it->memory.has_previous ? it->previous_y : it->y, it->sizes.n * sizeof *y);
 }
 
 kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *memory, const double *y,
-                                const double *previous_y, const kt_integrator_callbacks *callbacks, kt_error *error) {
+                                const double *previous_y, const double *history,
+                                const kt_integrator_callbacks *callbacks, kt_error *error) {
     if (memory == NULL || callbacks == NULL || callbacks->rhs == NULL)
         return refuse(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
     kt_status status = check_state(it, memory->t, y, error);
@@ -279,11 +286,13 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the previous state is not finite");
     if (!isfinite(memory->previous_t) || !isfinite(memory->origin) || !isfinite(memory->last_step) ||
         !not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
-        !isfinite(memory->radius))
+        kt_first_not_finite(history, it->sizes.history) < it->sizes.history)
         return refuse(error, "kt_integrator_restore",
                       "the memory is damaged: a time, step or error in it is out of range");
     it->callbacks = *callbacks;
     it->memory = *memory;
+    for (size_t i = 0; i < it->sizes.history; i++)
+        it->history[i] = history[i];
     set_state(it, y);
     it->memory.has_previous = memory->has_previous && previous_y != NULL;
     if (it->memory.has_previous)

@@ -1,0 +1,362 @@
+/* The family of explicit Runge-Kutta methods, given by their tables (HNW II.1):
+ *
+ *     k_i = f(t + c_i h, y0 + h sum_{j<i} a_ij k_j),   i = 1 .. s
+ *     y1  = y0 + h sum_i b_i k_i
+ *     err = h sum_i e_i k_i
+ *
+ * All sums run over the terms of a row in the order of the table, component by component, and nothing else enters: a
+ * value has the same bits whatever n, the tile it falls into, and the width of the machine's vectors.
+ *
+ * Dense output. With theta = (t - t0) / (t1 - t0) and theta' = 1 - theta, the form in the header sums up to
+ *
+ *     y(theta) = y0 + A (y1 - y0) + h (theta theta'^2 k_1 - theta^2 theta' f1 + theta^2 theta'^2 sum_i D_i k_i)
+ *     A        = theta^2 (3 - 2 theta)
+ *     D_i      = d_0i + theta (d_1i + theta' (d_2i + theta (d_3i + ...)))
+ *
+ * a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
+ *
+ * Linear stability. Of y' = lambda y the stages are Y = y0 1 + z A Y, so that with A strictly lower triangular
+ *
+ *     R(z) = 1 + z b' (I - z A)^-1 1 = 1 + sum_k z^k b' A^(k-1) 1
+ *
+ * whose coefficients up to the order p are 1/k!, and are set to that. Where |R| = 1 to rounding over a whole interval, as
+ * on the imaginary axis near 0, comparing |R| with 1 tells nothing. So the limits come from what is left when the part
+ * that is 1 identically is taken out:
+ *
+ *     real axis:       (1 - R(-x)) / x, which must lie in [0, 2 / x]
+ *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k); the first e_k that is not zero decides near 0, and the limit is
+ *                      the first sign change of the sum over y^(2k) of that k
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2.
+ */
+#include "integrator/integrator.h"
+
+#include <float.h>
+#include <math.h>
+
+/* ---- the table, compiled ----------------------------------------------------------------------------------------- */
+
+/* Rows of the compiled table, zeros left out: the stages, then these, then the stages of the dense output. */
+enum { ROW_B, ROW_E, ROW_E_LOW, ROW_DENSE };
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    const size_t s = (size_t)method->stages, w = (size_t)kt_method_fresh(method) + 1, d = (size_t)method->dense_stages;
+    sizes->slots = w + d;
+    sizes->rows = s + ROW_DENSE + d;
+    sizes->terms = s * (s - 1) / 2 + ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
+}
+
+/* Appends a row of `count` weights; zeros drop out. */
+static void compile_row(kt_integrator *it, size_t row, const double *weights, size_t count) {
+    size_t at = it->row[row];
+    for (size_t j = 0; weights != NULL && j < count; j++)
+        if (weights[j] != 0.0) {
+            it->terms[at].weight = weights[j];
+            it->terms[at].slot = j;
+            at++;
+        }
+    it->row[row + 1] = at;
+}
+
+static void init(kt_integrator *it) {
+    const kt_method *m = it->method;
+    const size_t s = (size_t)m->stages;
+    it->fresh = (size_t)kt_method_fresh(m);
+    it->gives_end_derivative = m->fsal;
+    it->row[0] = 0;
+    for (size_t i = 0; i < s; i++)
+        compile_row(it, i, m->a + i * (i - (i > 0)) / 2, i);
+    compile_row(it, s + ROW_B, m->b, s);
+    compile_row(it, s + ROW_E, m->e, s);
+    compile_row(it, s + ROW_E_LOW, m->e_low, s);
+    size_t row_start = 0;
+    for (size_t r = 0; r < (size_t)m->dense_stages; r++) {
+        compile_row(it, s + ROW_DENSE + r, m->dense_a + row_start, it->fresh + 1 + r);
+        row_start += it->fresh + 1 + r;
+    }
+}
+
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
+
+/* Components that are worked on together: a loop that compilers unroll into vectors. */
+enum { TILE = 8 };
+
+/* sum_j weight_j k_j for a tile */
+static inline void sum_tile(double sum[TILE], const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
+    for (int l = 0; l < TILE; l++)
+        sum[l] = 0.0;
+    for (size_t j = 0; j < count; j++) {
+        const double weight = terms[j].weight;
+        const double *kj = k[terms[j].slot] + at;
+        for (int l = 0; l < TILE; l++)
+            sum[l] += weight * kj[l];
+    }
+}
+
+static inline double sum_one(const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
+    double sum = 0.0;
+    for (size_t j = 0; j < count; j++)
+        sum += terms[j].weight * k[terms[j].slot][at];
+    return sum;
+}
+
+void kt_combine(double *restrict out, const double *restrict y, double h, const kt_stage_term *terms, size_t count,
+                double *const *k, size_t n) {
+    size_t i = 0;
+    for (; i + TILE <= n; i += TILE) {
+        double sum[TILE];
+        sum_tile(sum, terms, count, k, i);
+        for (int l = 0; l < TILE; l++)
+            out[i + (size_t)l] = y[i + (size_t)l] + h * sum[l];
+    }
+    for (; i < n; i++)
+        out[i] = y[i] + h * sum_one(terms, count, k, i);
+}
+
+kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
+    const kt_method *m = it->method;
+    for (size_t i = first; i < last; i++) {
+        const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
+        const double *y = in->y;
+        if (i > 0) {
+            kt_combine(it->trial, in->y, in->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], it->k,
+                       it->sizes.n);
+            y = it->trial;
+        }
+        if (kt_evaluate(it, t, y, i, result) != KT_TRY_PASSED)
+            return result->result;
+    }
+    return KT_TRY_PASSED;
+}
+
+/* All slopes, and y1 in `trial`. */
+static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t s = (size_t)it->method->stages;
+    if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
+        return result->result;
+    if (!it->method->fsal) /* else the last stage was at y1 */
+        kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, it->sizes.n);
+    return KT_TRY_PASSED;
+}
+
+/* ---- the error --------------------------------------------------------------------------------------------------- */
+
+static inline double scale_of(double absolute, double relative, double y0, double y1) {
+    const double a = fabs(y0), b = fabs(y1);
+    return absolute + relative * (a > b ? a : b) + DBL_MIN; /* 0 / 0 where both are 0 */
+}
+
+/* mean over i of (sum_j weight_j k_ji / scale_i)^2, summed in lanes i mod TILE. */
+static double mean_square(const kt_integrator *it, const kt_stage_term *terms, size_t count) {
+    const size_t n = it->counted;
+    const double *y0 = it->y, *y1 = it->trial, *each = it->options.absolute_tolerances;
+    const double relative = it->options.relative_tolerance, absolute = it->options.absolute_tolerance;
+    double lanes[TILE] = {0.0};
+    size_t i = 0;
+    for (; i + TILE <= n; i += TILE) {
+        double sum[TILE], atol[TILE];
+        sum_tile(sum, terms, count, it->k, i);
+        for (int l = 0; l < TILE; l++)
+            atol[l] = each != NULL ? each[i + (size_t)l] : absolute;
+        for (int l = 0; l < TILE; l++) {
+            const double u = sum[l] / scale_of(atol[l], relative, y0[i + (size_t)l], y1[i + (size_t)l]);
+            lanes[l] += u * u;
+        }
+    }
+    for (int l = 0; i < n; i++, l++) {
+        const double u =
+            sum_one(terms, count, it->k, i) / scale_of(each != NULL ? each[i] : absolute, relative, y0[i], y1[i]);
+        lanes[l] += u * u;
+    }
+    double total = 0.0;
+    for (int l = 0; l < TILE; l++)
+        total += lanes[l];
+    return total / (double)n;
+}
+
+/* err, or where there are two estimates HNW (II.10.17): h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2). */
+static double error_norm(const kt_integrator *it, double h) {
+    const size_t *row = it->row + it->method->stages;
+    const double high = mean_square(it, it->terms + row[ROW_E], row[ROW_E + 1] - row[ROW_E]);
+    if (it->method->e_low == NULL || high == 0.0)
+        return fabs(h) * sqrt(high);
+    const double low = mean_square(it, it->terms + row[ROW_E_LOW], row[ROW_E_LOW + 1] - row[ROW_E_LOW]);
+    return fabs(h) * high / sqrt(high + 0.01 * low);
+}
+
+/* ---- dense output ------------------------------------------------------------------------------------------------ */
+
+/* All slopes that the dense output needs, in their slots. Those that are missing are evaluated here: f1 where the method
+ * is not fsal or a projection moved y1 (the next step then has it), the stages of the dense output; and, after a failed
+ * step or a restore, the stages of the last step themselves. */
+static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
+    const kt_method *m = it->method;
+    const kt_integrator_memory *memory = &it->memory;
+    const size_t fresh = it->fresh;
+    const kt_interval in = {memory->previous_t, memory->last_step, memory->t, it->previous_y};
+
+    if (!it->stages_known) {
+        if (it->derivative_slot == 0) { /* a failed step left it there */
+            double *k = it->k[0];
+            it->k[0] = it->k[fresh];
+            it->k[fresh] = k;
+            it->derivative_slot = (int)fresh;
+        }
+        if (kt_evaluate_stages(it, &in, 0, m->dense_terms > 0 ? fresh : 1, r) != KT_TRY_PASSED)
+            return r->result;
+        it->stages_known = true;
+    }
+    if (it->derivative_slot < 0) {
+        if (kt_evaluate(it, memory->t, it->y, fresh, r) != KT_TRY_PASSED)
+            return r->result;
+        it->derivative_slot = (int)fresh;
+    }
+    for (size_t i = 0; !it->dense_known && i < (size_t)m->dense_stages; i++) {
+        const size_t *row = it->row + m->stages + ROW_DENSE + i;
+        kt_combine(it->trial, it->previous_y, in.h, it->terms + row[0], row[1] - row[0], it->k, it->sizes.n);
+        if (kt_evaluate(it, in.t + m->dense_c[i] * in.h, it->trial, fresh + 1 + i, r) != KT_TRY_PASSED)
+            return r->result;
+    }
+    it->dense_known = true;
+    return KT_TRY_PASSED;
+}
+
+/* Terms of the slopes at theta, zeros left out. */
+static size_t weigh_slopes(const kt_integrator *it, double theta, kt_stage_term *terms) {
+    const kt_method *m = it->method;
+    const double rest = 1.0 - theta, bubble = theta * theta * rest * rest;
+    size_t count = 0;
+    for (size_t i = 0; i < it->sizes.slots; i++) {
+        double d = 0.0;
+        for (int term = m->dense_terms - 1; term >= 0; term--) /* Horner: the factor in front of d_(term + 1) */
+            d = m->dense_d[(size_t)term * it->sizes.slots + i] + (term % 2 == 0 ? theta : rest) * d;
+        double weight = bubble * d;
+        if (i == 0)
+            weight += theta * rest * rest;
+        if (i == it->fresh)
+            weight -= theta * theta * rest;
+        if (weight != 0.0)
+            terms[count++] = (kt_stage_term){weight, i};
+    }
+    return count;
+}
+
+kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    if (need_slopes(it, result) != KT_TRY_PASSED)
+        return result->result;
+    const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0);
+    const double part = theta * theta * (3.0 - 2.0 * theta);
+    const double *y0 = it->previous_y, *y1 = it->y;
+    kt_stage_term terms[KT_METHOD_STAGES_MAX];
+    const size_t count = weigh_slopes(it, theta, terms), n = it->sizes.n;
+    kt_combine(y_out, y0, it->memory.last_step, terms, count, it->k, n);
+    for (size_t i = 0; i < n; i++)
+        y_out[i] += part * (y1[i] - y0[i]);
+    return KT_TRY_PASSED;
+}
+
+/* ---- linear stability -------------------------------------------------------------------------------------------- */
+
+static kt_status make_polynomial(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
+    (void)stages; /* its own number */
+    (void)error;
+    const int s = m->stages;
+    long double power[KT_METHOD_STAGES_MAX], factorial = 1.0L; /* A^(k-1) 1 */
+    for (int i = 0; i < s; i++)
+        power[i] = 1.0L;
+    out->coefficient[0] = 1.0;
+    for (int k = 1; k <= s; k++) {
+        long double sum = 0.0L;
+        for (int i = 0; i < s; i++)
+            sum += (long double)m->b[i] * power[i];
+        factorial *= (long double)k;
+        out->coefficient[k] = (double)(k <= m->order ? 1.0L / factorial : sum);
+        for (int i = s - 1; i >= 0; i--) { /* row i reads those before it alone */
+            long double next = 0.0L;
+            for (int j = 0; j < i; j++)
+                next += (long double)m->a[i * (i - 1) / 2 + j] * power[j];
+            power[i] = next;
+        }
+    }
+    for (out->degree = s; out->degree > 0 && out->coefficient[out->degree] == 0.0;)
+        out->degree--;
+    return KT_OK;
+}
+
+static kt_complex value(const kt_stability *s, kt_complex z) {
+    kt_complex sum = {s->coefficient[s->degree], 0.0};
+    for (int k = s->degree - 1; k >= 0; k--) {
+        const kt_complex times = {sum.re * z.re - sum.im * z.im, sum.re * z.im + sum.im * z.re};
+        sum.re = times.re + s->coefficient[k];
+        sum.im = times.im;
+    }
+    return sum;
+}
+
+/* (1 - R(-x)) / x = c_1 - c_2 x + c_3 x^2 - ... */
+static bool inside_real(const void *problem, double x) {
+    const kt_stability *s = problem;
+    double quotient = 0.0;
+    for (int k = s->degree; k >= 1; k--)
+        quotient = s->coefficient[k] - x * quotient;
+    return quotient >= 0.0 && x * quotient <= 2.0;
+}
+
+static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
+
+/* sum_k e_k x^k, x = y^2, over its first term that is not zero. */
+typedef struct excess {
+    double e[KT_METHOD_STAGES_MAX + 1];
+    int first, degree;
+} excess;
+
+static bool inside_imaginary(const void *problem, double y) {
+    const excess *p = problem;
+    double sum = 0.0;
+    for (int k = p->degree; k >= p->first; k--)
+        sum = p->e[k] + y * y * sum;
+    return sum <= 0.0;
+}
+
+/* e_k = sum_{i + j = 2k} (-1)^((i - j)/2) c_i c_j; what is below rounding of its terms is 0. */
+static excess make_excess(const kt_stability *s) {
+    excess p = {.degree = s->degree, .first = -1};
+    for (int k = 1; k <= s->degree; k++) {
+        long double sum = 0.0L, size = 0.0L;
+        for (int i = 0; i <= s->degree; i++) {
+            const int j = 2 * k - i;
+            if (j < 0 || j > s->degree)
+                continue;
+            const long double term = (long double)s->coefficient[i] * (long double)s->coefficient[j];
+            sum += (i - k) % 2 == 0 ? term : -term;
+            size += fabsl(term);
+        }
+        p.e[k] = fabsl(sum) <= 16.0L * (long double)DBL_EPSILON * size ? 0.0 : (double)sum;
+        if (p.first < 0 && p.e[k] != 0.0)
+            p.first = k;
+    }
+    return p;
+}
+
+static double imaginary_limit(const kt_stability *s) {
+    const excess p = make_excess(s);
+    if (p.first < 0 || p.e[p.first] > 0.0)
+        return 0.0;
+    return kt_first_exit(inside_imaginary, &p, kt_farthest_stable(s));
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+const kt_method_family kt_family_explicit = {
+    .name = "explicit",
+    .check_sizes = kt_table_check_sizes,
+    .measure = measure,
+    .init = init,
+    .try_step = try_step,
+    .error = error_norm,
+    .interpolate = kt_table_interpolate,
+    .stability = make_polynomial,
+    .value = value,
+    .real_limit = real_limit,
+    .imaginary_limit = imaginary_limit,
+};

@@ -1,0 +1,346 @@
+/* The family of Runge-Kutta-Chebyshev methods: explicit, with as many stages as the fastest decay of f needs.
+ *
+ * Of all polynomials of degree s that agree with e^z to order 2, those built from T_s stay below 1 on nearly the longest
+ * piece of the negative real axis, which grows as s^2:
+ *
+ *     R(z) = a_s + b_s T_s(w0 + w1 z)
+ *     w0   = 1 + epsilon / s^2,              w1  = T_s'(w0) / T_s''(w0)
+ *     b_s  = T_s''(w0) / T_s'(w0)^2,         a_s = 1 - b_s T_s(w0)
+ *
+ * R(0) = R'(0) = R''(0) = 1 follow at once. While -1 <= w0 + w1 z <= 1, that is, for z >= -(w0 + 1) / w1, R lies within
+ * a_s +- b_s, and damping, epsilon = 2/13, keeps that below 1 - epsilon/3: about 0.95. The length is close to
+ * 2/3 (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1).
+ *
+ * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives one for the stages.
+ * In d_j = Y_j - y0, which cancels less than Y_j:
+ *
+ *     d_0   = 0,   d_1 = b_1 w1 h f0
+ *     d_j   = mu_j d_{j-1} + nu_j d_{j-2} + h (mut_j f(t0 + c_{j-1} h, Y_{j-1}) + gat_j f0),   j = 2 .. s
+ *     mu_j  = 2 b_j w0 / b_{j-1},   nu_j  = -b_j / b_{j-2}
+ *     mut_j = 2 b_j w1 / b_{j-1},   gat_j = -a_{j-1} mut_j
+ *     b_j   = T_j''(w0) / T_j'(w0)^2,   b_0 = b_1 = b_2,   a_j = 1 - b_j T_j(w0)
+ *
+ * and c_j, d_j of y' = 1 over h, follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
+ *
+ * Order 4 by extrapolation: one step over h, two over h/2, three over h/3. Their local errors of order 2 and 3 cancel in
+ * T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, as long as all have the same number of stages, for these errors depend on it; and the
+ * terms stay bounded together if each is damped more: with epsilon = 6/5 the sum stays below 0.74 (computed for all
+ * numbers of stages), for a length of 0.58 s^2.
+ *
+ * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F. Shampine,
+ * J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
+ */
+#include "integrator/stabilised.h"
+
+#include <float.h>
+#include <math.h>
+
+/* ---- the polynomials --------------------------------------------------------------------------------------------- */
+
+double kt_chebyshev_damping(const kt_method *method) { return method->order == 2 ? 2.0 / 13.0 : 6.0 / 5.0; }
+int kt_chebyshev_copies(const kt_method *method) { return method->order == 2 ? 1 : 3; }
+
+kt_chebyshev kt_chebyshev_make(int stages, double damping) {
+    const double s = (double)stages;
+    kt_chebyshev family = {.stages = stages, .w0 = 1.0 + damping / (s * s)};
+    kt_chebyshev_values v = kt_chebyshev_first(family.w0);
+    for (int j = 1; j < stages; j++)
+        kt_chebyshev_next(&v, family.w0);
+    family.w1 = v.dt / v.ddt;
+    family.b = v.ddt / (v.dt * v.dt);
+    family.a = 1.0 - family.b * v.t;
+    return family;
+}
+
+double kt_chebyshev_reach(const kt_chebyshev *family) { return (family->w0 + 1.0) / family->w1; }
+
+/* 0.667 (s^2 - 1) is more than the reach of any: the search begins at or below the answer. */
+int kt_chebyshev_stages(double z, double damping) {
+    const double most = (double)KT_STABILISED_STAGES_MAX;
+    if (!(z < most * most))
+        return KT_STABILISED_STAGES_MAX + 1;
+    int stages = (int)sqrt(z / 0.667 + 1.0);
+    for (stages = stages > 2 ? stages : 2; stages <= KT_STABILISED_STAGES_MAX; stages++) {
+        const kt_chebyshev family = kt_chebyshev_make(stages, damping);
+        if (kt_chebyshev_reach(&family) >= z)
+            break;
+    }
+    return stages;
+}
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* Slots of slopes: f0, the stages by turns, f1. */
+enum { SLOT_STAGE = 1, SLOT_END, SLOTS };
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    (void)method;
+    sizes->slots = SLOTS;
+    sizes->history = KT_STABILISED_HISTORY;
+    sizes->scratch = kt_stabilised_lay_out(NULL, sizes->n);
+}
+
+static void init(kt_integrator *it) {
+    it->fresh = SLOT_END;
+    it->gives_end_derivative = it->method->fsal && it->options.step == 0.0; /* a fixed step has no use for f1 */
+}
+
+/* ---- the stages -------------------------------------------------------------------------------------------------- */
+
+/* Where the recurrence stands. */
+typedef struct recurrence {
+    kt_chebyshev_values values; /* at w0, of stage j */
+    double b, b1, b2;           /* b_j, b_{j-1}, b_{j-2} */
+    double a1;                  /* a_{j-1} */
+    double c, c1;               /* c_j, c_{j-1} */
+    double mu, nu, mut, gat;
+} recurrence;
+
+static recurrence begin(const kt_chebyshev *family) {
+    recurrence r = {.values = kt_chebyshev_first(family->w0)};
+    r.b = r.b1 = r.b2 = 1.0 / (4.0 * family->w0 * family->w0); /* T_2 = 2 x^2 - 1 */
+    r.mut = r.b * family->w1;
+    r.c = r.mut;
+    return r;
+}
+
+static void advance(recurrence *r, const kt_chebyshev *family) {
+    r->a1 = 1.0 - r->b * r->values.t;
+    r->b2 = r->b1;
+    r->b1 = r->b;
+    kt_chebyshev_next(&r->values, family->w0);
+    r->b = r->values.ddt / (r->values.dt * r->values.dt);
+    r->mu = 2.0 * r->b * family->w0 / r->b1;
+    r->nu = -r->b / r->b2;
+    r->mut = 2.0 * r->b * family->w1 / r->b1;
+    r->gat = -r->a1 * r->mut;
+    const double c = r->mu * r->c + r->nu * r->c1 + r->mut + r->gat;
+    r->c1 = r->c;
+    r->c = c;
+}
+
+/* d2 (which was d_{j-2}) becomes d_j, and trial y0 + d_j. */
+static void form_stage(kt_integrator *it, const recurrence *r, double h, const double *y0, const double *f0,
+                       const double *d1, double *d2) {
+    const double *f = it->k[SLOT_STAGE];
+    double *stage = it->trial;
+    for (size_t i = 0; i < it->sizes.n; i++) {
+        d2[i] = r->mu * d1[i] + r->nu * d2[i] + h * (r->mut * f[i] + r->gat * f0[i]);
+        stage[i] = y0[i] + d2[i];
+    }
+}
+
+/* One step of a member from z with the slope f there; z + d_s into trial. */
+static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, double t, double h, const double *z,
+                                 const double *f, double **d_s, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
+    recurrence r = begin(family);
+    double *d1 = scratch->moved, *d2 = scratch->moved + n;
+    for (size_t i = 0; i < n; i++) {
+        d2[i] = 0.0;
+        d1[i] = h * r.mut * f[i];
+        it->trial[i] = z[i] + d1[i];
+    }
+    for (int j = 2; j <= family->stages; j++) {
+        if (kt_evaluate(it, t + r.c * h, it->trial, SLOT_STAGE, result) != KT_TRY_PASSED)
+            return result->result;
+        advance(&r, family);
+        form_stage(it, &r, h, z, f, d1, d2);
+        double *d = d1;
+        d1 = d2;
+        d2 = d;
+    }
+    *d_s = d1;
+    return KT_TRY_PASSED;
+}
+
+/* y0 + D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4 into trial, with D_m what m steps over h / m add; that less 9 D_3 / 5 - 4 D_2 /
+ * 5 is the error estimate, kept in `krylov` until error_norm. */
+static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in, kt_try *result) {
+    static const double weight[] = {1.0 / 12.0, -4.0 / 3.0, 9.0 / 4.0}, e[] = {1.0 / 12.0, -8.0 / 15.0, 9.0 / 20.0};
+    const size_t n = it->sizes.n;
+    const kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
+    double *error = scratch->krylov, *sum = error + n, *moved = sum + n, *z = moved + n, *slope = z + n, *d = NULL;
+    for (size_t i = 0; i < n; i++)
+        error[i] = sum[i] = 0.0;
+    for (int m = 1; m <= 3; m++) {
+        const double h = in->h / (double)m;
+        for (size_t i = 0; i < n; i++) {
+            moved[i] = 0.0;
+            slope[i] = it->k[0][i];
+        }
+        for (int j = 0; j < m; j++) {
+            const double t = in->t + (double)j * h;
+            for (size_t i = 0; i < n; i++)
+                z[i] = in->y[i] + moved[i];
+            if (j > 0) {
+                if (kt_evaluate(it, t, z, SLOT_STAGE, result) != KT_TRY_PASSED)
+                    return result->result;
+                for (size_t i = 0; i < n; i++)
+                    slope[i] = it->k[SLOT_STAGE][i];
+            }
+            if (member_step(it, family, t, h, z, slope, &d, result) != KT_TRY_PASSED)
+                return result->result;
+            for (size_t i = 0; i < n; i++)
+                moved[i] += d[i];
+        }
+        for (size_t i = 0; i < n; i++) {
+            sum[i] += weight[m - 1] * moved[i];
+            error[i] += e[m - 1] * moved[i];
+        }
+    }
+    for (size_t i = 0; i < n; i++)
+        it->trial[i] = in->y[i] + sum[i];
+    return KT_TRY_PASSED;
+}
+
+/* All slopes that are kept, and y1 in `trial`. */
+static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const double damping = kt_chebyshev_damping(it->method);
+    const int stages = kt_chebyshev_stages(fabs(in->h) * kt_stabilised_radius(it), damping);
+    if (stages > KT_STABILISED_STAGES_MAX) {
+        result->t = in->t;
+        return result->result = KT_TRY_TOO_LONG;
+    }
+    const kt_chebyshev family = kt_chebyshev_make(stages, damping);
+    if (kt_chebyshev_copies(it->method) > 1)
+        return extrapolate(it, &family, in, result);
+    double *unused;
+    if (member_step(it, &family, in->t, in->h, in->y, it->k[0], &unused, result) != KT_TRY_PASSED)
+        return result->result;
+    if (it->gives_end_derivative && kt_first_not_finite(it->trial, it->sizes.n) == it->sizes.n)
+        return kt_evaluate(it, in->end, it->trial, it->fresh, result);
+    return KT_TRY_PASSED;
+}
+
+/* rkc2: 4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4), y3 the third derivative */
+static double error_norm(const kt_integrator *it, double h) {
+    const bool extrapolated = kt_chebyshev_copies(it->method) > 1;
+    const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
+    const double *difference = kt_stabilised_scratch_of(it)->krylov;
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double error = extrapolated ? difference[i] : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
+        const double u = error / kt_error_scale(it, i, y0[i], y1[i]);
+        sum += u * u;
+    }
+    return sqrt(sum / (double)it->counted);
+}
+
+/* ---- the longest step -------------------------------------------------------------------------------------------- */
+
+/* The largest h radius that the most stages bear. */
+static double farthest_reach(const kt_method *method) {
+    const kt_chebyshev most = kt_chebyshev_make(KT_STABILISED_STAGES_MAX, kt_chebyshev_damping(method));
+    return kt_chebyshev_reach(&most);
+}
+
+double kt_stabilised_reach(const kt_integrator *it) {
+    const double radius = kt_stabilised_radius(it);
+    if (!(radius > 0.0))
+        return HUGE_VAL;
+    return (1.0 - 1e-12) * farthest_reach(it->method) / radius; /* and not a rounding beyond */
+}
+
+static kt_status report(const kt_integrator *it, const char *where, kt_error *error) {
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "the right-hand side decays at %.3g /s, for which this step needs more than the %d stages that "
+                        "there are: take steps below %.3g s",
+                        kt_stabilised_radius(it), KT_STABILISED_STAGES_MAX, kt_stabilised_reach(it));
+}
+
+/* ---- linear stability -------------------------------------------------------------------------------------------- */
+
+static kt_status make_polynomial(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
+    if (stages < 2 || stages > KT_STABILISED_STAGES_MAX)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, method->name, "it has 2 to %d stages, not %d",
+                            KT_STABILISED_STAGES_MAX, stages);
+    const kt_chebyshev family = kt_chebyshev_make(stages, kt_chebyshev_damping(method));
+    out->degree = stages;
+    out->w0 = family.w0;
+    out->w1 = family.w1;
+    out->a = family.a;
+    out->b = family.b;
+    out->copies = kt_chebyshev_copies(method);
+    return KT_OK;
+}
+
+static kt_complex times(kt_complex a, kt_complex b) {
+    const kt_complex product = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+    return product;
+}
+
+static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
+    const kt_complex x = {s->w0 + s->w1 * z.re, s->w1 * z.im};
+    kt_complex t1 = {1.0, 0.0}, t = x;
+    for (int j = 1; j < s->degree; j++) {
+        const kt_complex xt = times(x, t), next = {2.0 * xt.re - t1.re, 2.0 * xt.im - t1.im};
+        t1 = t;
+        t = next;
+    }
+    const kt_complex value = {s->a + s->b * t.re, s->b * t.im};
+    return value;
+}
+
+/* P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
+static kt_complex extrapolated_value(const kt_stability *s, kt_complex z) {
+    const kt_complex half = {z.re / 2.0, z.im / 2.0}, third = {z.re / 3.0, z.im / 3.0};
+    const kt_complex p1 = chebyshev_value(s, z), p2 = chebyshev_value(s, half), p3 = chebyshev_value(s, third);
+    const kt_complex two = times(p2, p2), three = times(p3, times(p3, p3));
+    const kt_complex value = {p1.re / 12.0 - 4.0 / 3.0 * two.re + 2.25 * three.re,
+                              p1.im / 12.0 - 4.0 / 3.0 * two.im + 2.25 * three.im};
+    return value;
+}
+
+static kt_complex value(const kt_stability *s, kt_complex z) {
+    return s->copies > 1 ? extrapolated_value(s, z) : chebyshev_value(s, z);
+}
+
+static bool inside_real(const void *problem, double x) {
+    const kt_complex z = {-x, 0.0};
+    return kt_stability_gain(problem, z) <= 1.0;
+}
+
+static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
+
+/* |R(iy)|^2 - 1 begins with y^4 here, so where it grows, that shows above rounding from some 1e-3 on. */
+static bool inside_imaginary(const void *problem, double y) {
+    const kt_complex z = {0.0, y};
+    return kt_stability_gain(problem, z) <= 1.0 + 64.0 * DBL_EPSILON;
+}
+
+static double imaginary_limit(const kt_stability *s) {
+    const double y = kt_first_exit(inside_imaginary, s, kt_farthest_stable(s));
+    return y > 2e-3 ? y : 0.0;
+}
+
+static int stages_of_step(const kt_method *method, double z) {
+    return kt_chebyshev_stages(KT_RADIUS_MARGIN * z, kt_chebyshev_damping(method));
+}
+
+static double reach(const kt_method *method) { return farthest_reach(method) / KT_RADIUS_MARGIN; }
+
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+const kt_method_family kt_family_stabilised = {
+    .name = "stabilised",
+    .stages_max = KT_STABILISED_STAGES_MAX,
+    .check_sizes = kt_table_check_sizes,
+    .measure = measure,
+    .init = init,
+    .start = kt_radius_forget,
+    .prepare = kt_need_radius,
+    .try_step = try_step,
+    .error = error_norm,
+    .accept = kt_radius_accept,
+    .longest_step = kt_stabilised_reach,
+    .report = report,
+    .interpolate = kt_table_interpolate,
+    .stability = make_polynomial,
+    .value = value,
+    .real_limit = real_limit,
+    .imaginary_limit = imaginary_limit,
+    .stages = stages_of_step,
+    .reach = reach,
+};

@@ -1,0 +1,93 @@
+/* The family of Runge-Kutta-Chebyshev methods: its polynomials, and what it shares with the estimate of the spectral
+ * radius (stabilised.c, radius.c). */
+#ifndef KT_INTEGRATOR_STABILISED_H
+#define KT_INTEGRATOR_STABILISED_H
+
+#include "integrator/integrator.h"
+
+/* ---- polynomials ------------------------------------------------------------------------------------------------- */
+
+/* R(z) = a + b T_s(w0 + w1 z) */
+typedef struct kt_chebyshev {
+    int stages;
+    double w0, w1, a, b;
+} kt_chebyshev;
+
+/* epsilon of a stabilised method's family, and how many times one step of it is repeated: rkc2 once; rkc4 extrapolates
+ * from one, two and three of them. */
+double kt_chebyshev_damping(const kt_method *method);
+int kt_chebyshev_copies(const kt_method *method);
+
+/* The member of s >= 2 stages. O(s). */
+kt_chebyshev kt_chebyshev_make(int stages, double damping);
+
+/* R decays on -reach <= z < 0. */
+double kt_chebyshev_reach(const kt_chebyshev *family);
+
+/* The fewest stages, 2 or more, whose reach is z >= 0; KT_STABILISED_STAGES_MAX + 1 where there are too few. */
+int kt_chebyshev_stages(double z, double damping);
+
+/* T_j, T_j', T_j'' at a point, of j and j - 1, and the step from j to j + 1. */
+typedef struct kt_chebyshev_values {
+    double t, dt, ddt;
+    double t1, dt1, ddt1;
+} kt_chebyshev_values;
+
+static inline kt_chebyshev_values kt_chebyshev_first(double x) {
+    kt_chebyshev_values values = {x, 1.0, 0.0, 1.0, 0.0, 0.0}; /* j = 1 */
+    return values;
+}
+
+/* T_{j+1} = 2 x T_j - T_{j-1} and its derivatives. */
+static inline void kt_chebyshev_next(kt_chebyshev_values *v, double x) {
+    const double t = 2.0 * x * v->t - v->t1, dt = 2.0 * (v->t + x * v->dt) - v->dt1,
+                 ddt = 2.0 * (2.0 * v->dt + x * v->ddt) - v->ddt1;
+    v->t1 = v->t;
+    v->dt1 = v->dt;
+    v->ddt1 = v->ddt;
+    v->t = t;
+    v->dt = dt;
+    v->ddt = ddt;
+}
+
+/* ---- the spectral radius ----------------------------------------------------------------------------------------- */
+
+/* Stages are chosen for this times the spectral radius that was estimated. */
+#define KT_RADIUS_MARGIN 1.2
+
+enum { KT_RADIUS_VECTORS = 8 }; /* directions in which f is differenced for its spectral radius, at most */
+
+/* The history of a motion: the spectral radius of f_y with its margin, 1/s, negative before the first estimate; and the
+ * steps since it was estimated. */
+enum { KT_HISTORY_RADIUS, KT_HISTORY_AGE, KT_STABILISED_HISTORY };
+
+#define KT_STABILISED_FIELDS(X)                                                                                        \
+    X(double, moved, 2 * n, "two stages less y")                                                                       \
+    X(double, krylov, (KT_RADIUS_VECTORS + 1) * n, "directions")
+
+/* Scratch of a step, laid out anew at its beginning (kt_need_radius). */
+typedef struct kt_stabilised_scratch {
+    double radius;         /* the spectral radius that the tries of this step count on */
+    bool radius_is_of_now; /* and it was estimated at this step's beginning */
+    KT_ARENA_DECLARE(KT_STABILISED_FIELDS)
+} kt_stabilised_scratch;
+
+size_t kt_stabilised_lay_out(void *memory, size_t n);
+
+static inline kt_stabilised_scratch *kt_stabilised_scratch_of(const kt_integrator *it) {
+    return (kt_stabilised_scratch *)(void *)it->scratch;
+}
+
+static inline double kt_stabilised_radius(const kt_integrator *it) { return kt_stabilised_scratch_of(it)->radius; }
+
+/* The longest step for which there are stages enough; HUGE_VAL where nothing decays. */
+double kt_stabilised_reach(const kt_integrator *it);
+
+/* Before a try: `radius`, estimated anew where that in the history is too old, or where a try was rejected. */
+kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result);
+
+/* After a step; before the first one of a motion. */
+void kt_radius_accept(kt_integrator *it);
+void kt_radius_forget(kt_integrator *it);
+
+#endif

@@ -1,0 +1,81 @@
+/* What every family needs of a try: slopes that are evaluated and checked, norms, and how a failure is told.
+ *
+ * Sums over components have the same bits whatever n and the width of the machine's vectors.
+ */
+#include "integrator/integrator.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+
+/* Components that are worked on together: a loop that compilers unroll into vectors. */
+enum { LANES = 8 };
+
+/* 0 x is 0 for a finite x and NaN for others, and NaN stays in a sum. */
+size_t kt_first_not_finite(const double *values, size_t n) {
+    double sum = 0.0;
+    size_t i = 0;
+    if (n >= LANES) {
+        double lanes[LANES] = {0.0};
+        for (; i + LANES <= n; i += LANES)
+            for (int l = 0; l < LANES; l++)
+                lanes[l] += 0.0 * values[i + (size_t)l];
+        for (int l = 0; l < LANES; l++)
+            sum += lanes[l];
+    }
+    for (; i < n; i++)
+        sum += 0.0 * values[i];
+    if (sum == 0.0)
+        return n;
+    for (i = 0; i < n && isfinite(values[i]); i++)
+        ;
+    return i;
+}
+
+kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
+    it->memory.counts.evaluations++;
+    const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
+    const size_t bad = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
+    if (code == 0 && bad == it->sizes.n)
+        return result->result = KT_TRY_PASSED;
+    result->what = "the right-hand side";
+    result->t = t;
+    result->code = code;
+    result->component = bad;
+    return result->result = code == 0 ? KT_TRY_NOT_FINITE : code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+}
+
+/* DBL_MIN: no 0 / 0 where both are 0. */
+double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {
+    const double *each = it->options.absolute_tolerances, a = fabs(y0), b = fabs(y1);
+    return (each != NULL ? each[i] : it->options.absolute_tolerance) +
+           it->options.relative_tolerance * (a > b ? a : b) + DBL_MIN;
+}
+
+double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / kt_error_scale(it, i, it->y[i], it->y[i]);
+        sum += x * x;
+    }
+    return sqrt(sum / (double)it->counted);
+}
+
+kt_status kt_try_report(const kt_integrator *it, const kt_try *r, const char *advice, kt_error *error) {
+    char where[64];
+    snprintf(where, sizeof where, "t = %.17g", r->t);
+    switch (r->result) {
+    case KT_TRY_STOPPED:
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s asked to stop (code %d)", r->what, r->code);
+    case KT_TRY_RECOVERABLE:
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s could not be computed (code %d); %s", r->what, r->code,
+                            advice);
+    case KT_TRY_NOT_FINITE:
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "component %zu of %s is not finite; %s", r->component,
+                            r->what, advice);
+    case KT_TRY_TOO_LONG:
+        return it->family->report(it, where, error);
+    default:
+        return KT_OK;
+    }
+}
