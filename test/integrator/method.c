@@ -23,7 +23,7 @@ KT_TEST(names_of_all_methods_stand_in_one_line) {
     char names[256], some[8];
     const size_t length = kt_method_names(false, names, sizeof names);
     kt_check_text("all", names,
-                        "euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, rkc4, dopri5, tsit5, dop853");
+                  "euler, midpoint, heun, ralston, rkc2, kutta3, bs32, rk4, rk38, rkc4, dopri5, tsit5, dop853");
     kt_check_equal_int("length", (long long)length, (long long)strlen(names));
     kt_check_equal_int("length of no text", (long long)kt_method_names(false, NULL, 0), (long long)length);
     kt_check_equal_int("length of a short text", (long long)kt_method_names(false, some, sizeof some),
