@@ -13,8 +13,7 @@ kt_status kt_arena_refuse(const char *where, const char *query, const void *memo
 
 kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                          kt_error *error) {
-    return kt_arena_fits(memory, size, needed) ? KT_OK
-                                               : kt_arena_refuse(where, query, memory, size, needed, error);
+    return kt_arena_fits(memory, size, needed) ? KT_OK : kt_arena_refuse(where, query, memory, size, needed, error);
 }
 
 kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,

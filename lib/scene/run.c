@@ -6,7 +6,6 @@
 static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
 static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }
 
-
 static kt_status refuse(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
