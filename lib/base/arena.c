@@ -1,7 +1,6 @@
-/* Memory of objects: a caller's is checked and cleared, the library's own is allocated and released. */
+/* The memory that a caller gives: checked, and cleared. */
 #include "base/arena.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 kt_status kt_arena_refuse(const char *where, const char *query, const void *memory, size_t size, size_t needed,
@@ -21,20 +20,5 @@ kt_status kt_arena_begin(const char *where, const char *query, void *memory, siz
     const kt_status status = kt_arena_check(where, query, memory, size, needed, error);
     if (status == KT_OK)
         memset(memory, 0, needed);
-    return status;
-}
-
-void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error) {
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, bytes);
-    if (memory == NULL)
-        (void)kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for %s cannot be allocated", bytes, what);
-    return memory;
-}
-
-kt_status kt_arena_own(void *memory, kt_status status) {
-    if (status == KT_OK)
-        *(void **)memory = memory;
-    else
-        free(memory);
     return status;
 }

@@ -79,4 +79,7 @@ void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error);
  * `status`. */
 kt_status kt_arena_own(void *memory, kt_status status);
 
+/* kt_*_free: releases what such an object owns, if anything; NULL is let pass. */
+void kt_arena_free(void *object);
+
 #endif
