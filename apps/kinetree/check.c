@@ -1,6 +1,7 @@
 /* kinetree check: every fault of scene files, and what is doubtful. */
 #include "arguments.h"
 #include "start.h"
+#include "touch.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -44,7 +45,7 @@ static void warn(check *c, const char *format, ...) {
     c->warnings++;
 }
 
-/* ---- freedoms ---------------------------------------------------------------------------------------------------- */
+/* ---- degrees of freedom ------------------------------------------------------------------------------------------ */
 
 /* Some loop moves the mechanism by itself. */
 static bool is_driven(const kt_description *d) {
@@ -54,7 +55,7 @@ static bool is_driven(const kt_description *d) {
     return false;
 }
 
-static void check_freedoms(check *c) {
+static void check_mobility(check *c) {
     const kt_mobility f = kt_model_mobility(c->model);
     if (f.minimal > 0 || is_driven(&c->scene->description))
         return;
@@ -156,89 +157,6 @@ static void check_driven_angles(check *c) {
             check_angle(c, "joint_spring of", d->effects[i].joint, "rest", d->effects[i].rest);
 }
 
-/* ---- stops ------------------------------------------------------------------------------------------------------- */
-
-typedef struct effect_name {
-    char text[80];
-} effect_name;
-
-/* "'floor' "; an empty text where it has none. */
-static effect_name show_name(const kt_effect *effect) {
-    effect_name shown = {""};
-    if (effect->name != NULL && *effect->name != '\0')
-        snprintf(shown.text, sizeof shown.text, "'%.70s' ", effect->name);
-    return shown;
-}
-
-/* As a contact: what a stop bears at rest is hardly more than twice the weight of all, in a turning joint on a lever of
- * 1 m. */
-static void check_limit(check *c, const kt_effect *effect, double weight) {
-    const int body = kt_body_find(c->model, effect->joint);
-    const kt_coordinates at = kt_body_coordinates(c->model, body);
-    const double q = c->q[at.q], excess = fmax(effect->lower - q, q - effect->upper);
-    const double force = excess > 0.0 ? effect->stiffness * excess : 0.0;
-    const char *unit = at.type == KT_JOINT_PRISMATIC ? "m" : "rad";
-    const char *of_force = at.type == KT_JOINT_PRISMATIC ? "N" : "N m";
-    const bool below = q < effect->lower;
-    if (excess <= 0.0 || !(force > 2.0 * weight))
-        return;
-    warn(c,
-         "joint_limit %sof '%s' starts %.3g %s beyond '%s', where it pushes with %.3g %s and stores %.3g J; start the "
-         "joint at %.6g %s or %s, or move '%s'",
-         show_name(effect).text, effect->joint, excess, unit, below ? "lower" : "upper", force, of_force,
-         0.5 * force * excess, below ? effect->lower : effect->upper, unit, below ? "above" : "below",
-         below ? "lower" : "upper");
-}
-
-/* ---- contacts ---------------------------------------------------------------------------------------------------- */
-
-static kt_vec3 end_point(const check *c, const kt_end *end) {
-    const int body = end->body != NULL ? kt_body_find(c->model, end->body) : 0;
-    const int marker = end->marker != NULL ? kt_marker_find(c->model, body, end->marker) : -1;
-    return kt_point_position(c->model, c->data, body, marker >= 0 ? kt_marker_at(c->model, body, marker) : end->at);
-}
-
-/* Out of the half-space, in the world. */
-static kt_vec3 plane_normal(const check *c, const kt_effect *effect) {
-    const kt_end *plane = &effect->between[1];
-    const int body = plane->body != NULL ? kt_body_find(c->model, plane->body) : 0;
-    kt_mat3 turn = kt_mat3_identity();
-    if (kt_rotation_evaluate(&plane->rotation, &turn, NULL) != KT_OK)
-        return kt_vec3_make(0.0, 0.0, 0.0); /* the description has been checked */
-    return kt_mat3_apply(kt_body_pose(c->model, c->data, body).rotation,
-                         kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
-}
-
-/* A contact that bears no more than twice the weight of all bodies may well be at rest so. */
-static void check_contact(check *c, const kt_effect *effect, double weight) {
-    const kt_vec3 apart = kt_vec3_sub(end_point(c, &effect->between[0]), end_point(c, &effect->between[1]));
-    const kt_vec3 normal = plane_normal(c, effect);
-    const double depth = effect->radius - kt_vec3_dot(normal, apart);
-    const double force = depth > 0.0 ? effect->stiffness * pow(depth, effect->exponent) : 0.0;
-    const double energy = force * depth / (effect->exponent + 1.0);
-    if (!(force > 2.0 * weight) || depth <= 0.0)
-        return;
-    warn(c,
-         "contact %sof '%s' starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) "
-         "and stores %.3g J; start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]",
-         show_name(effect).text, effect->between[0].body != NULL ? effect->between[0].body : "world", depth, force,
-         weight, energy, depth, normal.x + 0.0, normal.y + 0.0, normal.z + 0.0); /* no -0 */
-}
-
-static void check_contacts(check *c) {
-    const kt_description *d = &c->scene->description;
-    kt_vec3 center;
-    kt_error error = {0};
-    if (kt_kinematics_update(c->model, c->data, c->q, c->v, NULL, &error) != KT_OK)
-        return; /* the accelerations have been computed */
-    const double weight = kt_mass_center(c->model, c->data, &center) * kt_vec3_norm(d->gravity);
-    for (int i = 0; i < d->effect_count; i++)
-        if (d->effects[i].type == KT_EFFECT_CONTACT)
-            check_contact(c, &d->effects[i], weight);
-        else if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT)
-            check_limit(c, &d->effects[i], weight);
-}
-
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */
 
 /* The first accelerations; what they lack is a fault of the scene. */
@@ -253,6 +171,7 @@ static int check_accelerations(check *c) {
 
 static int check_start(check *c) {
     kt_error error = {0};
+    kt_warnings warnings = {.path = c->path};
     kt_model_initial(c->model, c->q, c->v);
     const kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
     if (status != KT_OK) {
@@ -265,10 +184,11 @@ static int check_start(check *c) {
     if (code != KT_EXIT_DONE)
         return code;
     c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v) > 0;
-    check_freedoms(c);
+    check_mobility(c);
     check_angles(c);
     check_driven_angles(c);
-    check_contacts(c);
+    c->warnings += kt_touch_warn(&warnings, c->scene, c->model, c->q);
+    kt_warnings_free(&warnings);
     const char *jumping = kt_start_jumping(c->scene);
     if (jumping != NULL)
         warn(c,

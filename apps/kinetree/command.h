@@ -30,7 +30,7 @@ typedef int kt_command_main(int argc, char **argv);
     X(evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON")                                \
     X(modes, "frequencies, damping and shapes of small motions; state matrices as JSON")                               \
     X(equilibrium, "where a scene comes to rest, and whether it stays there")                                          \
-    X(info, "what a scene consists of: the tree, its freedoms and masses")                                             \
+    X(info, "what a scene consists of: the tree, its degrees of freedom and masses")                                   \
     X(check, "find every fault of scene files")                                                                        \
     X(demo, "run one of the bundled scenes, or list them")                                                             \
     X(make, "write chains, pendulums and trees of any size as scenes")                                                 \

@@ -30,16 +30,16 @@ const kt_usage kt_usage_evaluate = {
         "Prints what the equations of motion consist of in the initial state, assembled:\n"
         "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
         "coordinates (the velocities in order), mass_matrix M (rows) and bias h of the tree, applied_force Q of all\n"
-        "effects, acceleration a of the whole, energy, pose of each body in the world; of loops constraint: jacobian "
-        "A,\n"
-        "rate, drift, multiplier lambda, null_space N (rows); with --acceleration inverse_dynamics, the forces M a + "
-        "h.\n",
+        "effects, acceleration a of the whole, energy, mass and its center, momentum (linear; angular about the "
+        "world's\n"
+        "origin and about the center of mass), pose of each body in the world; of loops constraint: jacobian A, rate,\n"
+        "drift, multiplier lambda, null_space N (rows); with --acceleration inverse_dynamics, the forces M a + h.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
 
 /* Beyond this the mass matrix is left out: its text would be longer than 100 MB. */
-enum { MASS_FREEDOMS_MAX = 2000 };
+enum { MASS_COORDINATES_MAX = 2000 };
 
 /* Everything that is computed, in one allocation each; mass is NULL where it is left out. */
 typedef struct kt_evaluation {
@@ -69,7 +69,7 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
     e->given = make(nv);
     e->bias = make(nv);
     e->inverse = make(nv);
-    if (e->nv <= MASS_FREEDOMS_MAX)
+    if (e->nv <= MASS_COORDINATES_MAX)
         e->mass = make(nv * nv);
     e->applied = make(nv);
     e->jacobian = make(rows * nv);
@@ -77,7 +77,7 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
     e->rate = make(rows);
     e->drift = make(rows);
     e->multiplier = make(rows);
-    const bool small = e->nv <= MASS_FREEDOMS_MAX, has_basis = small && rows > 0;
+    const bool small = e->nv <= MASS_COORDINATES_MAX, has_basis = small && rows > 0;
     if (has_basis)
         e->basis = make(nv * nv);
     const double *const all[] = {e->q,        e->v,        e->a,    e->given, e->bias,    e->inverse,
@@ -125,8 +125,8 @@ static int read_accelerations(const char *list, kt_evaluation *e) {
     }
     if (count == e->nv)
         return -1;
-    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d freedom%s", count, count == 1 ? "" : "s",
-           e->nv, e->nv == 1 ? "" : "s");
+    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d velocity coordinate%s", count,
+           count == 1 ? "" : "s", e->nv, e->nv == 1 ? "" : "s");
     return KT_EXIT_USAGE;
 }
 
@@ -202,6 +202,28 @@ static json_t *describe_energy(const kt_evaluation *e) {
     return json_pack("{s:f, s:f, s:f}", "kinetic", kinetic, "potential", potential, "total", kinetic + potential);
 }
 
+/* Of the kinematics in data. */
+static json_t *describe_momentum(const kt_evaluation *e) {
+    kt_vec3 center;
+    (void)kt_mass_center(e->model, e->data, &center);
+    const kt_wrench momentum = kt_momentum(e->model, e->data);
+    json_t *object = json_object();
+    json_object_set_new(object, "linear", kt_json_vector(momentum.force));
+    json_object_set_new(object, "angular", kt_json_vector(momentum.moment));
+    json_object_set_new(object, "angular_about_center",
+                        kt_json_vector(kt_vec3_sub(momentum.moment, kt_vec3_cross(center, momentum.force))));
+    return object;
+}
+
+static json_t *describe_mass(const kt_evaluation *e) {
+    kt_vec3 center;
+    const double total = kt_mass_center(e->model, e->data, &center);
+    json_t *object = json_object();
+    json_object_set_new(object, "total", kt_json_number(total));
+    json_object_set_new(object, "center", kt_json_vector(center));
+    return object;
+}
+
 static json_t *list_poses(const kt_evaluation *e) {
     json_t *poses = json_object();
     for (int body = 1; body < kt_model_body_count(e->model); body++) {
@@ -231,6 +253,8 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     if (with_inverse)
         json_object_set_new(root, "inverse_dynamics", kt_json_numbers(e->inverse, e->nv));
     json_object_set_new(root, "energy", describe_energy(e));
+    json_object_set_new(root, "mass", describe_mass(e));
+    json_object_set_new(root, "momentum", describe_momentum(e));
     json_object_set_new(root, "pose", list_poses(e));
     json_object_set_new(root, "constraint", describe_constraint(e));
     return root;
@@ -241,7 +265,7 @@ static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scen
     kt_error error = {0};
     int code = -1;
     if (!allocate(&e, model)) {
-        kt_say("there is not enough memory for %d freedoms", kt_model_nv(model));
+        kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
         code = KT_EXIT_INTEGRATION;
     }
     if (code < 0 && arguments->acceleration != NULL)
@@ -258,8 +282,8 @@ static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scen
         }
     }
     if (code < 0 && e.mass == NULL)
-        kt_say("mass_matrix is left out%s: %d freedoms are more than %d", e.rows > 0 ? ", and null_space" : "", e.nv,
-               MASS_FREEDOMS_MAX);
+        kt_say("mass_matrix is left out%s: %d velocity coordinates are more than %d",
+               e.rows > 0 ? ", and null_space" : "", e.nv, MASS_COORDINATES_MAX);
     if (code < 0)
         code =
             kt_json_write(describe(&e, arguments->acceleration != NULL), arguments->out != NULL ? arguments->out : "-");

@@ -2,6 +2,7 @@
 #include "arguments.h"
 #include "info_plan.h"
 #include "start.h"
+#include "touch.h"
 #include "tree.h"
 
 #include <math.h>
@@ -26,8 +27,8 @@ const kt_usage kt_usage_info = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Shows sizes, masses and how the scene is run, and draws its tree: joints with their freedoms, masses,\n"
-             "markers. Long chains and large trees are abridged.\n",
+    .about = "Shows sizes, masses and how the scene is run, and draws its tree: joints with their degrees of freedom\n"
+             "(dof), masses, markers. Long chains and large trees are abridged.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -52,7 +53,7 @@ static void show_sizes(const kt_model *model) {
     kt_mobility dof = kt_model_mobility(model);
     int nq = kt_model_nq(model), nv = kt_model_nv(model);
     printf("bodies     %d\n", kt_model_body_count(model) - 1);
-    printf("freedoms   %d", dof.minimal);
+    printf("dof        %d", dof.minimal);
     if (dof.equations > 0)
         printf(": %d of the tree, less %d by loops (%d equations)", dof.tree, dof.rank, dof.equations);
     if (nq != nv)
@@ -104,10 +105,43 @@ static void show_effects(const kt_description *description) {
         printf("  and %d more\n", count - LISTED_MAX);
 }
 
-/* Mass and its centre in the initial state. */
-static int show_masses(const kt_scene *scene, const kt_model *model) {
+static void show_vector(const char *before, kt_vec3 x, double scale, const char *after) {
+    printf("%s[%g, %g, %g]%s", before, tidy(x.x, scale), tidy(x.y, scale), tidy(x.z, scale), after);
+}
+
+/* Of the kinematics in data. */
+static void show_masses(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    kt_vec3 center;
+    const kt_vec3 g = kt_model_gravity(model);
+    const double mass = kt_mass_center(model, data, &center), size = kt_vec3_norm(center);
+    printf("mass       %g kg, centre at ", mass);
+    show_vector("", center, size, " m\n");
+    const double weight = tidy(kt_potential_energy(model, data), mass * kt_vec3_norm(g) * size);
+    const double kinetic = kt_kinetic_energy(model, data);
+    const double elastic = tidy(kt_effect_energy(model, data, 0.0, q, v), kinetic + fabs(weight));
+    printf("energy     %g J kinetic, %g J potential", kinetic, weight + elastic);
+    if (elastic != 0.0)
+        printf(": %g J of gravity, %g J of effects", weight, elastic);
+    putchar('\n');
+    const kt_wrench momentum = kt_momentum(model, data);
+    if (kinetic > 0.0) {
+        const kt_vec3 moved = kt_vec3_cross(center, momentum.force);
+        const double linear = sqrt(2.0 * mass * kinetic), angular = linear * size + kt_vec3_norm(momentum.moment);
+        show_vector("momentum   ", momentum.force, linear, " kg m/s, angular ");
+        show_vector("", momentum.moment, angular, " kg m^2/s about the world's origin, ");
+        show_vector("", kt_vec3_sub(momentum.moment, moved), angular, " about the centre of mass\n");
+    }
+    if (kt_vec3_norm(g) > 0.0)
+        show_vector("gravity    ", g, 0.0, " m/s^2\n");
+    else
+        puts("gravity    none");
+}
+
+/* What the initial state has, and warnings of it. */
+static int show_start(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;
+    kt_warnings warnings = {.quiet = false};
     size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     double *state = calloc(nq + nv + 1, sizeof *state);
     kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
@@ -118,17 +152,9 @@ static int show_masses(const kt_scene *scene, const kt_model *model) {
     if (status == KT_OK && code == KT_EXIT_DONE)
         status = kt_kinematics_update(model, data, state, state + nq, NULL, &error);
     if (status == KT_OK && code == KT_EXIT_DONE) {
-        kt_vec3 center, g = kt_model_gravity(model);
-        double mass = kt_mass_center(model, data, &center);
-        double size = kt_vec3_norm(center);
-        printf("mass       %g kg, centre at [%g, %g, %g] m\n", mass, tidy(center.x, size), tidy(center.y, size),
-               tidy(center.z, size));
-        printf("energy     %g J kinetic, %g J potential\n", kt_kinetic_energy(model, data),
-               tidy(kt_potential_energy(model, data), mass * kt_vec3_norm(g) * size));
-        if (kt_vec3_norm(g) > 0.0)
-            printf("gravity    [%g, %g, %g] m/s^2\n", g.x, g.y, g.z);
-        else
-            puts("gravity    none");
+        show_masses(model, data, state, state + nq);
+        (void)kt_touch_warn(&warnings, scene, model, state);
+        kt_warnings_free(&warnings);
     } else if (status != KT_OK) {
         kt_say_error(&error);
     }
@@ -167,7 +193,7 @@ static int show_all(const kt_scene *scene, const kt_model *model) {
     if (scene->description.name != NULL)
         printf("%s\n\n", kt_show(scene->description.name).text);
     show_sizes(model);
-    int code = show_masses(scene, model);
+    int code = show_start(scene, model);
     show_run(&scene->run, model);
     putchar('\n');
     if (kt_tree_draw(model) != 0) {

@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Dense matrices of twice as many rows: more would take minutes. */
-enum { FREEDOMS_MOST = 500 };
+enum { COORDINATES_MOST = 500 };
 
 static int say_memory(void) {
     kt_say("there is not enough memory");
@@ -32,9 +32,9 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path) {
     const kt_model *model = motion->model;
     const char *name = kt_model_name(model);
     motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
-    if (kt_model_nv(model) > FREEDOMS_MOST) {
-        kt_say("the scene has %d freedoms; small motions are computed with dense matrices, for up to %d",
-               kt_model_nv(model), FREEDOMS_MOST);
+    if (kt_model_nv(model) > COORDINATES_MOST) {
+        kt_say("the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to %d",
+               kt_model_nv(model), COORDINATES_MOST);
         return KT_EXIT_INTEGRATION;
     }
     motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
@@ -91,17 +91,53 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
-    kt_coordinate_name name = {""};
+/* The velocity component k of a joint that has several. */
+static const char *name_component(kt_joint_type type, int k) {
+    static const char *const of_free[] = {"x", "y", "z", "about x", "about y", "about z"};
+    static const char *const of_planar[] = {"x", "y", "angle"};
+    static const char *const of_cylindrical[] = {"angle", "length"};
+    static const char *const of_universal[] = {"angle 1", "angle 2"};
+    switch (type) {
+    case KT_JOINT_PLANAR:
+        return of_planar[k];
+    case KT_JOINT_CYLINDRICAL:
+        return of_cylindrical[k];
+    case KT_JOINT_UNIVERSAL:
+        return of_universal[k];
+    case KT_JOINT_SPHERICAL:
+        return of_free[3 + k];
+    default:
+        return of_free[k];
+    }
+}
+
+/* The body whose joint has a velocity coordinate. */
+static int body_of(const kt_model *model, int coordinate) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
-        if (coordinate < at.v || coordinate >= at.v + at.nv)
-            continue;
-        if (at.nv == 1)
-            snprintf(name.text, sizeof name.text, "%.80s", kt_body_name(model, body));
-        else
-            snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_body_name(model, body), coordinate - at.v);
+        if (coordinate >= at.v && coordinate < at.v + at.nv)
+            return body;
     }
+    return 0;
+}
+
+kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
+    const int body = body_of(model, coordinate);
+    const kt_coordinates at = kt_body_coordinates(model, body);
+    kt_coordinate_name name;
+    snprintf(name.text, sizeof name.text, "%.80s%s%s", kt_body_name(model, body), at.nv > 1 ? " " : "",
+             at.nv > 1 ? name_component(at.type, coordinate - at.v) : "");
+    return name;
+}
+
+kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
+    const int body = body_of(model, coordinate);
+    const kt_coordinates at = kt_body_coordinates(model, body);
+    kt_coordinate_name name;
+    if (at.nv > 1)
+        snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_body_name(model, body), coordinate - at.v);
+    else
+        snprintf(name.text, sizeof name.text, "%.80s", kt_body_name(model, body));
     return name;
 }
 

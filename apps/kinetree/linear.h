@@ -33,12 +33,15 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
 /* Linearises about the state, with modes. An exit code. */
 int kt_small_motion_linearize(kt_small_motion *motion);
 
-/* "crank" or "ball[2]": a velocity coordinate. */
+/* "crank", "ball about z" or "slider length": a velocity coordinate. */
 typedef struct kt_coordinate_name {
     char text[96];
 } kt_coordinate_name;
 
 kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate);
+
+/* The same as the columns of results have it: "crank", "ball[2]". */
+kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);
 
 /* Whether a mode's eigenvalue cannot be told from zero. */
 bool kt_mode_is_neutral(const kt_mode *mode);

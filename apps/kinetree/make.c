@@ -134,7 +134,7 @@ static bool needs_girth(const kt_make_arguments *settings) {
     return settings->axes == 1 || type == KT_JOINT_SPHERICAL || type == KT_JOINT_UNIVERSAL;
 }
 
-/* Whether a point mass follows every freedom of the joints. */
+/* Whether a point mass follows every degree of freedom of the joints. */
 static bool allows_points(const kt_make_arguments *settings) {
     return !needs_girth(settings) && joints[settings->joint] != KT_JOINT_PLANAR;
 }

@@ -244,7 +244,7 @@ static json_t *list_states(const kt_small_motion *motion, const kt_linear_system
         const int coordinate =
             velocity ? system->velocity_coordinate[i - system->positions] : system->position_coordinate[i];
         json_array_append_new(list, json_sprintf("%s.%s", velocity ? "velocity" : "position",
-                                                 kt_name_coordinate(motion->model, coordinate).text));
+                                                 kt_name_column(motion->model, coordinate).text));
     }
     return list;
 }
@@ -255,7 +255,7 @@ static json_t *list_inputs(const kt_small_motion *motion, const kt_linear_system
     if (coordinates != NULL)
         (void)kt_motor_coordinates(motion->model, coordinates);
     for (int i = 0; i < system->inputs && coordinates != NULL; i++)
-        json_array_append_new(list, json_sprintf("motor.%s", kt_name_coordinate(motion->model, coordinates[i]).text));
+        json_array_append_new(list, json_sprintf("motor.%s", kt_name_column(motion->model, coordinates[i]).text));
     free(coordinates);
     return list;
 }

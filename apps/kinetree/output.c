@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
@@ -114,6 +115,17 @@ char *kt_partial_name(const char *path) {
 
 char *kt_part_name(const char *path) {
     return path != NULL && !is_stream(path) && is_free(path) ? strdup(path) : kt_partial_name(path);
+}
+
+void kt_note_replaced(const char *path, char *text, size_t size) {
+    struct stat status;
+    struct tm local;
+    char when[32];
+    const size_t used = strlen(text);
+    if (path == NULL || is_stream(path) || stat(path, &status) != 0 || !S_ISREG(status.st_mode) ||
+        localtime_r(&status.st_mtime, &local) == NULL || strftime(when, sizeof when, "%Y-%m-%d %H:%M", &local) == 0)
+        return;
+    (void)snprintf(text + used, size - used, "%s%s of %s", used > 0 ? ", " : "", kt_show(path).text, when);
 }
 
 /* ---- all of a command -------------------------------------------------------------------------------------------- */

@@ -5,6 +5,7 @@
 #define KT_COMMAND_OUTPUT_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 typedef struct kt_output {
     char *name;    /* links followed */
@@ -33,6 +34,10 @@ char *kt_partial_name(const char *path);
 /* The name that a part gets in the end: NAME where there is no such file now, else kt_partial_name. The caller frees
  * it. */
 char *kt_part_name(const char *path);
+
+/* Of a result that is about to be replaced: "a.csv of 2026-01-31 12:00", appended to text after ", " or at its begin.
+ * Nothing where there is no such file. */
+void kt_note_replaced(const char *path, char *text, size_t size);
 
 /* A file that a command reads or writes, as it was named; NULL: none. */
 typedef struct kt_file_use {

@@ -6,14 +6,14 @@
 
 static const char *plural(long long count) { return count == 1 ? "" : "s"; }
 
-/* "3 bodies, 1 loop, 1 freedom" */
+/* "3 bodies, 1 loop, 1 degree of freedom" */
 static void say_size(const kt_outcome *outcome) {
     int bodies = kt_model_body_count(outcome->model) - 1, loops = kt_loop_count(outcome->model);
     kt_mobility dof = kt_model_mobility(outcome->model);
     fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
     if (loops > 0)
         fprintf(stderr, ", %d loop%s", loops, plural(loops));
-    fprintf(stderr, ", %d freedom%s", dof.minimal, plural(dof.minimal));
+    fprintf(stderr, ", %d degree%s of freedom", dof.minimal, plural(dof.minimal));
 }
 
 static void say_method(const kt_run *run) {
@@ -67,4 +67,6 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
             strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
     say_file("summary", summary);
     say_file("picture", plot);
+    if (outcome->replaced[0] != '\0')
+        fprintf(stderr, "  replaces an older %s\n", outcome->replaced);
 }

@@ -2,6 +2,7 @@
 #include "checkpoint.h"
 
 #include "plot_run.h"
+#include "touch.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -189,12 +190,17 @@ static void say_part(const char *part, const char *out) {
 
 /* Ends the records' file, under the name that `parts` has for it where the run has failed, and writes the rest. Returns
  * the exit code of the whole. */
-static int end_results(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *wholes,
+static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                        const kt_result_names *parts, kt_csv *csv, kt_plot_run *plot, int code) {
     const bool is_moved = csv->output.partial != NULL;
     const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
                                 : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
                                                                                      : KT_OUTPUT_PART;
+    if (fate == KT_OUTPUT_WHOLE && arguments->resume == NULL) {
+        kt_note_replaced(wholes->out, outcome->replaced, sizeof outcome->replaced);
+        kt_note_replaced(wholes->summary, outcome->replaced, sizeof outcome->replaced);
+        kt_note_replaced(wholes->plot, outcome->replaced, sizeof outcome->replaced);
+    }
     if (kt_csv_close(csv, fate) != 0 && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
     const bool whole = code == KT_EXIT_DONE;
@@ -204,7 +210,7 @@ static int end_results(const kt_run_arguments *arguments, const kt_outcome *outc
     return whole ? rest : code;
 }
 
-static int close_results(const kt_run_arguments *arguments, const kt_outcome *outcome, const char *out, kt_csv *csv,
+static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out, kt_csv *csv,
                          kt_plot_run *plot, int code) {
     const kt_result_names wholes = {out, arguments->summary, arguments->plot};
     char *part_out = kt_part_name(out), *part_summary = kt_part_name(wholes.summary),
@@ -299,6 +305,7 @@ static void tell_start(kt_outcome *outcome, bool quiet) {
     const double *v = kt_simulation_velocities(outcome->simulation);
     warn_of_long_step(outcome);
     warn_of_jumps(outcome);
+    (void)kt_touch_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
         (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);

@@ -85,6 +85,7 @@ typedef struct kt_outcome {
     kt_residual constraint; /* largest residuals */
     json_t *moved;          /* by the assembly, of the values given (kt_start_moved) */
     double cpu_seconds;
+    char replaced[800]; /* earlier results of the same names (kt_note_replaced) */
     kt_warnings warnings;
 } kt_outcome;
 

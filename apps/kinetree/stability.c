@@ -6,6 +6,7 @@
 #include "output.h"
 #include "plot.h"
 #include "start.h"
+#include "touch.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -208,7 +209,7 @@ static json_t *describe_limit(const kt_stability_look *look, const kt_method *me
     return object;
 }
 
-static int write_json(const kt_stability_look *look) {
+static int write_json(const kt_stability_look *look, json_t *inactive) {
     json_t *root = json_object(), *methods = json_array();
     json_object_set_new(root, "scene", kt_json_text(look->name));
     json_object_set_new(root, "duration", json_real(look->duration));
@@ -218,7 +219,54 @@ static int write_json(const kt_stability_look *look) {
     for (int i = 0; i < kt_method_count(); i++)
         json_array_append_new(methods, describe_limit(look, kt_method_at(i)));
     json_object_set_new(root, "methods", methods);
+    json_object_set(root, "inactive", inactive);
     return kt_json_write(root, "-");
+}
+
+/* ---- what did not act -------------------------------------------------------------------------------------------- */
+
+/* Whether a contact or joint limit acts in one of the states. */
+static bool acts(const kt_stability_look *look, kt_data *data, const kt_effect *effect) {
+    for (int i = 0; i < kt_spectrum_samples(look->spectrum); i++) {
+        const double *q = kt_spectrum_positions(look->spectrum, i);
+        if (kt_kinematics_update(look->model, data, q, NULL, NULL, NULL) == KT_OK &&
+            kt_touch_of(look->model, data, effect, q).depth > 0.0)
+            return true;
+    }
+    return false;
+}
+
+/* The contacts and joint limits that act in none of the states, as names; a new reference. */
+static json_t *list_inactive(const kt_stability_look *look) {
+    const kt_description *d = &look->scene->description;
+    json_t *list = json_array();
+    kt_data *data = NULL;
+    if (kt_data_create(look->model, &data, NULL) != KT_OK)
+        return list;
+    for (int i = 0; i < d->effect_count; i++)
+        if ((d->effects[i].type == KT_EFFECT_CONTACT || d->effects[i].type == KT_EFFECT_JOINT_LIMIT) &&
+            !acts(look, data, &d->effects[i]))
+            json_array_append_new(list, json_string(kt_name_touch(&d->effects[i]).text));
+    kt_data_free(data);
+    return list;
+}
+
+static void say_inactive(const kt_stability_look *look, const json_t *list) {
+    enum { NAMED = 4 };
+    const size_t count = json_array_size(list);
+    const int samples = kt_spectrum_samples(look->spectrum);
+    char names[1024] = "";
+    size_t used = 0;
+    for (size_t i = 0; i < count && i < NAMED; i++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
+                                 json_string_value(json_array_get(list, i)));
+    if (count > NAMED)
+        snprintf(names + used, sizeof names - used, " and %zu more", count - NAMED);
+    if (count > 0)
+        kt_say("stability: %s act%s in none of the %d state%s looked at: what %s to the largest step is not in these "
+               "numbers; give more --samples, or a --duration in which %s",
+               names, count == 1 ? "s" : "", samples, samples == 1 ? "" : "s", count == 1 ? "it does" : "they do",
+               count == 1 ? "it acts" : "they act");
 }
 
 /* ---- the parts in turn ------------------------------------------------------------------------------------------- */
@@ -240,11 +288,13 @@ static int choose_method(const char *name, const kt_run *run, const kt_method **
 }
 
 static int show(const kt_stability_look *look, const arguments *given) {
-    if (given->json) {
-        int code = write_json(look);
-        if (code != KT_EXIT_DONE)
-            return code;
-    } else {
+    json_t *inactive = list_inactive(look);
+    say_inactive(look, inactive);
+    const int written = given->json ? write_json(look, inactive) : KT_EXIT_DONE;
+    json_decref(inactive);
+    if (written != KT_EXIT_DONE)
+        return written;
+    if (!given->json) {
         const int samples = kt_spectrum_samples(look->spectrum);
         printf("%s: %d state%s in %g s\n\n", kt_show(look->name).text, samples, samples == 1 ? "" : "s",
                look->duration);
@@ -260,7 +310,7 @@ static int show(const kt_stability_look *look, const arguments *given) {
 
 static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
     kt_run run = scene->run;
-    kt_stability_look look = {.model = model, .step = given->step > 0.0 ? given->step : 0.0};
+    kt_stability_look look = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
     int code = choose_method(given->integrator, &run, &look.method);
     if (code >= 0 || (given->plot != NULL && (code = kt_plot_check(given->plot)) >= 0))
         return code;

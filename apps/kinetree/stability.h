@@ -12,6 +12,7 @@
 typedef struct kt_stability_look {
     const char *name; /* of the scene */
     const kt_model *model;
+    const kt_scene *scene;
     const kt_spectrum *spectrum;
     double duration, step;   /* step: asked about; 0: none */
     const kt_method *method; /* that is drawn */

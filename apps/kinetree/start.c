@@ -10,9 +10,9 @@
 #include <string.h>
 
 enum {
-    LISTED_MAX = 12,   /* lines of a list */
-    TRIED_MAX = 6,     /* joints or loops that advice is tried with */
-    FREEDOMS_MAX = 60, /* larger mechanisms are not tried: an assembly that fails takes long */
+    LISTED_MAX = 12,      /* lines of a list */
+    TRIED_MAX = 6,        /* joints or loops that advice is tried with */
+    COORDINATES_MAX = 60, /* larger mechanisms are not tried: an assembly that fails takes long */
 };
 
 static const double degree = 3.14159265358979323846 / 180.0;
@@ -148,7 +148,7 @@ static double *given_state(const kt_model *model) {
 static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
     const char *before = "; 'initial: {hold: [JOINT]}' would keep ";
     int last = 0, tried = 0;
-    for (int i = 0; i < count && tried < TRIED_MAX && kt_model_nv(model) <= FREEDOMS_MAX; i++) {
+    for (int i = 0; i < count && tried < TRIED_MAX && kt_model_nv(model) <= COORDINATES_MAX; i++) {
         if (changes[i].body == last)
             continue;
         last = changes[i].body;
@@ -336,7 +336,7 @@ void kt_start_say_open(const kt_scene *scene, const kt_model *model) {
         if (count < TRIED_MAX)
             open[count++] = i;
     }
-    if (residual != NULL && kt_model_nv(model) <= FREEDOMS_MAX)
+    if (residual != NULL && kt_model_nv(model) <= COORDINATES_MAX)
         advise(scene, open, count);
     free(residual);
 }

@@ -40,8 +40,6 @@ typedef struct kt_drawing {
 
 /* ---- one line ---------------------------------------------------------------------------------------------------- */
 
-static const char *plural(int count) { return count == 1 ? "" : "s"; }
-
 static void show_markers(const kt_model *model, int body) {
     int count = kt_marker_count(model, body);
     for (int i = 0; i < count && i < 4; i++)
@@ -58,7 +56,7 @@ static void show_body(kt_drawing *d, const char *glyph, int body) {
     double mass = kt_body_mass(d->model, body);
     printf("%.*s%s%s  %s", (int)d->used, d->indent, glyph, kt_body_name(d->model, body), kt_joint_type_name(at.type));
     if (at.nv > 0)
-        printf(", %d freedom%s", at.nv, plural(at.nv));
+        printf(", %d dof", at.nv);
     if (mass > 0.0)
         printf(", %g kg", mass);
     show_markers(d->model, body);

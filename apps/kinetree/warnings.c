@@ -12,7 +12,9 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
     va_start(arguments, format);
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
-    if (!warnings->quiet && !warning->is_said)
+    if (!warnings->quiet && !warning->is_said && warnings->path != NULL)
+        fprintf(stderr, "%s: warning: %s. %s\n", warnings->path, what, warning->remedy);
+    else if (!warnings->quiet && !warning->is_said)
         kt_say("warning: %s. %s", what, warning->remedy);
     if (warnings->list == NULL)
         warnings->list = json_array(); /* where there is no memory, writing the summary says so */

@@ -9,8 +9,9 @@
 
 /* All that were given so far. Zero-initialised there are none. */
 typedef struct kt_warnings {
-    bool quiet;   /* they are listed, and not printed */
-    json_t *list; /* NULL: none */
+    bool quiet;       /* they are listed, and not printed */
+    const char *path; /* they are printed as warnings of this file; NULL: of the command */
+    json_t *list;     /* NULL: none */
 } kt_warnings;
 
 typedef struct kt_warning {
@@ -22,7 +23,7 @@ typedef struct kt_warning {
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
 
-/* Prints "kinetree: warning: WHAT. REMEDY" and adds the warning to the list. The format gives WHAT, a sentence without
+/* Prints "kinetree: warning: WHAT. REMEDY", or "PATH: warning: WHAT. REMEDY", and adds the warning to the list. The format gives WHAT, a sentence without
  * its full stop. Texts are copied. */
 void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) KT_PRINTF(3, 4);
 

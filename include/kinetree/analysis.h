@@ -252,6 +252,9 @@ KT_API int kt_spectrum_samples(const kt_spectrum *spectrum);
 KT_API int kt_spectrum_count(const kt_spectrum *spectrum);
 KT_API kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode);
 
+/* The positions (nq) of the state `sample`, 0 <= sample < kt_spectrum_samples; the spectrum's. */
+KT_API const double *kt_spectrum_positions(const kt_spectrum *spectrum, int sample);
+
 /* The mode with the largest |lambda| of all; -1 where there is none. */
 KT_API int kt_spectrum_fastest(const kt_spectrum *spectrum);
 

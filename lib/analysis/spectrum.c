@@ -8,6 +8,7 @@
 #include "analysis/spectrum.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
@@ -46,6 +47,7 @@ kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, cons
         spectrum->mode[to] = (kt_spectrum_mode){t, mode, is_kept ? moves : NULL};
         spectrum->lambda[to] = (kt_complex){mode.real, mode.imaginary};
     }
+    memcpy(spectrum->position + (size_t)spectrum->samples * spectrum->size.nq, q, spectrum->size.nq * sizeof *q);
     spectrum->count += count;
     spectrum->samples++;
     return KT_OK;
@@ -96,6 +98,9 @@ kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *
 /* ---- what is found ----------------------------------------------------------------------------------------------- */
 
 int kt_spectrum_samples(const kt_spectrum *spectrum) { return spectrum->samples; }
+const double *kt_spectrum_positions(const kt_spectrum *spectrum, int sample) {
+    return spectrum->position + (size_t)sample * spectrum->size.nq;
+}
 int kt_spectrum_count(const kt_spectrum *spectrum) { return spectrum->count; }
 kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode) { return spectrum->mode[mode]; }
 

@@ -5,7 +5,7 @@
 #include "kinetree/analysis.h"
 
 typedef struct kt_spectrum_sizes {
-    size_t nv, samples, modes, shapes, linearization, system_modes;
+    size_t nq, nv, samples, modes, shapes, linearization, system_modes;
 } kt_spectrum_sizes;
 
 /* Every array: type, name, count, meaning. */
@@ -13,6 +13,7 @@ typedef struct kt_spectrum_sizes {
     X(kt_spectrum_mode, mode, s->modes, "by time, and then by falling |lambda|")                                       \
     X(kt_complex, lambda, s->modes, "the same as plain numbers")                                                       \
     X(double, shape, s->shapes * s->nv, "of the fastest of each state")                                                \
+    X(double, position, s->samples * s->nq, "q of each state")                                                         \
     X(char, linearization_memory, s->linearization, "of a state")                                                      \
     X(char, modes_memory, s->system_modes, "of a state")
 

@@ -16,7 +16,9 @@ static kt_linearization_options nothing_besides(void) {
 
 static kt_spectrum_sizes measure(const kt_model *model, int samples) {
     const kt_linearization_options options = nothing_besides();
-    kt_spectrum_sizes s = {.nv = (size_t)kt_model_nv(model), .samples = samples > 0 ? (size_t)samples : 0};
+    kt_spectrum_sizes s = {.nq = (size_t)kt_model_nq(model),
+                           .nv = (size_t)kt_model_nv(model),
+                           .samples = samples > 0 ? (size_t)samples : 0};
     s.modes = 2 * s.nv * s.samples;
     s.shapes = KT_SPECTRUM_SHAPES * s.samples;
     s.linearization = kt_linearization_size(model, &options);

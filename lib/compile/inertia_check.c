@@ -110,10 +110,11 @@ static void tell_of_inertia(teller *t, const kt_body *body, int index) {
     kt_error error;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "body '%s'", body->name);
-    (void)kt_error_set(&error, KT_ERROR_MODEL, where,
-                       "its %s joint moves nothing that has inertia along one of its freedoms: give '%s', or a body "
-                       "that it carries, mass and inertia there, or make the joint fixed",
-                       kt_joint_type_name(body->joint.type), body->name);
+    (void)kt_error_set(
+        &error, KT_ERROR_MODEL, where,
+        "its %s joint moves nothing that has inertia along one of its degrees of freedom: give '%s', or a body "
+        "that it carries, mass and inertia there, or make the joint fixed",
+        kt_joint_type_name(body->joint.type), body->name);
     tell(t, KT_ITEM_BODY, index, "joint", &error);
 }
 

@@ -87,7 +87,7 @@ kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double 
     char where[KT_WHERE_SIZE];
     name_joint(model, failed, where);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "what it carries has no inertia along one of its freedoms at this position");
+                        "what it carries has no inertia along one of its degrees of freedom at this position");
 }
 
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,

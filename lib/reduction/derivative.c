@@ -287,7 +287,7 @@ static kt_status solve(work *w, const double *q, const double *v, kt_error *erro
     }
     if (!reduce(w))
         return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                            "the mechanism has no inertia along one of the freedoms that its loops leave");
+                            "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
     memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
     for (size_t j = 0; j < n; j++) {
         w->d_tau[j * n + j] = -1.0;

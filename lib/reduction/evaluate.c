@@ -149,7 +149,7 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
                    model->text + model->body[model->link[link].body].name, t);
     return kt_error_set(
         error, KT_ERROR_SINGULAR, where,
-        "the mechanism has no inertia along one of the freedoms that its loops leave: give the bodies that "
+        "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the bodies that "
         "move there mass or inertia");
 }
 

@@ -377,9 +377,10 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     if (closure == KT_CLOSURE_SINGULAR)
-        return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                            "the mechanism has no inertia along one of the freedoms that its loops leave: give the "
-                            "bodies that move there mass or inertia");
+        return kt_error_set(
+            error, KT_ERROR_SINGULAR, where,
+            "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
+            "bodies that move there mass or inertia");
     const kt_status status = kt_input_check(model, input, error);
     return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
 }

@@ -69,7 +69,7 @@ kt_status kt_formulation_gauss(kt_constraint_formulation *set, double t, double 
         return kt_formulation_refuse(
             t, KT_ERROR_SINGULAR,
             "the mass matrix of the tree is singular: this set needs inertia along every joint, the "
-            "reduction only along the freedoms that loops leave",
+            "reduction only along the degrees of freedom that loops leave",
             error);
     for (int r = 0; r < k; r++)
         for (int i = 0; i < n; i++)

@@ -26,13 +26,13 @@ KT_TEST(make_gives_the_scene_that_was_asked_for) {
     kt_check_contains("mass", ran.out, "mass       17.5 kg");
     kt_check_contains("branching", ran.out,
                       "world\n"
-                      "`- link1  revolute, 1 freedom, 2.5 kg\n"
-                      "   |- link2  revolute, 1 freedom, 2.5 kg\n"
-                      "   |  |- link5  revolute, 1 freedom, 2.5 kg\n"
-                      "   |  |- link6  revolute, 1 freedom, 2.5 kg\n"
-                      "   |  `- link7  revolute, 1 freedom, 2.5 kg, markers tip\n"
-                      "   |- link3  revolute, 1 freedom, 2.5 kg\n"
-                      "   `- link4  revolute, 1 freedom, 2.5 kg\n");
+                      "`- link1  revolute, 1 dof, 2.5 kg\n"
+                      "   |- link2  revolute, 1 dof, 2.5 kg\n"
+                      "   |  |- link5  revolute, 1 dof, 2.5 kg\n"
+                      "   |  |- link6  revolute, 1 dof, 2.5 kg\n"
+                      "   |  `- link7  revolute, 1 dof, 2.5 kg, markers tip\n"
+                      "   |- link3  revolute, 1 dof, 2.5 kg\n"
+                      "   `- link4  revolute, 1 dof, 2.5 kg\n");
     ran = kt_shell("$K make pendulum --links 2 --length 2 --angle 90deg | $K evaluate -");
     json_t *root = kt_json(ran.out);
     /* Level, along x: joint 1 carries point masses 2 and 4 m away, and bears g (2 + 4). */
@@ -49,10 +49,10 @@ KT_TEST(info_is_short_for_any_size) {
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("abridged", ran.out,
                       "world\n"
-                      "`- link1  revolute, 1 freedom, 1 kg\n"
-                      "   `- link2  revolute, 1 freedom, 1 kg\n"
+                      "`- link1  revolute, 1 dof, 1 kg\n"
+                      "   `- link2  revolute, 1 dof, 1 kg\n"
                       "      : 9997 more, from link3 on, each on the one before\n"
-                      "      `- link10000  revolute, 1 freedom, 1 kg, markers tip\n");
+                      "      `- link10000  revolute, 1 dof, 1 kg, markers tip\n");
     ran = kt_shell("$K make tree --links 10000 | $K info -");
     kt_check_below("lines of a tree", kt_count_lines(ran.out), 120.0);
     kt_check_above("lines of a tree", kt_count_lines(ran.out), 50.0);
@@ -60,7 +60,7 @@ KT_TEST(info_is_short_for_any_size) {
     ran = kt_shell("$K make tree --links 5000 --branching 4999 | $K info -");
     kt_check_contains("many children", ran.out, ": 4991 children more, 4991 bodies in all\n");
     ran = kt_shell("$K make pendulum | $K info -");
-    kt_check_contains("one body", ran.out, "world\n`- link1  revolute, 1 freedom, 1 kg, markers tip\n");
+    kt_check_contains("one body", ran.out, "world\n`- link1  revolute, 1 dof, 1 kg, markers tip\n");
     kt_check_contains("plan", ran.out, "\nplan       planar, ");
     ran = kt_shell("$K make chain --links 3 --axes xyz | $K info -");
     kt_check_contains("plan", ran.out, "\nplan       spatial, ");
@@ -132,11 +132,39 @@ KT_TEST(info_tells_how_a_scene_is_run) {
                             "output: {interval: 0.1, record: [position, reaction]}\n");
     kt_ran ran = kt_shell("$K info s.yaml");
     kt_check_contains("name", ran.out, "a name\n");
-    kt_check_contains("freedoms", ran.out, "freedoms   6 (7 positions: 1 quaternion)\n");
+    kt_check_contains("degrees of freedom", ran.out, "dof        6 (7 positions: 1 quaternion)\n");
     kt_check_contains("mass", ran.out, "mass       2 kg, centre at [1, 0, 0] m\n");
     kt_check_contains("gravity", ran.out, "gravity    none\n");
     kt_check_contains("run", ran.out, "simulate   3 s, rk4 with steps of 0.01 s, tree formulation\n");
     kt_check_contains("output", ran.out, "output     every 0.1 s: position, reaction\n");
+}
+
+/* Two masses at y = 1 and 3 m (3 and 1 kg), the upper on a spring that is 0.5 m longer than its length: 0.5 * 80 * 0.25 J;
+ * gravity 10 * (3 * 1 + 1 * 3) J. The upper moves at 2 m/s along x: 2 kg m/s, -2 * 3 kg m^2/s about the world's origin,
+ * and -2 * (3 - 1.5) about the centre of mass, at y = 1.5 m. */
+KT_TEST(info_and_evaluate_count_springs_and_momentum) {
+    kt_write_file("m.yaml", "kinetree: 1\n"
+                            "gravity: [0, -10, 0]\n"
+                            "bodies:\n"
+                            "  - {name: low, mass: 3, joint: {type: prismatic, axis: x, at: [0, 1, 0]}}\n"
+                            "  - {name: high, mass: 1, joint: {type: prismatic, axis: x, at: [0, 3, 0], velocity: 2}}\n"
+                            "effects:\n"
+                            "  - {type: spring, between: [low, high], stiffness: 80, length: 1.5}\n"
+                            "simulate: {duration: 1}\n");
+    kt_ran ran = kt_shell("$K info m.yaml");
+    kt_check_contains("energy", ran.out, "energy     2 J kinetic, 70 J potential: 60 J of gravity, 10 J of effects\n");
+    kt_check_contains("momentum", ran.out,
+                      "momentum   [2, 0, 0] kg m/s, angular [0, 0, -6] kg m^2/s about the world's origin, [0, 0, -3] "
+                      "about the centre of mass\n");
+    ran = kt_shell("$K evaluate m.yaml");
+    json_t *root = kt_json(ran.out);
+    kt_check_near("mass", kt_json_at(root, "mass.total"), 4.0, 0.0);
+    kt_check_near("centre", kt_json_at(root, "mass.center[1]"), 1.5, 1e-15);
+    kt_check_near("linear", kt_json_at(root, "momentum.linear[0]"), 2.0, 0.0);
+    kt_check_near("about the origin", kt_json_at(root, "momentum.angular[2]"), -6.0, 1e-14);
+    kt_check_near("about the centre", kt_json_at(root, "momentum.angular_about_center[2]"), -3.0, 1e-14);
+    kt_check_near("energy", kt_json_at(root, "energy.potential"), 70.0, 1e-13);
+    json_decref(root);
 }
 
 KT_TEST(demo_lists_and_runs_the_scenes_of_a_folder) {

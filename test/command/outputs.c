@@ -179,6 +179,16 @@ KT_TEST(result_keeps_its_links_and_permissions) {
     kt_expect(0, NULL, "test ! -e folder/target.partial");
 }
 
+KT_TEST(run_tells_which_results_it_replaces) {
+    kt_expect(0, NULL, "$K make pendulum >again.yaml && rm -f again.csv again.json");
+    kt_ran ran = kt_shell("$K run again.yaml --duration 0.1");
+    kt_check_true("nothing yet", strstr(ran.err, "replaces") == NULL);
+    kt_expect(0, NULL, "touch -d '2020-01-31 12:00' again.csv && touch -d '2021-02-01 13:30' again.json");
+    kt_expect(0, "  replaces an older again.csv of 2020-01-31 12:00, again.json of 2021-02-01 13:30\n",
+              "$K run again.yaml --duration 0.1 --summary again.json");
+    kt_check_text("quiet", kt_shell("$K run again.yaml --duration 0.1 --quiet").err, "");
+}
+
 KT_TEST(demo_replaces_results_only_by_force) {
     make_scene();
     kt_write_file("pendulum.csv", "mine\n");

@@ -192,7 +192,7 @@ KT_TEST(report_tells_what_was_done_and_where_it_is) {
     kt_ran ran = kt_shell("$K run f.yaml --summary f.json");
     kt_check_text("standard output", ran.out, "");
     kt_check_contains("name", ran.err, "falling block: 1 s simulated\n");
-    kt_check_contains("size and method", ran.err, "1 body, 1 freedom, rk4 with steps of 0.125 s\n");
+    kt_check_contains("size and method", ran.err, "1 body, 1 degree of freedom, rk4 with steps of 0.125 s\n");
     kt_check_contains("cost", ran.err, "8 steps, ");
     kt_check_contains("drift", ran.err, "drift at most ");
     kt_check_contains("records", ran.err, "5 records: f.csv\n");

@@ -46,6 +46,28 @@ KT_TEST(stability_writes_json) {
     json_decref(root);
 }
 
+/* A swing of 1 m hits its stop at 0.95 m only between the nine states, one a period: sin of whole periods is 0. */
+KT_TEST(stops_that_act_in_no_state_are_told) {
+    static const char swing[] = "kinetree: 1\n"
+                                "bodies: [{name: mass, mass: 1, joint: {type: prismatic, axis: x, velocity: 1}}]\n"
+                                "effects:\n"
+                                "  - {type: joint_spring, joint: mass, stiffness: 1}\n"
+                                "  - {name: stop, type: joint_limit, joint: mass, upper: %s, stiffness: 1e-3}\n"
+                                "simulate: {duration: 50.26548245743669}\n";
+    char text[400];
+    snprintf(text, sizeof text, swing, "0.95");
+    kt_write_file("stop.yaml", text);
+    kt_expect(0, "stability: joint_limit 'stop' of 'mass' acts in none of the 9 states looked at",
+              "$K stability stop.yaml");
+    kt_ran ran = kt_shell("$K stability stop.yaml --json");
+    json_t *root = kt_json(ran.out);
+    kt_check_text("in JSON", json_string_value(kt_json_find(root, "inactive[0]")), "joint_limit 'stop' of 'mass'");
+    json_decref(root);
+    snprintf(text, sizeof text, swing, "-0.5");
+    kt_write_file("stop.yaml", text);
+    kt_check_text("one that acts", kt_shell("$K stability stop.yaml").err, "");
+}
+
 KT_TEST(stability_says_what_it_cannot_do) {
     kt_expect(1, "there is no method 'rk5'; did you mean 'rk4'?", "$K stability " PENDULUM " --integrator rk5");
     kt_expect(1, "SCENE is missing", "$K stability");

@@ -106,7 +106,7 @@ KT_TEST(loops_without_mass_are_a_fault) {
     four_bar f = usual;
     f.mass = "mass: 0";
     write_four_bar(&f);
-    kt_expect(2, "the mechanism has no inertia along one of the freedoms", "$K check f.yaml");
+    kt_expect(2, "the mechanism has no inertia along one of the degrees of freedom", "$K check f.yaml");
 }
 
 /* A ball 0.1 m deep stores 1e6 * 0.1^2.5 / 2.5 J, which throws 1 kg 129 m high; one at rest on its contact is right. */
@@ -121,7 +121,7 @@ KT_TEST(check_warns_and_ends_well) {
     kt_expect(
         0,
         "b.yaml: warning: contact 'floor' of 'ball' starts 0.1 m inside its plane, where it pushes with 3.16e+04 N "
-        "(all bodies weigh 9.81 N) and stores 1.26e+03 J; start it 0.1 m further along the plane's normal [0, 0, 1]",
+        "(all bodies weigh 9.81 N) and stores 1.26e+03 J. Start it 0.1 m further along the plane's normal [0, 0, 1]",
         "$K check b.yaml");
     snprintf(text, sizeof text, ball, "0.4995418"); /* (9.81 / 1e6)^(2/3) deep */
     kt_write_file("b.yaml", text);
@@ -132,7 +132,7 @@ KT_TEST(check_warns_and_ends_well) {
                   "  inertia: [1, 1, 1]}]\neffects: [{type: contact, point: ball, radius: 0.2, plane: world,\n"
                   "  axis: -y, stiffness: 1e6}]\n");
     kt_expect(0, "b.yaml: warning: contact of 'ball' starts 0.2 m inside its plane", "$K check b.yaml");
-    kt_expect(0, "start it 0.2 m further along the plane's normal [0, -1, 0]", "$K check b.yaml");
+    kt_expect(0, "Start it 0.2 m further along the plane's normal [0, -1, 0]", "$K check b.yaml");
 
     kt_write_file("a.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, position: 120}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");
@@ -155,6 +155,39 @@ KT_TEST(check_warns_and_ends_well) {
     kt_expect(0, "z.yaml: warning: nothing can move: the joints have 1 degrees of freedom", "$K check z.yaml");
 }
 
+/* Three feet under 6 kg, 1.5 mm deep each: 1e6 * 0.0015^1.5 = 58.1 N each is less than the weight of 58.86 N, and all
+ * three together are more than twice as much. 0.4 mm deep they are not. */
+KT_TEST(contacts_that_start_inside_are_judged_together_by_every_command) {
+    static const char table[] =
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: table, joint: {type: prismatic, position: %s}, mass: 6,\n"
+        "     markers: {a: [1, 0, 0], b: [0, 1, 0], c: [-1, -1, 0]}}\n"
+        "effects:\n"
+        "  - {name: left, type: contact, point: table.a, plane: world, stiffness: 1e6, exponent: 1.5}\n"
+        "  - {name: right, type: contact, point: table.b, plane: world, stiffness: 1e6, exponent: 1.5}\n"
+        "  - {name: back, type: contact, point: table.c, plane: world, stiffness: 1e6, exponent: 1.5}\n"
+        "simulate: {duration: 0.01, integrator: dopri5, tolerance: 1e-6}\n";
+    static const char words[] = "3 contacts start inside their planes, contact 'left' of 'table' by 0.0015 m, the "
+                                "deepest, where they push with 174 N together (all bodies weigh 58.9 N) and store "
+                                "0.105 J. Start them further along their planes' normals, contact 'left' of 'table' "
+                                "by 0.0015 m\n";
+    char text[900], expected[400];
+    snprintf(text, sizeof text, table, "-0.0015");
+    kt_write_file("t.yaml", text);
+    snprintf(expected, sizeof expected, "t.yaml: warning: %s", words);
+    kt_expect(0, expected, "$K check t.yaml");
+    snprintf(expected, sizeof expected, "kinetree: warning: %s", words);
+    kt_expect(0, expected, "$K info t.yaml");
+    kt_expect(0, expected, "$K run t.yaml --summary t.json");
+    json_t *root = kt_json(kt_read_file("t.json"));
+    kt_check_text("in the summary", json_string_value(kt_json_find(root, "warnings[0].code")), "starts_in_contact");
+    kt_check_near("how deep", kt_json_at(root, "warnings[0].value"), 0.0015, 1e-15);
+    json_decref(root);
+    snprintf(text, sizeof text, table, "-0.0004");
+    kt_write_file("t.yaml", text);
+    kt_check_text("at rest", kt_shell("$K check t.yaml").out, "t.yaml: ok\n");
+}
+
 /* 0.1 m beyond a stop of 1e5 N/m: 1e4 N, and 1e5 * 0.1^2 / 2 J. */
 KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
     static const char slide[] = "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
@@ -166,7 +199,7 @@ KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
     kt_expect(
         0,
         "l.yaml: warning: joint_limit 'stop' of 'slide' starts 0.1 m beyond 'lower', where it pushes with 1e+04 N "
-        "and stores 500 J; start the joint at 0.2 m or above, or move 'lower'",
+        "and stores 500 J. Start the joint at 0.2 m or above, or move 'lower'",
         "$K check l.yaml");
     snprintf(text, sizeof text, slide, "0.1000981"); /* at rest on it: 9.81 N / 1e5 N/m */
     kt_write_file("l.yaml", text);

@@ -113,7 +113,7 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "--angle takes an angle", "$K make chain --angle 3turns");
     kt_expect(1, "--branching is for a tree", "$K make chain --branching 3");
     kt_expect(1, "point masses", "$K make chain --joint spherical --shape point");
-    kt_expect(1, "has 2 numbers, and the scene has 1 freedom", "$K evaluate p.yaml --acceleration=1,2");
+    kt_expect(1, "has 2 numbers, and the scene has 1 velocity coordinate", "$K evaluate p.yaml --acceleration=1,2");
     kt_expect(1, "'x' is none", "$K evaluate p.yaml --acceleration=x");
 }
 

@@ -86,7 +86,8 @@ static void refused(kt_tree *tree, const char *what, const char *name) {
         return;
     snprintf(where, sizeof where, "body '%s'", name);
     kt_check_text("where", error.where, where);
-    kt_check_contains("what is wrong", error.message, "moves nothing that has inertia along one of its freedoms");
+    kt_check_contains("what is wrong", error.message,
+                      "moves nothing that has inertia along one of its degrees of freedom");
     kt_check_contains("how to mend it", error.message, "mass and inertia there, or make the joint fixed");
     kt_check_true("no model", model == NULL);
 }
@@ -99,10 +100,10 @@ KT_TEST(a_freedom_without_inertia_is_refused_in_words) {
     kt_check_equal_int("status", kt_model_compile(&tree.description, NULL, &model, &error), KT_ERROR_MODEL);
     kt_check_equal_int("code", error.code, KT_ERROR_MODEL);
     kt_check_text("where", error.where, "body 'crank'");
-    kt_check_text(
-        "message", error.message,
-        "its revolute joint moves nothing that has inertia along one of its freedoms: give 'crank', or a body "
-        "that it carries, mass and inertia there, or make the joint fixed");
+    kt_check_text("message", error.message,
+                  "its revolute joint moves nothing that has inertia along one of its degrees of freedom: give "
+                  "'crank', or a body "
+                  "that it carries, mass and inertia there, or make the joint fixed");
     kt_check_true("no model", model == NULL);
 }
 

@@ -204,7 +204,7 @@ static void make_massless(kt_body *body) {
 }
 
 static const char no_inertia[] =
-    "the mechanism has no inertia along one of the freedoms that its loops leave: give the "
+    "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
     "bodies that move there mass or inertia";
 
 /* A four-bar of nothing; one that is carried by a slider; and one that carries a link of nothing, which no loop holds,
@@ -232,7 +232,8 @@ KT_TEST(freedoms_without_inertia_are_refused) {
         kt_error e = {KT_OK, "", ""};
         kt_check_equal_int("pointer", kt_model_compile(&l.description, &l.options, &l.model, &e), KT_ERROR_MODEL);
         kt_check_text("where", e.where, "body 'pointer'");
-        kt_check_contains("what is wrong", e.message, "moves nothing that has inertia along one of its freedoms");
+        kt_check_contains("what is wrong", e.message,
+                          "moves nothing that has inertia along one of its degrees of freedom");
         linkage_free(&l);
 
         linkage_four_bar(&l, &f);
