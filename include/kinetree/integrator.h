@@ -314,12 +314,12 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * Adaptive: where less than two steps are left, they are made equal.
  *
  * On failure time, state, control and interpolant are to the bit what they were; only the counts of work done have
- * grown.
+ * grown, and progress is counted anew.
  *
  * Errors: KT_ERROR_ARGUMENT (not started, t_limit is NaN or the current time), KT_ERROR_NOT_FINITE (a slope or the
  * new state is not finite: at once in fixed mode, at the current state in either mode), KT_ERROR_STEP (the step
- * became too small, or max_steps are used up), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the
- * step is fixed).
+ * became too small, max_steps are used up, or there is no progress: 10,000 tries that have gone less than 1e-6 of the
+ * larger of |t| and |t_limit|), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the step is fixed).
  *
  * Stabilised (rkc2, rkc4): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an
  * adaptive step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at
@@ -377,6 +377,8 @@ typedef struct kt_integrator_memory {
     double next_step;            /* adaptive: proposed size, > 0; 0: not yet chosen */
     double last_error;           /* adaptive: weighted norm of the last accepted step's error estimate; NaN: none */
     double control_error;        /* adaptive: err_last of the PI control */
+    double advanced;             /* adaptive: how far steps have gone in the present window of tries, >= 0 */
+    uint64_t window;             /* adaptive: tries, accepted or rejected, before that window began */
     int32_t on_grid;             /* fixed step: whether t is t0 + grid h */
     int32_t has_previous;        /* whether previous_y is known */
     kt_integrator_counts counts; /* as kt_integrator_counts_get has them */

@@ -234,8 +234,8 @@ KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation
 /* One accepted step towards t_limit and not beyond it; t_limit is HUGE_VAL where there is none. With a fixed step,
  * steps end at multiples of it, and a t_limit between two multiples is a stop of its own. On failure the state is to
  * the bit what it was. Errors, each naming the time and, where one is to blame, the body: KT_ERROR_NOT_FINITE,
- * KT_ERROR_SINGULAR, KT_ERROR_STEP (too small, or max_steps used up), KT_ERROR_ARGUMENT (t_limit is not after the
- * current time), KT_ERROR_EFFECT, KT_ERROR_CALLBACK, and KT_ERROR_CONSTRAINT, naming the loops that do not close. Where
+ * KT_ERROR_SINGULAR, KT_ERROR_STEP (too small, no progress, or max_steps used up), KT_ERROR_ARGUMENT (t_limit is not
+ * after the current time), KT_ERROR_EFFECT, KT_ERROR_CALLBACK, and KT_ERROR_CONSTRAINT, naming the loops that do not close. Where
  * loops change with time and cannot be closed from now on (out of reach, or contradicting each other) it is this, with
  * the gaps that are left a step later, or where steps are not fixed an interval between records; finding that takes at
  * most 800 steps of closing loops more, once, as the step fails. */

@@ -9,7 +9,7 @@
 
 /* x = m 2^k with sqrt(1/2) <= m < sqrt(2): log2 x = k + 2 / ln 2 (z + z^3/3 + z^5/5 + ...), z = (m - 1) / (m + 1),
  * |z| < 0.172; terms to z^13 leave 7e-13. Then 2^u = 2^k e^w, |w| <= ln 2 / 2; terms to w^10 leave 3e-13. */
-double kt_power(double x, double p) {
+double kt_control_power(double x, double p) {
     const double ln2 = 0.693147180559945309417;
     int exponent;
     double m = frexp(x, &exponent);
@@ -38,8 +38,8 @@ double kt_control_accepted(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!(error > 0.0))
         return o->factor_max;
-    const double factor = o->safety * kt_power(error, -o->alpha / it->error_order) *
-                          kt_power(it->memory.control_error, o->beta / it->error_order);
+    const double factor = o->safety * kt_control_power(error, -o->alpha / it->error_order) *
+                          kt_control_power(it->memory.control_error, o->beta / it->error_order);
     return clamp(factor, o->factor_min, o->factor_max);
 }
 
@@ -48,7 +48,7 @@ double kt_control_rejected(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!isfinite(error))
         return o->factor_min;
-    return clamp(o->safety * kt_power(error, -o->alpha / it->error_order), o->factor_min, o->safety);
+    return clamp(o->safety * kt_control_power(error, -o->alpha / it->error_order), o->factor_min, o->safety);
 }
 
 /* A step that should pass. The error of a method with err ~ h^k is about h^k times a k-th derivative, and that about
@@ -62,9 +62,9 @@ static double first_guess(const kt_integrator *it, double h0, double size, doubl
     if (size > 0.0 && slope / size > rate)
         rate = slope / size;
     if (slope > 0.0 && rate > 0.0 && isfinite(slope) && isfinite(rate))
-        return kt_power(0.01 / slope, 1.0 / k) * kt_power(rate, (1.0 - k) / k);
+        return kt_control_power(0.01 / slope, 1.0 / k) * kt_control_power(rate, (1.0 - k) / k);
     if (bend > 0.0 && isfinite(bend))
-        return kt_power(0.01 / bend, 0.5); /* f = 0 here: err ~ |f'| h^2 */
+        return kt_control_power(0.01 / bend, 0.5); /* f = 0 here: err ~ |f'| h^2 */
     return h0;
 }
 

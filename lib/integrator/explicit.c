@@ -174,6 +174,11 @@ static double mean_square(const kt_integrator *it, const kt_stage_term *terms, s
     return total / (double)n;
 }
 
+static double error_at(const kt_integrator *it, double h, size_t i) {
+    const size_t *row = it->row + it->method->stages;
+    return h * sum_one(it->terms + row[ROW_E], row[ROW_E + 1] - row[ROW_E], it->k, i);
+}
+
 /* err, or where there are two estimates HNW (II.10.17): h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2). */
 static double error_norm(const kt_integrator *it, double h) {
     const size_t *row = it->row + it->method->stages;
@@ -354,6 +359,7 @@ const kt_method_family kt_family_explicit = {
     .init = init,
     .try_step = try_step,
     .error = error_norm,
+    .error_at = error_at,
     .interpolate = kt_table_interpolate,
     .stability = make_polynomial,
     .value = value,

@@ -286,6 +286,7 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the previous state is not finite");
     if (!isfinite(memory->previous_t) || !isfinite(memory->origin) || !isfinite(memory->last_step) ||
         !not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
+        !not_negative(memory->advanced) || memory->window > memory->counts.steps + memory->counts.rejected ||
         kt_first_not_finite(history, it->sizes.history) < it->sizes.history)
         return refuse(error, "kt_integrator_restore",
                       "the memory is damaged: a time, step or error in it is out of range");

@@ -101,6 +101,7 @@ struct kt_integrator {
     bool stages_known;   /* the slots hold the stages of the last step, as far as its dense output needs them */
     bool dense_known;    /* and the stages of the dense output */
     int derivative_slot; /* where f(t, y) is: 0, fresh, or -1 where it is not known */
+    size_t blamed;       /* component to blame for the last step that failed; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
 
@@ -153,6 +154,9 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const cha
 /* Slot 0 holds f(t, y): all other slopes and `trial`; if adaptive, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
+/* The component that the last step failed for, with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n where none is known. */
+size_t kt_integrator_blamed(const kt_integrator *it);
+
 /* ---- families ---------------------------------------------------------------------------------------------------- */
 
 /* How the methods of one kind step. The stepper owns time, state, step size and projection; everything else is asked of
@@ -175,6 +179,7 @@ struct kt_method_family {
     kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
     kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
     double (*error)(const kt_integrator *it, double h);
+    double (*error_at)(const kt_integrator *it, double h, size_t i); /* of component i alone, not weighted */
     void (*accept)(kt_integrator *it);
     double (*longest_step)(const kt_integrator *it);
     kt_status (*report)(const kt_integrator *it, const char *where, kt_error *error);
@@ -220,7 +225,7 @@ static inline double kt_farthest_stable(const kt_stability *s) {
 
 /* x^p for finite x > 0 and |p| <= 2, to about 1e-12, by arithmetic alone: the same bits everywhere, which no libm
  * promises. */
-double kt_power(double x, double p);
+double kt_control_power(double x, double p);
 
 /* h_new / h after an accepted step; after a rejected one. */
 double kt_control_accepted(const kt_integrator *it, double error);
@@ -229,6 +234,10 @@ double kt_control_rejected(const kt_integrator *it, double error);
 /* Proposal for the first step, in a direction (+-1), after HNW II.4; f is asked for within `limit`. Slot 0 holds f(t,
  * y). 0 where a callback stopped. */
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
+
+/* Adaptive: a motion that has gone less than KT_PROGRESS of its time a try, over so many tries, does not get on. */
+#define KT_PROGRESS 1e-10
+enum { KT_PROGRESS_TRIES = 10000 };
 
 /* Control's err_last, before there is one and as the least that is remembered (Hairer's DOPRI5). */
 #define KT_CONTROL_ERROR_FLOOR 1e-4

@@ -215,14 +215,16 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 }
 
 /* rkc2: 4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4), y3 the third derivative */
-static double error_norm(const kt_integrator *it, double h) {
-    const bool extrapolated = kt_chebyshev_copies(it->method) > 1;
+static double error_at(const kt_integrator *it, double h, size_t i) {
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
-    const double *difference = kt_stabilised_scratch_of(it)->krylov;
+    return kt_chebyshev_copies(it->method) > 1 ? kt_stabilised_scratch_of(it)->krylov[i]
+                                               : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
+}
+
+static double error_norm(const kt_integrator *it, double h) {
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        const double error = extrapolated ? difference[i] : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
-        const double u = error / kt_error_scale(it, i, y0[i], y1[i]);
+        const double u = error_at(it, h, i) / kt_error_scale(it, i, it->y[i], it->trial[i]);
         sum += u * u;
     }
     return sqrt(sum / (double)it->counted);
@@ -333,6 +335,7 @@ const kt_method_family kt_family_stabilised = {
     .prepare = kt_need_radius,
     .try_step = try_step,
     .error = error_norm,
+    .error_at = error_at,
     .accept = kt_radius_accept,
     .longest_step = kt_stabilised_reach,
     .report = report,

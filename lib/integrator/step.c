@@ -136,6 +136,7 @@ static void commit(kt_integrator *it, const plan *p, bool changed, double next_s
     m->on_grid = p->on_grid;
     m->next_step = next_step;
     m->last_error = error;
+    m->advanced += fabs(p->interval.h);
     m->counts.steps++;
     if (it->family->accept != NULL)
         it->family->accept(it);
@@ -166,12 +167,37 @@ static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) 
                         (unsigned long long)it->options.max_steps);
 }
 
+static const char advice_on_model[] =
+    "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
+static const char advice_on_motion[] =
+    "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
+    "stiff by a strong damper, take rkc2; by a light body on a hard spring, no explicit method serves";
+
+/* The component with the largest part in the error estimate of the last try, over h. */
+static size_t worst_component(const kt_integrator *it, double h) {
+    size_t worst = it->sizes.n;
+    double most = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double u = fabs(it->family->error_at(it, h, i)) / kt_error_scale(it, i, it->y[i], it->trial[i]);
+        if (u > most) {
+            most = u;
+            worst = i;
+        }
+    }
+    return worst;
+}
+
+static bool is_of_error(const kt_try *r) { return r->result == KT_TRY_PASSED || r->result == KT_TRY_INACCURATE; }
+
+/* The component to blame for a step that cannot be taken: what is not finite, or has the largest error. */
+static void blame(kt_integrator *it, const kt_try *r, double h) {
+    if (r->result == KT_TRY_NOT_FINITE)
+        it->blamed = r->component;
+    else if (is_of_error(r))
+        it->blamed = worst_component(it, h);
+}
+
 static kt_status report_too_small(const kt_integrator *it, double h, const kt_try *r, kt_error *error) {
-    static const char model[] =
-        "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
-    static const char motion[] =
-        "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
-        "stiff by a strong damper, take rkc2; by a light body on a hard spring, no explicit method serves";
     char where[64], reason[160];
     snprintf(where, sizeof where, "t = %.17g", it->memory.t);
     if (r->result == KT_TRY_NOT_FINITE)
@@ -181,7 +207,42 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
     else
         snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
     return kt_error_set(error, KT_ERROR_STEP, where, "a step below %.3g would be needed: %s. %s", h, reason,
-                        r->result == KT_TRY_INACCURATE ? motion : model);
+                        is_of_error(r) ? advice_on_motion : advice_on_model);
+}
+
+/* Progress. Steps may be accepted and lead nowhere all the same: towards a point where velocities grow beyond all
+ * bounds they shrink with the distance to it, and where forces jump back and forth they stay as short as one jump
+ * allows. So every KT_PROGRESS_TRIES tries, accepted or not, it is asked whether they have gone KT_PROGRESS of the
+ * time on the average; more than 1 / KT_PROGRESS tries to the end are taken for none. */
+static double time_scale(const kt_integrator *it, double t_limit) {
+    return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
+}
+
+static bool is_stuck(kt_integrator *it, double t_limit) {
+    kt_integrator_memory *m = &it->memory;
+    const uint64_t tries = m->counts.steps + m->counts.rejected + 1;
+    if (tries - m->window < KT_PROGRESS_TRIES)
+        return false;
+    const bool stuck = m->advanced < KT_PROGRESS * KT_PROGRESS_TRIES * time_scale(it, t_limit);
+    if (!stuck)
+        m->advanced = 0.0;
+    m->window = tries;
+    return stuck;
+}
+
+static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const kt_try *r, kt_error *error) {
+    char where[64], rest[80] = "";
+    const double advanced = it->memory.advanced, left = fabs(t_limit - it->memory.t);
+    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    if (advanced > 0.0 && isfinite(left))
+        snprintf(rest, sizeof rest, ", and %.2g more would be needed", left / advanced * KT_PROGRESS_TRIES);
+    it->memory.advanced = 0.0;
+    it->memory.counts.rejected++;
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "the last %d tries of a step have advanced the time by %.3g in all, the last one was of "
+                        "%.3g%s: the motion does not get on. %s",
+                        KT_PROGRESS_TRIES, advanced, fabs(h), rest,
+                        is_of_error(r) ? advice_on_motion : advice_on_model);
 }
 
 /* Whether the tolerances ask for less than the state's own rounding, whatever the step: what a step then takes for its
@@ -259,8 +320,14 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         plan p = {.interval = {.t = it->memory.t, .y = it->y}};
         plan_adaptive(it, t_limit, proposed, &p);
         bool changed = false;
-        if (kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED &&
-            project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED) {
+        const bool passed = kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED &&
+                            project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED;
+        const bool stuck = r.result != KT_TRY_STOPPED && is_stuck(it, t_limit);
+        if (stuck || !passed)
+            blame(it, &r, p.interval.h);
+        if (stuck)
+            return report_stuck(it, t_limit, p.interval.h, &r, error);
+        if (passed) {
             double control_error;
             const double next = accept(it, &p, retried, r.error, &control_error);
             commit(it, &p, changed, next, r.error);
@@ -284,6 +351,8 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
     }
 }
 
+size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
+
 kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step", "call kt_integrator_start first");
@@ -291,5 +360,6 @@ kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step",
                             "t_limit is %s; it must lie before or behind the current time, or be infinite",
                             isnan(t_limit) ? "NaN" : "the current time");
+    it->blamed = it->sizes.n;
     return it->options.step > 0.0 ? step_fixed(it, t_limit, error) : step_adaptive(it, t_limit, error);
 }

@@ -14,17 +14,18 @@ KT_TEST(own_power_is_that_of_the_library) {
     for (int i = 0; i < 20000; i++) {
         const double x = exp2(kt_random_uniform(&random, -300.0, 300.0)), p = kt_random_uniform(&random, -1.0, 1.0);
         const double exact = pow(x, p);
-        kt_worst_near(&worst, kt_power(x, p) / exact, 1.0, 1.5e-12, "%.17g ^ %.17g", x, p);
+        kt_worst_near(&worst, kt_control_power(x, p) / exact, 1.0, 1.5e-12, "%.17g ^ %.17g", x, p);
     }
     for (int i = -40; i <= 40; i++)
-        kt_worst_near(&worst, kt_power(exp2(i), 1.0) / exp2(i), 1.0, 1.5e-12, "2 ^ %d", i);
+        kt_worst_near(&worst, kt_control_power(exp2(i), 1.0) / exp2(i), 1.0, 1.5e-12, "2 ^ %d", i);
     kt_check_worst(&worst);
 }
 
 KT_TEST(own_power_saturates) {
-    kt_check_near("tiny", kt_power(DBL_MIN, 2.0), 0.0, 0.0);
-    kt_check_true("huge", isinf(kt_power(DBL_MAX, 2.0)));
-    kt_check_near("smallest subnormal", kt_power(4.9406564584124654e-324, 0.5), 2.2227587494850775e-162, 4e-174);
+    kt_check_near("tiny", kt_control_power(DBL_MIN, 2.0), 0.0, 0.0);
+    kt_check_true("huge", isinf(kt_control_power(DBL_MAX, 2.0)));
+    kt_check_near("smallest subnormal", kt_control_power(4.9406564584124654e-324, 0.5), 2.2227587494850775e-162,
+                  4e-174);
 }
 
 /* Hairer's formula in his own constants: DOPRI5's fac = err^0.17 / (err_last^0.04 0.9), between 1/0.2 and 1/10. */

@@ -277,6 +277,72 @@ KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
     }
 }
 
+/* y0 is driven to 0 from both sides at +-1 and jumps back and forth there; y1' = 1. */
+static int chatter(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[0] > 0.0 ? -1.0 : 1.0;
+    dydt[1] = 1.0;
+    return 0;
+}
+
+/* Steps are accepted, but no longer than the jump allows: some 1e-13, of which 1 s would take 1e13. */
+KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
+    const kt_integrator_callbacks callbacks = {chatter, NULL, NULL};
+    for (int i = 0; i < ADAPTIVE; i++) {
+        kt_error error;
+        kt_status status = KT_OK;
+        const kt_integrator_options options = tolerance(0.0, 1e-14);
+        kt_integrator *it = integrator_make(kt_method_find(adaptive[i]), 2, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.1, 1.0}, &callbacks, &error), &error);
+        double before[2] = {0.0, 0.0};
+        while (status == KT_OK && kt_integrator_time(it) < 1.0) {
+            memcpy(before, kt_integrator_state(it), sizeof before);
+            status = kt_integrator_step(it, 1.0, &error);
+        }
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_check_equal_int(adaptive[i], status, KT_ERROR_STEP);
+        kt_check_contains("words", error.message, "the last 10000 tries of a step have advanced the time by");
+        kt_check_contains("words", error.message, "more would be needed: the motion does not get on. Look for a jump");
+        kt_check_equal_int("component", (long long)kt_integrator_blamed(it), 0);
+        kt_check_equal_int("tries", (long long)(counts.steps + counts.rejected), 20000);
+        kt_check_equal_bits("state", kt_integrator_state(it), before, 2);
+        is_ok("again, one step", kt_integrator_step(it, 1.0, &error), &error); /* another window of tries */
+        integrator_free(it);
+    }
+}
+
+static int constant(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)y;
+    (void)user;
+    dydt[0] = 0.0;
+    return 0;
+}
+
+/* The status after 10001 tries of steps no longer than h, from t. */
+static kt_status creep(double t, double h, double t_limit) {
+    const kt_integrator_callbacks callbacks = {constant, NULL, NULL};
+    kt_error error;
+    kt_status status = KT_OK;
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    options.initial_step = options.max_step = h;
+    kt_integrator *it = integrator_make(kt_method_find("bs32"), 1, &options);
+    is_ok("start", kt_integrator_start(it, t, (double[]){1.0}, &callbacks, &error), &error);
+    for (int i = 0; status == KT_OK && i < 10001; i++)
+        status = kt_integrator_step(it, t_limit, &error);
+    integrator_free(it);
+    return status;
+}
+
+KT_TEST(a_ten_thousand_millionth_of_the_time_a_try_is_progress) {
+    kt_check_equal_int("0.99e-10 of the limit", creep(0.0, 0.99e-10 * 3.0, 3.0), KT_ERROR_STEP);
+    kt_check_equal_int("1.01e-10 of the limit", creep(0.0, 1.01e-10 * 3.0, 3.0), KT_OK);
+    kt_check_equal_int("0.99e-10 of now", creep(3.0, 0.99e-10 * 3.0, HUGE_VAL), KT_ERROR_STEP);
+    kt_check_equal_int("1.01e-10 of now", creep(3.0, 1.01e-10 * 3.0, HUGE_VAL), KT_OK);
+    kt_check_equal_int("backwards, 0.99e-10 of the limit", creep(-3.0, 0.99e-10 * 6.0, -6.0), KT_ERROR_STEP);
+}
+
 KT_TEST(a_state_that_overflows_is_not_committed) {
     kt_error error;
     kt_integrator *it;

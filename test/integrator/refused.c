@@ -174,6 +174,8 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     KT_REFUSED(bad.next_step = HUGE_VAL);
     KT_REFUSED(bad.control_error = HUGE_VAL);
     KT_REFUSED(bad.control_error = (double)NAN);
+    KT_REFUSED(bad.advanced = (double)NAN);
+    KT_REFUSED(bad.window = good.counts.steps + good.counts.rejected + 1);
 #undef KT_REFUSED
     kt_check_equal_int("no memory", kt_integrator_restore(it, NULL, y, NULL, NULL, &callbacks, &error),
                        KT_ERROR_ARGUMENT);

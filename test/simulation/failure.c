@@ -70,6 +70,42 @@ KT_TEST(adaptive_step_that_never_succeeds_tells_the_cause) {
     kt_model_free(model);
 }
 
+/* Two sliders; friction that changes sign within 1e-12 m/s holds the second by 100 N: steps are accepted, 1e-10 s at a
+ * time. */
+KT_TEST(motion_that_does_not_get_on_ends_and_names_the_joint) {
+    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_effect brake = kt_effect_default();
+    for (int i = 0; i < 2; i++) {
+        bodies[i].name = i == 0 ? "runner" : "stopper";
+        bodies[i].joint.type = KT_JOINT_PRISMATIC;
+        bodies[i].joint.velocity[0] = 0.1;
+        bodies[i].mass = 1.0;
+    }
+    brake.name = "brake";
+    brake.type = KT_EFFECT_JOINT_FRICTION;
+    brake.joint = "stopper";
+    brake.coulomb = 100.0;
+    brake.smoothing = 1e-12;
+    kt_description description = kt_description_default();
+    description.bodies = bodies;
+    description.body_count = 2;
+    description.effects = &brake;
+    description.effect_count = 1;
+    description.gravity = kt_vec3_make(1.0, 0.0, 1.0);
+    kt_model *model = kt_scene_compile(&description);
+    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_error error = {KT_OK, "", ""};
+    kt_check_equal_int("status", kt_simulation_run(simulation, kt_keep, kt_kept_empty(model), &error), KT_ERROR_STEP);
+    kt_note("%s: %s", error.where, error.message);
+    kt_check_contains("time and joint", error.where, "t = 0.00101");
+    kt_check_contains("joint", error.where, " s, joint 'stopper'");
+    kt_check_contains("message", error.message, "the motion does not get on");
+    const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    kt_check_below("tries", (double)(counts.steps + counts.rejected), 20000.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* A point mass 1 m above a universal joint (about x, then y): tilted by a right angle it lies on the x axis, and
  * turning about that moves nothing. */
 KT_TEST(singular_names_time_and_joint) {
