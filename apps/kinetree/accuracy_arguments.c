@@ -98,13 +98,13 @@ static int read_lists(kt_accuracy_arguments *a) {
     if (a->integrator_list == NULL && a->compare_sets)
         a->method_count = kt_compared_methods(a->methods);
     if (a->step_list != NULL)
-        a->step_count = kt_read_numbers("accuracy", "steps", a->step_list, a->steps, KT_ACCURACY_SETTINGS_MAX);
+        a->step_count = kt_list_read("accuracy", "steps", a->step_list, a->steps, KT_ACCURACY_SETTINGS_MAX);
     if (a->tolerance_list != NULL && a->step_count >= 0)
         a->tolerance_count =
-            kt_read_numbers("accuracy", "tolerances", a->tolerance_list, a->tolerances, KT_ACCURACY_SETTINGS_MAX);
+            kt_list_read("accuracy", "tolerances", a->tolerance_list, a->tolerances, KT_ACCURACY_SETTINGS_MAX);
     if (a->step_count >= 0 && a->tolerance_count >= 0)
-        a->goal_count = kt_read_numbers("accuracy", "goal", a->goal_list != NULL ? a->goal_list : "1e-3,1e-6,1e-9",
-                                        a->goals, KT_ACCURACY_GOALS_MAX);
+        a->goal_count = kt_list_read("accuracy", "goal", a->goal_list != NULL ? a->goal_list : "1e-3,1e-6,1e-9",
+                                     a->goals, KT_ACCURACY_GOALS_MAX);
     return a->step_count < 0 || a->tolerance_count < 0 || a->goal_count < 0 ? KT_EXIT_USAGE : -1;
 }
 

@@ -57,7 +57,7 @@ static int fill(const char *path, const kt_table *table, size_t count, const kt_
 int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     kt_table table;
-    int code = kt_table_read(path, &table);
+    int code = kt_table_read_file(path, &table);
     if (code >= 0)
         return code;
     const double *time = kt_table_column(&table, "time");

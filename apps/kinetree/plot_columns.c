@@ -263,7 +263,7 @@ int kt_command_plot(int argc, char **argv) {
         code = KT_EXIT_USAGE;
     }
     if (code < 0)
-        code = kt_table_read(argv[1], &table);
+        code = kt_table_read_file(argv[1], &table);
     if (code < 0) {
         code = draw(&arguments, &table, base != NULL ? base : "result", out);
         kt_table_free(&table);

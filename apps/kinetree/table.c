@@ -22,7 +22,7 @@ char *kt_next_word(char **rest) {
     return word;
 }
 
-int kt_read_numbers(const char *command, const char *name, const char *list, double *numbers, int most) {
+int kt_list_read(const char *command, const char *name, const char *list, double *numbers, int most) {
     int count = 0;
     for (const char *at = list;; at++) {
         char *end;
@@ -135,7 +135,7 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
     return -1;
 }
 
-int kt_table_read(const char *path, kt_table *table) {
+int kt_table_read_file(const char *path, kt_table *table) {
     const bool is_input = strcmp(path, "-") == 0;
     FILE *file = is_input ? stdin : fopen(path, "r");
     *table = (kt_table){0};

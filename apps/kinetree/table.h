@@ -14,7 +14,7 @@ typedef struct kt_table {
 
 /* Reads a file ("-": standard input) whose first line names its columns. Returns -1 to go on, and then it is released
  * with kt_table_free, or KT_EXIT_SCENE after saying what is wrong where. */
-int kt_table_read(const char *path, kt_table *table);
+int kt_table_read_file(const char *path, kt_table *table);
 void kt_table_free(kt_table *table);
 
 /* A column; NULL: there is none of this name. */
@@ -26,6 +26,6 @@ char *kt_next_word(char **rest);
 /* A list of at most `most` numbers above zero; says what is wrong as option `name` of `command`. Returns how many, or
  * -1.
  */
-int kt_read_numbers(const char *command, const char *name, const char *list, double *numbers, int most);
+int kt_list_read(const char *command, const char *name, const char *list, double *numbers, int most);
 
 #endif

@@ -18,7 +18,11 @@ typedef double kt_v2 __attribute__((vector_size(16)));
 
 /* A build that counts branches gives its own: without copies, which would each have theirs (test/coverage). */
 #ifndef KT_INLINE
+#ifdef __OPTIMIZE_SIZE__ /* the compiler decides: forced, the recursions take twice the space */
+#define KT_INLINE static inline __attribute__((unused))
+#else
 #define KT_INLINE static inline __attribute__((always_inline, unused))
+#endif
 #endif
 
 KT_INLINE kt_v4 kt_v4_splat(double s) { return (kt_v4){s, s, s, s}; }

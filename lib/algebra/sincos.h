@@ -1,120 +1,27 @@
-/* Sines and cosines of many angles at once, the same bits on every instruction-set level and every libm.
- *
- * |x| = n pi/2 + (r + e), |r| <= pi/4, n from rounding |x| 2/pi. pi/2 is split into P1 + P2 + P3 + P4, the first
- * three of 33 bits at most, so that n P1, n P2 and n P3 are exact for n < 2^20 (Cody & Waite, Software Manual for the
- * Elementary Functions, 1980): r + e is right to its last bits even where x is nearly n pi/2. e is what rounding took
- * from r. Taylor's series to r^17 and r^18 leave less than 1e-19 of the result:
- *
- *   sin(r + e) = r + e + r^2 (r (-1/3! + r^2/5! - ...) - e/2)
- *   cos(r + e) = 1 - r^2/2 + (r^4/4! - ... - r e)
- *
- * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra/sincos.c
- * measures 0.88). Angles beyond 2^20 pi/2, and what is not finite, take libm's sin and cos, one by one.
- */
+/* Sines and cosines of many angles at once, the same bits on every instruction-set level and every libm. */
 #ifndef KT_SINCOS_H
 #define KT_SINCOS_H
 
-#include "algebra/lane.h"
+#include "base/isa.h"
 
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
-
-typedef double kt_v8 __attribute__((vector_size(64)));
-typedef int64_t kt_i8 __attribute__((vector_size(64)));
 
 enum { KT_SINCOS_LANES = 8 };
 
-#define KT_V8(s) ((kt_v8){(s), (s), (s), (s), (s), (s), (s), (s)})
-#define KT_I8(s) ((kt_i8){(s), (s), (s), (s), (s), (s), (s), (s)})
-#define KT_SINCOS_LIMIT 1647099.0 /* 2^20 pi/2 */
-
-KT_INLINE kt_v8 kt_v8_choose(kt_i8 mask, kt_v8 a, kt_v8 b) { return (kt_v8)((mask & (kt_i8)a) | (~mask & (kt_i8)b)); }
-
-/* Eight lanes; every |x| <= KT_SINCOS_LIMIT. */
-KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
-    const kt_i8 minus = (kt_i8)x & KT_I8(INT64_MIN);
-    const kt_v8 size = (kt_v8)((kt_i8)x ^ minus); /* so that sine(-0) is -0 */
-    const kt_v8 round = KT_V8(0x1.8p52);          /* adding it leaves the nearest integer in the low bits */
-    const kt_v8 shifted = size * KT_V8(0x1.45f306dc9c883p-1) + round;
-    const kt_i8 quadrant = (kt_i8)shifted;
-    const kt_v8 n = shifted - round;
-    const kt_v8 a = size - n * KT_V8(0x1.921fb544p+0); /* P1 */
-    const kt_v8 p2 = n * KT_V8(0x1.0b4611a6p-34);      /* P2 */
-    const kt_v8 p3 = n * KT_V8(0x1.3198a2ep-69);       /* P3 */
-    const kt_v8 b = a - p2, r = b - p3;
-    const kt_v8 lost = ((a - b) - p2) - n * KT_V8(0x1.b839a252049c1p-104); /* P4 */
-    const kt_v8 e = ((b - r) - p3) + lost;
-
-    const kt_v8 z = r * r;
-    kt_v8 p = KT_V8(1.0 / 355687428096000.0);
-    p = p * z - KT_V8(1.0 / 1307674368000.0);
-    p = p * z + KT_V8(1.0 / 6227020800.0);
-    p = p * z - KT_V8(1.0 / 39916800.0);
-    p = p * z + KT_V8(1.0 / 362880.0);
-    p = p * z - KT_V8(1.0 / 5040.0);
-    p = p * z + KT_V8(1.0 / 120.0);
-    p = p * z - KT_V8(1.0 / 6.0);
-    const kt_v8 s = r + (e + z * (r * p - KT_V8(0.5) * e));
-
-    kt_v8 c = KT_V8(-1.0 / 6402373705728000.0);
-    c = c * z + KT_V8(1.0 / 20922789888000.0);
-    c = c * z - KT_V8(1.0 / 87178291200.0);
-    c = c * z + KT_V8(1.0 / 479001600.0);
-    c = c * z - KT_V8(1.0 / 3628800.0);
-    c = c * z + KT_V8(1.0 / 40320.0);
-    c = c * z - KT_V8(1.0 / 720.0);
-    c = c * z + KT_V8(1.0 / 24.0);
-    const kt_v8 half = KT_V8(0.5) * z, one = KT_V8(1.0) - half;
-    const kt_v8 k = one + (((KT_V8(1.0) - one) - half) + (z * z * c - r * e));
-
-    const kt_i8 swap = -(quadrant & KT_I8(1));
-    const kt_i8 sine_sign = (quadrant & KT_I8(2)) << 62, cosine_sign = ((quadrant + KT_I8(1)) & KT_I8(2)) << 62;
-    *sine = (kt_v8)((kt_i8)kt_v8_choose(swap, k, s) ^ sine_sign ^ minus);
-    *cosine = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
-}
-
-/* Whether eight places follow one another, as they do in a chain. */
-KT_INLINE bool kt_are_neighbours(const int32_t *place) {
-    int32_t off = 0;
-    for (int32_t k = 0; k < KT_SINCOS_LANES; k++)
-        off |= place[k] - place[0] - k;
-    return off == 0;
-}
-
-/* Not lane by lane through memory, which would have to be waited for. */
-KT_INLINE kt_v8 kt_v8_gather(const double *q, const int32_t *i) {
-    return (kt_v8){q[i[0]], q[i[1]], q[i[2]], q[i[3]], q[i[4]], q[i[5]], q[i[6]], q[i[7]]};
-}
-
 /* sine[k], cosine[k] of q[angle[k]] for k < count. sine and cosine have room for whole groups of eight, and angle goes
  * on for a group of eight with any places of q. */
-KT_INLINE void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
-    for (size_t i = 0; i < count; i += KT_SINCOS_LANES) {
-        const size_t lanes = count - i < KT_SINCOS_LANES ? count - i : KT_SINCOS_LANES;
-        union {
-            kt_v8 v;
-            double lane[KT_SINCOS_LANES];
-        } x = {.v = KT_V8(0.0)}, s, c;
-        if (lanes == KT_SINCOS_LANES && kt_are_neighbours(angle + i))
-            memcpy(&x, q + angle[i], sizeof x);
-        else
-            x.v = kt_v8_gather(q, angle + i);
-        /* Bits of sizes compare like the sizes, with what is not finite beyond all: a difference of them is negative
-         * where a size is too large. (Comparisons of eight lanes at once are taken apart by the compiler.) */
-        const kt_i8 left = (kt_i8)KT_V8(KT_SINCOS_LIMIT) - ((kt_i8)x.v & KT_I8(INT64_MAX));
-        int64_t beyond = 0;
-        for (int k = 0; k < KT_SINCOS_LANES; k++)
-            beyond |= left[k];
-        kt_v8_sincos(x.v, &s.v, &c.v);
-        for (size_t k = 0; k < lanes && beyond < 0; k++)
-            if (!(fabs(x.lane[k]) <= KT_SINCOS_LIMIT)) {
-                s.lane[k] = sin(x.lane[k]);
-                c.lane[k] = cos(x.lane[k]);
-            }
-        memcpy(sine + i, &s, sizeof s);
-        memcpy(cosine + i, &c, sizeof c);
-    }
-}
+#define KT_SINCOS_DECLARE(level)                                                                                       \
+    void kt_sincos_gather_##level(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine);
+KT_SINCOS_DECLARE(baseline)
+KT_SINCOS_DECLARE(v3)
+KT_SINCOS_DECLARE(v4)
+#undef KT_SINCOS_DECLARE
+
+#ifdef KT_ISA
+#define kt_sincos_gather KT_KERNEL(kt_sincos_gather)
+#else
+#define kt_sincos_gather kt_sincos_gather_baseline
+#endif
 
 #endif

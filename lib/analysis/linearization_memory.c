@@ -1,9 +1,9 @@
 /* Laying linearisations and modes out in memory. */
 #include "analysis/analysis.h"
 #include "analysis/modes.h"
+#include "base/aligned.h"
 #include "base/arena.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 kt_linearization_options kt_linearization_options_default(void) {
@@ -135,14 +135,14 @@ kt_status kt_linearization_create(const kt_model *model, const kt_linearization_
     if (status != KT_OK)
         return status;
     const size_t needed = kt_linearization_size(model, options);
-    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    void *memory = kt_aligned_allocate(needed);
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a linearisation are not to be had", needed);
     kt_linearization *placed = NULL;
     status = kt_linearization_init(model, options, memory, needed, &placed, error);
     if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: options have been checked, and the memory is as it asks for */
-        free(memory);     /* GCOVR_EXCL_LINE */
-        return status;    /* GCOVR_EXCL_LINE */
+        kt_aligned_release(memory); /* GCOVR_EXCL_LINE */
+        return status;              /* GCOVR_EXCL_LINE */
     }
     placed->owned = memory;
     *linearization = placed;
@@ -151,7 +151,7 @@ kt_status kt_linearization_create(const kt_model *model, const kt_linearization_
 
 void kt_linearization_free(kt_linearization *linearization) {
     if (linearization)
-        free(linearization->owned);
+        kt_aligned_release(linearization->owned);
 }
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
@@ -184,14 +184,14 @@ kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_mod
 
 kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error) {
     const size_t needed = kt_modes_size(model);
-    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    void *memory = kt_aligned_allocate(needed);
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for modes are not to be had", needed);
     kt_modes *placed = NULL;
     const kt_status status = kt_modes_init(model, memory, needed, &placed, error);
-    if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: the memory is as it asks for */
-        free(memory);     /* GCOVR_EXCL_LINE */
-        return status;    /* GCOVR_EXCL_LINE */
+    if (placed == NULL) {           /* GCOVR_EXCL_BR_LINE: the memory is as it asks for */
+        kt_aligned_release(memory); /* GCOVR_EXCL_LINE */
+        return status;              /* GCOVR_EXCL_LINE */
     }
     placed->owned = memory;
     *modes = placed;
@@ -200,5 +200,5 @@ kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *err
 
 void kt_modes_free(kt_modes *modes) {
     if (modes)
-        free(modes->owned);
+        kt_aligned_release(modes->owned);
 }

@@ -2,9 +2,9 @@
 #include "analysis/mode_watch.h"
 
 #include "analysis/analysis.h"
+#include "base/aligned.h"
 #include "base/arena.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static size_t lay_out(const kt_model *model, void *memory) {
@@ -43,14 +43,14 @@ kt_status kt_mode_watch_place(const kt_model *model, void *memory, size_t size, 
 
 kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error) {
     const size_t needed = kt_mode_watch_size(model);
-    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    void *memory = kt_aligned_allocate(needed);
     kt_mode_watch *placed = NULL;
     if (memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a watch on modes cannot be allocated", needed);
     const kt_status status = kt_mode_watch_place(model, memory, needed, &placed, error);
-    if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: its memory is as it asks for */
-        free(memory);     /* GCOVR_EXCL_LINE */
-        return status;    /* GCOVR_EXCL_LINE */
+    if (placed == NULL) {           /* GCOVR_EXCL_BR_LINE: its memory is as it asks for */
+        kt_aligned_release(memory); /* GCOVR_EXCL_LINE */
+        return status;              /* GCOVR_EXCL_LINE */
     }
     placed->owned = memory;
     *watch = placed;
@@ -59,5 +59,5 @@ kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_
 
 void kt_mode_watch_free(kt_mode_watch *watch) {
     if (watch != NULL)
-        free(watch->owned);
+        kt_aligned_release(watch->owned);
 }

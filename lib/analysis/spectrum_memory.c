@@ -1,9 +1,9 @@
 /* Laying a spectrum out in memory. */
 #include "analysis/spectrum.h"
 
+#include "base/aligned.h"
 #include "base/arena.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* Neither inputs nor outputs. */
@@ -69,13 +69,13 @@ kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, siz
 
 kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum, kt_error *error) {
     const size_t needed = kt_spectrum_size(model, samples);
-    void *memory = needed > 0 ? aligned_alloc(KT_ALIGNMENT, needed) : NULL;
+    void *memory = needed > 0 ? kt_aligned_allocate(needed) : NULL;
     kt_spectrum *placed = NULL;
     if (needed > 0 && memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a spectrum are not to be had", needed);
     kt_status status = kt_spectrum_init(model, samples, memory, needed, &placed, error);
     if (placed == NULL) {
-        free(memory);
+        kt_aligned_release(memory);
         return status;
     }
     placed->owned = memory;
@@ -85,5 +85,5 @@ kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **s
 
 void kt_spectrum_free(kt_spectrum *spectrum) {
     if (spectrum != NULL)
-        free(spectrum->owned);
+        kt_aligned_release(spectrum->owned);
 }

@@ -1,10 +1,9 @@
 /* The memory that the library allocates itself, for those who do not bring their own: all kt_*_create and kt_*_free. */
+#include "base/aligned.h"
 #include "base/arena.h"
 
-#include <stdlib.h>
-
 void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error) {
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, bytes);
+    void *memory = kt_aligned_allocate(bytes);
     if (memory == NULL)
         (void)kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for %s cannot be allocated", bytes, what);
     return memory;
@@ -14,11 +13,11 @@ kt_status kt_arena_own(void *memory, kt_status status) {
     if (status == KT_OK)
         *(void **)memory = memory;
     else
-        free(memory);
+        kt_aligned_release(memory);
     return status;
 }
 
 void kt_arena_free(void *object) {
     if (object != NULL)
-        free(*(void **)object);
+        kt_aligned_release(*(void **)object);
 }

@@ -7,6 +7,7 @@
  */
 #include "compile/absolute.h"
 
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "effect/effect.h"
@@ -298,7 +299,7 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
     loosen w = {.from = description, .tree = tree};
     struct kt_absolute *made = calloc(1, sizeof *made + tree->n.body * sizeof made->joint[0]);
     const size_t bytes = loosen_layout(&n, NULL, &w);
-    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    char *memory = kt_aligned_allocate(bytes);
     kt_status status = KT_OK;
     if (!memory || !made)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
@@ -312,7 +313,7 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
         memset(made->model->given, 0, made->model->n.v);
     for (size_t b = 1; b < tree->n.body && status == KT_OK; b++)
         made->model->body[made->joint[b].body].fixed = tree->body[b].fixed;
-    free(memory);
+    kt_aligned_release(memory);
     if (status == KT_OK)
         *absolute = made;
     else

@@ -5,6 +5,7 @@
  */
 #include "compile/attach.h"
 
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "compile/planar.h"
 #include "effect/effect.h"
@@ -12,7 +13,6 @@
 #include "loop/loop.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static size_t attach_layout(const kt_counts *n, char *base, kt_attach *a) {
@@ -286,7 +286,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 /* A larger model with the tree in it. */
 static kt_model *grow(const kt_model *tree, const kt_counts *n) {
     const size_t bytes = kt_model_layout(n, NULL, NULL);
-    kt_model *m = aligned_alloc(KT_ALIGNMENT, bytes);
+    kt_model *m = kt_aligned_allocate(bytes);
     if (!m)
         return NULL;
     memset(m, 0, bytes);
@@ -330,11 +330,11 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     }
     status = fill_effects(a, m, &number, &text, error);
     if (status != KT_OK) {
-        free(m);
+        kt_aligned_release(m);
         return status;
     }
     kt_attach_fill_effects(a, m);
-    free(*model);
+    kt_aligned_release(*model);
     *model = m;
     return kt_groups_rank(m, error);
 }
@@ -347,12 +347,12 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
     n.planar_loop = n.planar ? n.loop : 0;
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = attach_layout(&n, NULL, &a);
-    a.memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    a.memory = kt_aligned_allocate(bytes);
     if (!a.memory)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     memset(a.memory, 0, bytes);
     attach_layout(&n, a.memory, &a);
     const kt_status status = attach_all(&a, &n, model, error);
-    free(a.memory);
+    kt_aligned_release(a.memory);
     return status;
 }

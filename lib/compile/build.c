@@ -4,6 +4,7 @@
  * depth first, so that the recursions mostly pass from one to its neighbour. Bodies fixed to one another share a link,
  * whose inertia is that of all of them.
  */
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "compile/planar.h"
@@ -11,7 +12,6 @@
 #include "joint/joint.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Working arrays of a compilation, in one block. */
@@ -343,7 +343,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
                             "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
                             n.marker, n.text);
     const size_t bytes = kt_model_layout(&n, NULL, NULL);
-    kt_model *m = aligned_alloc(KT_ALIGNMENT, bytes);
+    kt_model *m = kt_aligned_allocate(bytes);
     if (!m)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the model cannot be had", bytes);
     memset(m, 0, bytes);
@@ -378,7 +378,7 @@ static kt_status build_all(build *b, const kt_model_options *options, kt_error *
     const kt_description *d = b->description;
     const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
     const size_t bytes = build_layout(n, loops, table, NULL, b);
-    char *memory = aligned_alloc(KT_ALIGNMENT, bytes);
+    char *memory = kt_aligned_allocate(bytes);
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     memset(memory, 0, bytes);
@@ -387,7 +387,7 @@ static kt_status build_all(build *b, const kt_model_options *options, kt_error *
     for (size_t i = 0; i < n; i++)
         (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);
     const kt_status status = compile(b, options, error);
-    free(memory);
+    kt_aligned_release(memory);
     return status;
 }
 
@@ -398,7 +398,7 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
     if (status == KT_OK)
         *model = b.model;
     else
-        free(b.model);
+        kt_aligned_release(b.model);
     return status;
 }
 
@@ -406,6 +406,6 @@ kt_status kt_model_try(const kt_description *description, kt_report *report, voi
     const kt_model_options options = kt_model_options_default();
     build b = {.description = description, .report = report, .user = user, .trial = true};
     const kt_status status = build_all(&b, &options, error);
-    free(b.model);
+    kt_aligned_release(b.model);
     return status;
 }

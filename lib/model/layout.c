@@ -1,4 +1,5 @@
 /* Memory of models and data: each list of fields in model.h is walked once, to measure or to place. */
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "model/absolute.h"
 
@@ -34,7 +35,7 @@ void kt_model_free(kt_model *model) {
     if (model->absolute)
         kt_model_free(model->absolute->model);
     free(model->absolute);
-    free(model);
+    kt_aligned_release(model);
 }
 
 static size_t data_layout(const kt_counts *n, char *base, kt_data *data) {
@@ -65,20 +66,20 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
 
 kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
     const size_t size = kt_data_size(model);
-    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    void *memory = kt_aligned_allocate(size);
     if (!memory)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the data cannot be had", size);
     const kt_status status = kt_data_init(model, memory, size, data, error);
     if (status == KT_OK)
         (*data)->owned = memory;
     else
-        free(memory);
+        kt_aligned_release(memory);
     return status;
 }
 
 void kt_data_free(kt_data *data) {
     if (data)
-        free(data->owned);
+        kt_aligned_release(data->owned);
 }
 
 kt_iterations kt_data_iterations(kt_data *data) {

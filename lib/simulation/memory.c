@@ -1,9 +1,9 @@
 /* Laying a simulation out in memory. */
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 kt_simulation_options kt_simulation_options_default(void) {
@@ -212,12 +212,12 @@ kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const k
         return status;
     measure(model, &settings, &sizes);
     size_t needed = lay_out(NULL, &sizes);
-    void *memory = aligned_alloc(KT_ALIGNMENT, needed);
+    void *memory = kt_aligned_allocate(needed);
     if (memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a simulation are not to be had", needed);
     status = kt_simulation_init(model, run, options, memory, needed, &placed, error);
     if (placed == NULL) {
-        free(memory);
+        kt_aligned_release(memory);
         return status;
     }
     placed->owned = memory;
@@ -227,5 +227,5 @@ kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const k
 
 void kt_simulation_free(kt_simulation *simulation) {
     if (simulation != NULL)
-        free(simulation->owned);
+        kt_aligned_release(simulation->owned);
 }

@@ -1,11 +1,11 @@
 /* An accuracy study from its options to its results: memory, models of the variants, and the order of the work. */
 #include "kinetree/study.h"
 
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "study/accuracy.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 kt_accuracy_options kt_accuracy_options_default(void) {
@@ -96,7 +96,7 @@ static kt_accuracy *make_room(const kt_accuracy *start) {
     const size_t rows = (size_t)start->results.records + 1, variants = (size_t)start->results.variant_count;
     const size_t curves = (size_t)start->results.curve_count, head = kt_arena_round(sizeof(kt_accuracy));
     const size_t bytes = head + lay_out(&probe, NULL, rows, variants, curves);
-    char *memory = aligned_alloc(KT_ARENA_ALIGNMENT, bytes);
+    char *memory = kt_aligned_allocate(bytes);
     if (memory == NULL)
         return NULL;
     memset(memory, 0, bytes);
@@ -116,7 +116,7 @@ void kt_accuracy_free(kt_accuracy *study) {
     for (int i = 0; i < study->results.variant_count; i++)
         kt_model_free(study->models[i]);
     kt_model_free(study->model);
-    free(study);
+    kt_aligned_release(study);
 }
 
 /* ---- the study --------------------------------------------------------------------------------------------------- */

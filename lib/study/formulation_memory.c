@@ -1,10 +1,10 @@
 /* Laying a coordinate set out in memory, and choosing its penalty. */
+#include "base/aligned.h"
 #include "base/arena.h"
 #include "reduction/lapack.h"
 #include "study/formulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 const char *kt_constraint_formulation_name(kt_constraint_formulation_type type) {
     switch (type) {
@@ -121,14 +121,14 @@ kt_status kt_constraint_formulation_create(const kt_model *model, const kt_const
     kt_status status = kt_data_create(model, &data, error);
     if (status != KT_OK)
         return status;
-    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    void *memory = kt_aligned_allocate(size);
     if (memory == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a coordinate set are not to be had", size);
     else
         status = kt_constraint_formulation_init(model, data, options, memory, size, &placed, error);
     kt_data_free(data);
     if (placed == NULL) {
-        free(memory);
+        kt_aligned_release(memory);
         return status;
     }
     placed->owned = memory;
@@ -138,5 +138,5 @@ kt_status kt_constraint_formulation_create(const kt_model *model, const kt_const
 
 void kt_constraint_formulation_free(kt_constraint_formulation *set) {
     if (set != NULL)
-        free(set->owned);
+        kt_aligned_release(set->owned);
 }

@@ -1,7 +1,7 @@
 /* The sines and cosines of the recursions against those of long double, in units in the last place. */
 #include "check.h"
-#include "sincos_level.h"
 
+#include "algebra/sincos.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 
@@ -9,9 +9,18 @@
 #include <math.h>
 #include <string.h>
 
-enum { GROUP = KT_SINCOS_MOST };
+enum { GROUP = 1024 };
 
-static kt_test_sincos *const sincos_best = kt_test_sincos_baseline;
+/* One level of the instruction set. */
+typedef void gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine);
+
+/* Of up to GROUP angles; the list goes on, as the library wants it. */
+static void take(gather *level, const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
+    static int32_t places[GROUP + KT_SINCOS_LANES];
+    memset(places, 0, sizeof places);
+    memcpy(places, angle, count * sizeof *angle);
+    level(q, places, count, sine, cosine);
+}
 
 /* Angles, a group at a time, and the worst errors so far. */
 typedef struct sweep {
@@ -34,7 +43,7 @@ static void flush(sweep *s) {
     static int32_t index[GROUP];
     for (size_t i = 0; i < s->count; i++)
         index[i] = (int32_t)i;
-    sincos_best(s->x, index, s->count, sine, cosine);
+    take(kt_sincos_gather, s->x, index, s->count, sine, cosine);
     for (size_t i = 0; i < s->count; i++) {
         const long double x = (long double)s->x[i];
         const double es = error_in_units(sine[i], sinl(x)), ec = error_in_units(cosine[i], cosl(x));
@@ -126,7 +135,7 @@ KT_TEST(sines_of_zeros_and_tiny_angles_are_exact) {
     const double one[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
     const int32_t index[8] = {0, 1, 2, 3, 4, 5, 6, 7};
     double sine[8], cosine[8];
-    sincos_best(x, index, 8, sine, cosine);
+    take(kt_sincos_gather, x, index, 8, sine, cosine);
     kt_check_equal_bits("sine is the angle", sine, x, 7);
     kt_check_equal_bits("cosine is one", cosine, one, 6);
 }
@@ -138,7 +147,7 @@ KT_TEST(sine_is_odd_and_cosine_even_to_the_bit) {
         const double x = ldexp(kt_random_uniform(&random, 0.0, 1.0), kt_random_int(&random, -40, 30));
         const double pair[2] = {x, -x};
         double sine[8], cosine[8];
-        sincos_best(pair, (int32_t[]){0, 1}, 2, sine, cosine);
+        take(kt_sincos_gather, pair, (int32_t[]){0, 1}, 2, sine, cosine);
         odd += sine[0] != -sine[1];
         even += cosine[0] != cosine[1];
     }
@@ -149,7 +158,7 @@ KT_TEST(sine_is_odd_and_cosine_even_to_the_bit) {
 KT_TEST(what_is_not_finite_gives_nan) {
     const double x[4] = {(double)INFINITY, -(double)INFINITY, (double)NAN, 1.0};
     double sine[8], cosine[8];
-    sincos_best(x, (int32_t[]){0, 1, 2, 3}, 4, sine, cosine);
+    take(kt_sincos_gather, x, (int32_t[]){0, 1, 2, 3}, 4, sine, cosine);
     for (int i = 0; i < 3; i++)
         kt_check_true("sine and cosine are NaN", isnan(sine[i]) && isnan(cosine[i]));
     kt_check_near("beside them, sin 1", sine[3], sin(1.0), DBL_EPSILON);
@@ -163,16 +172,16 @@ KT_TEST(an_angle_has_the_same_bits_in_any_company) {
         const double x = kt_random_uniform(&random, -1e3, 1e3);
         const double q[3] = {x, i % 2 ? 1e9 : (double)NAN, 0.1};
         double alone_sine[8], alone_cosine[8], sine[16], cosine[16];
-        sincos_best(q, (int32_t[]){0}, 1, alone_sine, alone_cosine);
-        sincos_best(q, (int32_t[]){2, 1, 2, 2, 2, 2, 2, 2, 2, 0}, 10, sine, cosine);
+        take(kt_sincos_gather, q, (int32_t[]){0}, 1, alone_sine, alone_cosine);
+        take(kt_sincos_gather, q, (int32_t[]){2, 1, 2, 2, 2, 2, 2, 2, 2, 0}, 10, sine, cosine);
         different += sine[9] != alone_sine[0] || cosine[9] != alone_cosine[0];
-        sincos_best(q, (int32_t[]){2, 1, 2, 0}, 4, sine, cosine);
+        take(kt_sincos_gather, q, (int32_t[]){2, 1, 2, 0}, 4, sine, cosine);
         different += sine[3] != alone_sine[0] || cosine[3] != alone_cosine[0];
     }
     kt_check_equal_int("angles whose bits differ", different, 0);
 }
 
-static void same_bits(const char *what, kt_test_sincos *level) {
+static void same_bits(const char *what, gather *level) {
     kt_random random = kt_random_of_test();
     static double x[GROUP], sine[2][GROUP], cosine[2][GROUP];
     static int32_t index[GROUP];
@@ -182,8 +191,8 @@ static void same_bits(const char *what, kt_test_sincos *level) {
             x[i] = ldexp(kt_random_uniform(&random, -1.0, 1.0), kt_random_int(&random, -20, n % 2 ? 20 : 23));
             index[i] = i;
         }
-        kt_test_sincos_baseline(x, index, GROUP, sine[0], cosine[0]);
-        level(x, index, GROUP, sine[1], cosine[1]);
+        take(kt_sincos_gather_baseline, x, index, GROUP, sine[0], cosine[0]);
+        take(level, x, index, GROUP, sine[1], cosine[1]);
         different +=
             memcmp(sine[0], sine[1], sizeof sine[0]) != 0 || memcmp(cosine[0], cosine[1], sizeof cosine[0]) != 0;
     }
@@ -193,15 +202,15 @@ static void same_bits(const char *what, kt_test_sincos *level) {
 KT_TEST(all_levels_give_the_same_bits) {
 #ifdef KT_ISAS
     if (kt_isa_resolve(KT_ISA_V3) == KT_ISA_V3)
-        same_bits("groups that differ between baseline and v3", kt_test_sincos_v3);
+        same_bits("groups that differ between baseline and v3", kt_sincos_gather_v3);
     else
         kt_skip("v3", KT_NO_LEVEL);
     if (kt_isa_resolve(KT_ISA_V4) == KT_ISA_V4)
-        same_bits("groups that differ between baseline and v4", kt_test_sincos_v4);
+        same_bits("groups that differ between baseline and v4", kt_sincos_gather_v4);
     else
         kt_skip("v4", KT_NO_LEVEL);
 #else
     kt_skip("v3 and v4", KT_NO_LEVEL);
 #endif
-    same_bits("groups that differ between two runs", kt_test_sincos_baseline);
+    same_bits("groups that differ between two runs", kt_sincos_gather_baseline);
 }

@@ -30,11 +30,9 @@ CORE_MAY_IMPORT = [
     "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init", "__muldc3", "__divdc3",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
-SET_UP = ["base/allocate.c", "study/accuracy.c", "analysis/mode_watch_place.c", "analysis/linearization_memory.c",
-          "study/formulation_memory.c", "analysis/spectrum_memory.c", "compile/absolute.c", "compile/attach.c",
-          "compile/build.c", "compile/check.c", "compile/measure.c", "compile/inertia_check.c", "compile/rank.c",
-          "model/layout.c", "simulation/memory.c"]
-SET_UP_MAY_IMPORT = ["malloc", "calloc", "realloc", "free", "aligned_alloc", "qsort"]
+SET_UP = ["base/aligned.c", "compile/absolute.c", "compile/attach.c", "compile/build.c", "compile/check.c",
+          "compile/measure.c", "compile/inertia_check.c", "compile/rank.c", "model/layout.c"]
+SET_UP_MAY_IMPORT = ["malloc", "calloc", "free", "qsort"]
 # The scene library reads files, and may allocate; it never prints or ends the program.
 SCENE_MAY_NOT_IMPORT = [
     "printf", "vprintf", "puts", "putchar", "perror", "stdout", "stderr", "exit", "_exit", "_Exit", "quick_exit",
