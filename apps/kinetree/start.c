@@ -160,6 +160,31 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
     }
 }
 
+/* Of a free joint in `hold` a part that the scene does not give moves: says so. */
+static void say_half_held(const char *path, const kt_scene *scene, const kt_model *model, const double *q) {
+    const kt_description *d = &scene->description;
+    double *given = d->hold_count > 0 ? given_state(model) : NULL;
+    for (int i = 0; i < d->hold_count && given != NULL; i++) {
+        const int body = kt_body_find(model, d->hold[i]), source = kt_body_source(model, body);
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        const unsigned parts = kt_joint_given(&d->bodies[source].joint) & (KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION);
+        if (at.type != KT_JOINT_FREE || (parts != KT_GIVEN_POSITION && parts != KT_GIVEN_ORIENTATION))
+            continue;
+        const bool has_position = parts == KT_GIVEN_POSITION;
+        const int first = at.q + (has_position ? 3 : 0), count = has_position ? 4 : 3;
+        double change = 0.0;
+        for (int k = 0; k < count; k++)
+            change = fmax(change, fabs(q[first + k] - given[first + k]));
+        if (change > KT_INITIAL_CHANGE_LEAST)
+            fprintf(stderr,
+                    "%s%s: 'hold' keeps what the scene gives of %s, its %s; its %s, which is not given, moved "
+                    "to close the loops: give it, and it is kept, too\n",
+                    path != NULL ? path : "kinetree", path != NULL ? ": warning" : "", d->hold[i],
+                    has_position ? "position" : "orientation", has_position ? "orientation" : "position");
+    }
+    free(given);
+}
+
 int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
                        const double *v) {
     int count;
@@ -183,6 +208,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
         fprintf(stderr, "  and %d more\n", count - LISTED_MAX);
     free(given);
     free(changes);
+    say_half_held(path, scene, model, q);
     return count;
 }
 

@@ -357,7 +357,8 @@ typedef struct kt_description {
     int loop_count;                 /* length of loops */
     const kt_effect *effects;       /* what pushes, besides gravity */
     int effect_count;               /* length of effects */
-    const char *const *hold;        /* joints whose given position and velocity the assembly keeps */
+    const char *const *hold;        /* joints of which the assembly keeps what is given of position and velocity; all
+                                       of the position, where none of it is given */
     int hold_count;                 /* length of hold */
     kt_inertia_limit inertia_check; /* default: strict. With warn, kt_inertia_excess tells what was let pass */
 } kt_description;

@@ -299,6 +299,19 @@ static kt_model *grow(const kt_model *tree, const kt_counts *n) {
     return m;
 }
 
+/* Of a held joint the parts that the description gives are kept; of its positions all, where none is given. */
+static void hold(kt_model *m, const kt_body_record *body) {
+    const int count = kt_joint_kinds[body->type]->nv;
+    const uint8_t *given = m->given + body->v;
+    bool any = false;
+    for (int k = 0; k < count; k++)
+        any |= (given[k] & KT_POSITION_GIVEN) != 0;
+    for (int k = 0; k < count; k++) {
+        m->held[body->v + k] = !any || (given[k] & KT_POSITION_GIVEN) != 0;
+        m->held_velocity[body->v + k] = (given[k] & KT_VELOCITY_GIVEN) != 0;
+    }
+}
+
 static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_error *error) {
     const kt_description *d = a->description;
     for (size_t i = 0; i < n->link; i++) {
@@ -323,11 +336,8 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     fill_loops(a, m, &number, &text);
     m->length = length_of(a, m);
     kt_attach_fill_groups(a, m);
-    for (int i = 0; i < d->hold_count; i++) {
-        const kt_body_record *b = &m->body[kt_body_find(m, d->hold[i])];
-        for (int k = 0; k < kt_joint_kinds[b->type]->nv; k++)
-            m->held[b->v + k] = true;
-    }
+    for (int i = 0; i < d->hold_count; i++)
+        hold(m, &m->body[kt_body_find(m, d->hold[i])]);
     status = fill_effects(a, m, &number, &text, error);
     if (status != KT_OK) {
         kt_aligned_release(m);

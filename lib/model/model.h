@@ -44,7 +44,8 @@ typedef struct kt_counts {
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
     X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
     X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
-    X(bool, held, n->v, "coordinates that the assembly keeps")                                                         \
+    X(bool, held, n->v, "coordinates whose positions the assembly keeps")                                              \
+    X(bool, held_velocity, n->v, "coordinates whose velocities the assembly keeps")                                    \
     X(uint8_t, given, n->v, "which of a coordinate's position (1) and velocity (2) the description gives")             \
     X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \

@@ -49,17 +49,23 @@ static void aim_nearest(const kt_model *model, const kt_data *data, const double
 
 /* ---- what is fixed ----------------------------------------------------------------------------------------------- */
 
+/* The coordinates to be held, by positions or velocities. */
+static const bool *held_of(const kt_model *model, unsigned given) {
+    return given == KT_POSITION_GIVEN ? model->held : model->held_velocity;
+}
+
 /* Fixes the coordinates to be held; in groups where other coordinates are free, also those whose value is `given`
  * (KT_POSITION_GIVEN, KT_VELOCITY_GIVEN). Returns whether any of these are fixed. */
 static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
+    const bool *held = held_of(model, given);
     bool any = false;
-    memcpy(fixed, model->held, model->n.v * sizeof *fixed);
+    memcpy(fixed, held, model->n.v * sizeof *fixed);
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t *v = model->group_v + model->group[g].v;
         bool has_given = false, has_others = false;
         for (int i = 0; i < model->group[g].v_count; i++) {
-            has_given |= !model->held[v[i]] && (model->given[v[i]] & given);
-            has_others |= !model->held[v[i]] && !(model->given[v[i]] & given);
+            has_given |= !held[v[i]] && (model->given[v[i]] & given);
+            has_others |= !held[v[i]] && !(model->given[v[i]] & given);
         }
         for (int i = 0; i < model->group[g].v_count && has_given && has_others; i++)
             fixed[v[i]] |= (model->given[v[i]] & given) != 0;
@@ -68,13 +74,13 @@ static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
     return any;
 }
 
-static bool keeps_given(const kt_model *model, const bool *fixed) {
-    return memcmp(fixed, model->held, model->n.v * sizeof *fixed) != 0;
+static bool keeps_given(const kt_model *model, unsigned given, const bool *fixed) {
+    return memcmp(fixed, held_of(model, given), model->n.v * sizeof *fixed) != 0;
 }
 
-static void release(const kt_model *model, const kt_group *group, bool *fixed) {
+static void release(const kt_model *model, const kt_group *group, unsigned given, bool *fixed) {
     for (int i = 0; i < group->v_count; i++)
-        fixed[model->group_v[group->v + i]] = model->held[model->group_v[group->v + i]];
+        fixed[model->group_v[group->v + i]] = held_of(model, given)[model->group_v[group->v + i]];
 }
 
 /* Closes positions without moving given ones. Groups that stay open are reset to their start, and their given positions
@@ -91,7 +97,7 @@ static void close_around_given(const kt_model *model, kt_data *data, double t, c
         if (isfinite(violation.position) && violation.gap <= KT_CLOSED_STEP)
             continue;
         kt_take_group(model, &model->group[g], given, q);
-        release(model, &model->group[g], fixed);
+        release(model, &model->group[g], KT_POSITION_GIVEN, fixed);
     }
 }
 
@@ -196,7 +202,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
     if (kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q) <= KT_CLOSED_ASSEMBLED) {
         come_nearer(&a, data->side + 2 * lanes);
         double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, false, q);
-        if (gap > ROUNDING && keeps_given(model, fixed)) /* the given values may be rounded */
+        if (gap > ROUNDING && keeps_given(model, KT_POSITION_GIVEN, fixed)) /* the given values may be rounded */
             gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, false, q);
         if (gap <= KT_CLOSED_ASSEMBLED)
             return KT_OK;
@@ -259,7 +265,7 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
             continue;
         for (int i = 0; i < group->v_count; i++)
             v[model->group_v[group->v + i]] = given[model->group_v[group->v + i]];
-        release(model, group, fixed);
+        release(model, group, KT_VELOCITY_GIVEN, fixed);
     }
     return true;
 }
@@ -270,8 +276,8 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
     bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
                   close_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
-    if (finite && violation.slip > ROUNDING * speed && keeps_given(model, data->fixed))
-        finite = close_velocities(model, data, t, q, v, model->held, &violation, &speed);
+    if (finite && violation.slip > ROUNDING * speed && keeps_given(model, KT_VELOCITY_GIVEN, data->fixed))
+        finite = close_velocities(model, data, t, q, v, model->held_velocity, &violation, &speed);
     if (!finite)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
     if (violation.slip <= KT_CLOSED_ASSEMBLED * speed)

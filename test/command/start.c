@@ -102,6 +102,44 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
     kt_expect(3, "they close where 'rocker' is not in 'initial: hold'", "$K info f.yaml");
 }
 
+/* A body at [0, 0, 1] whose marker at [1, 0, 0] is to be at [0, 1, 1]: it must turn by a right angle. */
+KT_TEST(hold_keeps_of_a_joint_what_the_scene_gives) {
+    static const char box[] =
+        "kinetree: 1\nbodies:\n"
+        "  - {name: box, joint: {type: free, position: {position: [0, 0, 1]%s}}, mass: 1,\n"
+        "     inertia: [1, 1, 1], markers: {tip: [1, 0, 0]}}\n"
+        "loops: [{name: pin, type: spherical, between: [box.tip, {body: world, at: [0, 1, 1]}]}]\n"
+        "initial: {hold: [box]}\nsimulate: {duration: 0.01}\n";
+    char text[600];
+    snprintf(text, sizeof text, box, "");
+    kt_write_file("box.yaml", text);
+    kt_expect(
+        0,
+        "box.yaml: warning: 'hold' keeps what the scene gives of box, its position; its orientation, which is not "
+        "given, moved to close the loops",
+        "$K check box.yaml");
+    json_t *root = kt_json(kt_shell("$K evaluate box.yaml 2>/dev/null").out);
+    kt_check_near("position", kt_json_at(root, "pose.box.position[2]"), 1.0, 0.0);
+    kt_check_near("turned", kt_json_at(root, "pose.box.rotation[1][0]"), 1.0, 1e-9);
+    json_decref(root);
+    snprintf(text, sizeof text, box, ", orientation: {quaternion: [1, 0, 0, 0]}");
+    kt_write_file("box.yaml", text);
+    kt_expect(3, "they close where 'box' is not in 'initial: hold'", "$K check box.yaml");
+}
+
+/* A gear pair: the held wheel's velocity is not given, and follows that of the other one. */
+KT_TEST(held_joint_without_a_velocity_follows_those_that_are_given) {
+    kt_write_file("gear.yaml", "kinetree: 1\nbodies:\n"
+                               "  - {name: big, joint: {type: revolute, position: 0.5}, mass: 1, inertia: [1, 1, 1]}\n"
+                               "  - {name: small, joint: {type: revolute, position: 1, velocity: 6}, mass: 1, inertia: "
+                               "[1, 1, 1]}\n"
+                               "loops: [{name: mesh, type: coupling, coefficients: {big: 2, small: -1}}]\n"
+                               "initial: {hold: [big]}\nsimulate: {duration: 0}\n");
+    const kt_ran ran = kt_shell("$K run gear.yaml --duration 0 --out - --quiet");
+    kt_check_text("no words", ran.err, "");
+    kt_check_contains("twice as slow", ran.out, "0,0.5,1,3,6");
+}
+
 KT_TEST(loops_without_mass_are_a_fault) {
     four_bar f = usual;
     f.mass = "mass: 0";
