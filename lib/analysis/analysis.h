@@ -2,6 +2,7 @@
 #ifndef KT_ANALYSIS_ANALYSIS_H
 #define KT_ANALYSIS_ANALYSIS_H
 
+#include "base/arena.h"
 #include "kinetree/analysis.h"
 #include "model/model.h"
 #include "reduction/dual.h"
@@ -29,9 +30,7 @@ enum { KT_TABLEAU_DEPTH = 6 };
     X(double, output_error, 6 * s->markers * s->n, "of output")
 
 typedef struct kt_system_arrays {
-#define KT_SYSTEM_DECLARE(type, name, count, meaning) type *name;
-    KT_SYSTEM_FIELDS(KT_SYSTEM_DECLARE)
-#undef KT_SYSTEM_DECLARE
+    KT_ARENA_DECLARE(KT_SYSTEM_FIELDS)
 } kt_system_arrays;
 
 /* Every other array: type, name, count, meaning. */
@@ -85,7 +84,6 @@ typedef struct kt_system_arrays {
     X(char, data_memory, s->data, "the model's data")
 
 struct kt_linearization {
-    size_t bytes;
     void *owned; /* memory of kt_linearization_create, or NULL */
     kt_linearization_sizes size;
     const kt_model *model;
@@ -96,9 +94,7 @@ struct kt_linearization {
     kt_system_arrays arrays[2];
     int next; /* of these, which the next evaluation may write */
     kt_linear_system system;
-#define KT_LINEARIZATION_DECLARE(type, name, count, meaning) type *name;
-    KT_LINEARIZATION_FIELDS(KT_LINEARIZATION_DECLARE)
-#undef KT_LINEARIZATION_DECLARE
+    KT_ARENA_DECLARE(KT_LINEARIZATION_FIELDS)
 };
 
 /* ---- chart.c ----------------------------------------------------------------------------------------------------- */

@@ -1,8 +1,5 @@
-/* Laying linearisations and modes out in memory. */
+/* A linearisation in memory: what it is asked for, sizes, layout. */
 #include "analysis/analysis.h"
-#include "analysis/modes.h"
-#include "base/aligned.h"
-#include "base/arena.h"
 
 #include <string.h>
 
@@ -22,8 +19,6 @@ int kt_motor_coordinates(const kt_model *model, int *coordinates) {
     }
     return count;
 }
-
-/* ---- linearisation ----------------------------------------------------------------------------------------------- */
 
 static int count_markers(const kt_model *model) {
     int count = 0;
@@ -62,24 +57,16 @@ static kt_linearization_sizes measure(const kt_model *model, const kt_linearizat
     return s;
 }
 
-static size_t lay_out(char *memory, const kt_linearization_sizes *s) {
-    kt_linearization scratch, *l;
-    size_t used = 0;
-    l = kt_arena_take(memory, &used, sizeof *l);
-    if (!l)
-        l = &scratch;
-#define KT_LINEARIZATION_PLACE(type, name, count, meaning)                                                             \
-    l->name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    KT_LINEARIZATION_FIELDS(KT_LINEARIZATION_PLACE)
-#undef KT_LINEARIZATION_PLACE
-#define KT_SYSTEM_PLACE(type, name, count, meaning)                                                                    \
-    l->arrays[k].name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    for (int k = 0; k < 2; k++) {
-        KT_SYSTEM_FIELDS(KT_SYSTEM_PLACE)
-    }
-#undef KT_SYSTEM_PLACE
-    l->bytes = used;
-    l->size = *s;
+KT_ARENA_LAYOUT(place_linearization, kt_linearization, KT_LINEARIZATION_FIELDS, const kt_linearization_sizes *s)
+KT_ARENA_ARRAYS(place_system, kt_system_arrays, KT_SYSTEM_FIELDS, const kt_linearization_sizes *s)
+
+/* The systems' arrays follow those of the linearisation. */
+static size_t lay_out(void *memory, const kt_linearization_sizes *s) {
+    kt_system_arrays measured;
+    size_t used = place_linearization(memory, s);
+    for (int k = 0; k < 2; k++)
+        used += place_system(memory ? &((kt_linearization *)memory)->arrays[k] : &measured,
+                             memory ? (char *)memory + used : NULL, s);
     return used;
 }
 
@@ -104,12 +91,13 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     if (status != KT_OK)
         return status;
     const kt_linearization_sizes sizes = measure(model, &settings);
-    const size_t needed = lay_out(NULL, &sizes);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_linearization_init", "kt_linearization_size", memory, size, needed, error);
+    status =
+        kt_arena_begin("kt_linearization_init", "kt_linearization_size", memory, size, lay_out(NULL, &sizes), error);
+    if (status != KT_OK)
+        return status;
     kt_linearization *l = memory;
-    memset(l, 0, sizeof *l);
     (void)lay_out(memory, &sizes);
+    l->size = sizes;
     l->model = model;
     l->differences = settings.differences;
     status = kt_data_init(model, l->data_memory, sizes.data, &l->data, error);
@@ -130,75 +118,13 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
 
 kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                   kt_linearization **linearization, kt_error *error) {
-    const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
-    kt_status status = check_options(model, &settings, error);
-    if (status != KT_OK)
-        return status;
-    const size_t needed = kt_linearization_size(model, options);
-    void *memory = kt_aligned_allocate(needed);
-    if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a linearisation are not to be had", needed);
-    kt_linearization *placed = NULL;
-    status = kt_linearization_init(model, options, memory, needed, &placed, error);
-    if (placed == NULL) { /* GCOVR_EXCL_BR_LINE: options have been checked, and the memory is as it asks for */
-        kt_aligned_release(memory); /* GCOVR_EXCL_LINE */
-        return status;              /* GCOVR_EXCL_LINE */
-    }
-    placed->owned = memory;
-    *linearization = placed;
-    return KT_OK;
+    const size_t size = kt_linearization_size(model, options);
+    if (size == 0)
+        return kt_linearization_init(model, options, NULL, 0, linearization, error);
+    void *memory = kt_arena_allocate(size, "a linearisation", error);
+    return memory == NULL
+               ? KT_ERROR_MEMORY
+               : kt_arena_own(memory, kt_linearization_init(model, options, memory, size, linearization, error));
 }
 
-void kt_linearization_free(kt_linearization *linearization) {
-    if (linearization)
-        kt_aligned_release(linearization->owned);
-}
-
-/* ---- modes ------------------------------------------------------------------------------------------------------- */
-
-static size_t lay_out_modes(char *memory, size_t n) {
-    kt_modes scratch, *m;
-    size_t used = 0;
-    m = kt_arena_take(memory, &used, sizeof *m);
-    if (!m)
-        m = &scratch;
-#define KT_MODES_PLACE(type, name, count, meaning) m->name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    KT_MODES_FIELDS(KT_MODES_PLACE)
-#undef KT_MODES_PLACE
-    m->n = n;
-    return used;
-}
-
-size_t kt_modes_size(const kt_model *model) { return lay_out_modes(NULL, 2 * model->n.v); }
-
-kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
-    const size_t needed = kt_modes_size(model);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_modes_init", "kt_modes_size", memory, size, needed, error);
-    kt_modes *m = memory;
-    memset(m, 0, sizeof *m);
-    (void)lay_out_modes(memory, 2 * model->n.v);
-    *modes = m;
-    return KT_OK;
-}
-
-kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error) {
-    const size_t needed = kt_modes_size(model);
-    void *memory = kt_aligned_allocate(needed);
-    if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for modes are not to be had", needed);
-    kt_modes *placed = NULL;
-    const kt_status status = kt_modes_init(model, memory, needed, &placed, error);
-    if (placed == NULL) {           /* GCOVR_EXCL_BR_LINE: the memory is as it asks for */
-        kt_aligned_release(memory); /* GCOVR_EXCL_LINE */
-        return status;              /* GCOVR_EXCL_LINE */
-    }
-    placed->owned = memory;
-    *modes = placed;
-    return KT_OK;
-}
-
-void kt_modes_free(kt_modes *modes) {
-    if (modes)
-        kt_aligned_release(modes->owned);
-}
+void kt_linearization_free(kt_linearization *linearization) { kt_arena_free(linearization); }

@@ -12,8 +12,8 @@
  * What turns with the body axes (dq' = dv - omega x dq) is left out, and loops are not closed again: J of equations
  * that hold A a = b'' off the manifold, too, adds nothing but zeros to the eigenvalues.
  */
-#include "analysis/mode_watch.h"
-
+#include "analysis/analysis.h"
+#include "base/arena.h"
 #include "kinetree/joint.h"
 
 #include <math.h>
@@ -25,6 +25,31 @@ enum { ITERATIONS = 8 };
 #define MIXED 0.3    /* of the direction: what is mixed in */
 #define SETTLED 0.02 /* change of the rate in an iteration */
 #define GROWN 1.05   /* over the largest so far: worth iterating */
+
+/* Every array: type, name, count, meaning. */
+#define KT_MODE_WATCH_FIELDS(X)                                                                                        \
+    X(double, unit, nv, "1 rad, or a length of the mechanism")                                                         \
+    X(double, direction, 2 * nv, "dq and dv over their units, of length 1")                                            \
+    X(double, image, 2 * nv, "J times the direction")                                                                  \
+    X(double, step, nv, "dq")                                                                                          \
+    X(double, moved_q, nq, "q (+) dq")                                                                                 \
+    X(double, moved_v, nv, "v + dv")                                                                                   \
+    X(double, a, nv, "acceleration at the state")                                                                      \
+    X(double, moved_a, nv, "and beside it")                                                                            \
+    X(double, fast_q, nq, "where the mode was fastest")                                                                \
+    X(double, fast_v, nv, "there")                                                                                     \
+    X(char, data_memory, kt_data_size(model), "scratch")
+
+struct kt_mode_watch {
+    void *owned; /* memory of kt_mode_watch_create, or NULL */
+    const kt_model *model;
+    kt_data *data;
+    size_t nq, nv;
+    double scale;      /* 1/s, of velocities against positions: the last rate */
+    double time, rate; /* of the fastest */
+    uint64_t states, evaluations;
+    KT_ARENA_DECLARE(KT_MODE_WATCH_FIELDS)
+};
 
 /* ---- one state --------------------------------------------------------------------------------------------------- */
 
@@ -115,3 +140,39 @@ kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *w) {
 }
 
 uint64_t kt_mode_watch_evaluations(const kt_mode_watch *w) { return w->evaluations; }
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_ARENA_LAYOUT(lay_out, kt_mode_watch, KT_MODE_WATCH_FIELDS, const kt_model *model, size_t nq, size_t nv)
+
+size_t kt_mode_watch_size(const kt_model *model) {
+    return lay_out(NULL, model, (size_t)kt_model_nq(model), (size_t)kt_model_nv(model));
+}
+
+kt_status kt_mode_watch_place(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
+                              kt_error *error) {
+    kt_status status =
+        kt_arena_begin("kt_mode_watch_place", "kt_mode_watch_size", memory, size, kt_mode_watch_size(model), error);
+    if (status != KT_OK)
+        return status;
+    kt_mode_watch *w = memory;
+    w->model = model;
+    w->nq = (size_t)kt_model_nq(model);
+    w->nv = (size_t)kt_model_nv(model);
+    w->scale = 1.0;
+    (void)lay_out(memory, model, w->nq, w->nv);
+    kt_independent_coordinates_units(model, w->unit);
+    status = kt_data_init(model, w->data_memory, kt_data_size(model), &w->data, error);
+    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+        *watch = w;
+    return status;
+}
+
+kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error) {
+    const size_t size = kt_mode_watch_size(model);
+    void *memory = kt_arena_allocate(size, "a watch on modes", error);
+    return memory == NULL ? KT_ERROR_MEMORY
+                          : kt_arena_own(memory, kt_mode_watch_place(model, memory, size, watch, error));
+}
+
+void kt_mode_watch_free(kt_mode_watch *watch) { kt_arena_free(watch); }

@@ -9,7 +9,8 @@
  * smaller than their estimated error are taken for zero: so a cyclic coordinate, on which nothing depends, has an
  * eigenvalue of zero and not the square root of rounding.
  */
-#include "analysis/modes.h"
+#include "base/arena.h"
+#include "kinetree/analysis.h"
 #include "reduction/lapack.h"
 
 #include <float.h>
@@ -17,6 +18,31 @@
 #include <string.h>
 
 #define TIMES 4.0 /* true errors of numbers are within so many estimated ones (test/analysis/honest.c) */
+
+/* Numbers that dgeevx works in for n states: more than its least, so that it can work in blocks. */
+static inline size_t kt_modes_work(size_t n) { return 66 * n + 64; }
+
+/* Every array: type, name, count, meaning. n: states at most, twice the coordinates. */
+#define KT_MODES_FIELDS(X)                                                                                             \
+    X(double, matrix, n *n, "state matrix, overwritten")                                                               \
+    X(double, left, n *n, "left vectors, as LAPACK packs them")                                                        \
+    X(double, right, n *n, "right vectors")                                                                            \
+    X(double, real, n, "of eigenvalues")                                                                               \
+    X(double, imaginary, n, "of eigenvalues")                                                                          \
+    X(double, condition, n, "of eigenvalues")                                                                          \
+    X(double, scale, n, "of balancing")                                                                                \
+    X(double, work, kt_modes_work(n), "of LAPACK")                                                                     \
+    X(int, order, n, "eigenvalues as they are handed out")                                                             \
+    X(kt_mode, mode, n, "handed out")                                                                                  \
+    X(double, positions, n *n, "shapes: n / 2 complex numbers each")                                                   \
+    X(double, velocities, n *n, "shapes: n / 2 complex numbers each")
+
+struct kt_modes {
+    void *owned; /* memory of kt_modes_create, or NULL */
+    size_t n;
+    int count;
+    KT_ARENA_DECLARE(KT_MODES_FIELDS)
+};
 
 static const double pi = 3.14159265358979323846;
 
@@ -191,3 +217,28 @@ int kt_modes_count(const kt_modes *m) { return m->count; }
 kt_mode kt_modes_at(const kt_modes *m, int mode) { return m->mode[mode]; }
 const double *kt_modes_positions(const kt_modes *m, int mode) { return m->positions + (size_t)mode * m->n; }
 const double *kt_modes_velocities(const kt_modes *m, int mode) { return m->velocities + (size_t)mode * m->n; }
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n)
+
+size_t kt_modes_size(const kt_model *model) { return lay_out(NULL, 2 * (size_t)kt_model_nv(model)); }
+
+kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
+    const kt_status status =
+        kt_arena_begin("kt_modes_init", "kt_modes_size", memory, size, kt_modes_size(model), error);
+    if (status != KT_OK)
+        return status;
+    *modes = memory;
+    (*modes)->n = 2 * (size_t)kt_model_nv(model);
+    (void)lay_out(memory, (*modes)->n);
+    return KT_OK;
+}
+
+kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error) {
+    const size_t size = kt_modes_size(model);
+    void *memory = kt_arena_allocate(size, "modes", error);
+    return memory == NULL ? KT_ERROR_MEMORY : kt_arena_own(memory, kt_modes_init(model, memory, size, modes, error));
+}
+
+void kt_modes_free(kt_modes *modes) { kt_arena_free(modes); }

@@ -5,10 +5,34 @@
  * is asked of a mode is that it grows no more than it does in truth over the whole run (kt_stability_growth), as if it
  * lasted so long.
  */
-#include "analysis/spectrum.h"
+#include "base/arena.h"
+#include "kinetree/analysis.h"
 
 #include <math.h>
 #include <string.h>
+
+typedef struct kt_spectrum_sizes {
+    size_t nq, nv, samples, modes, shapes, linearization, system_modes;
+} kt_spectrum_sizes;
+
+/* Every array: type, name, count, meaning. */
+#define KT_SPECTRUM_FIELDS(X)                                                                                          \
+    X(kt_spectrum_mode, mode, s->modes, "by time, and then by falling |lambda|")                                       \
+    X(kt_complex, lambda, s->modes, "the same as plain numbers")                                                       \
+    X(double, shape, s->shapes * s->nv, "of the fastest of each state")                                                \
+    X(double, position, s->samples * s->nq, "q of each state")                                                         \
+    X(char, linearization_memory, s->linearization, "of a state")                                                      \
+    X(char, modes_memory, s->system_modes, "of a state")
+
+struct kt_spectrum {
+    void *owned; /* memory of kt_spectrum_create, or NULL */
+    const kt_model *model;
+    kt_linearization *linearization;
+    kt_modes *modes;
+    kt_spectrum_sizes size;
+    int samples, count;
+    KT_ARENA_DECLARE(KT_SPECTRUM_FIELDS)
+};
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
@@ -192,3 +216,66 @@ kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *m
         sampling.step = step_enough(method, radius, spectrum->lambda[sampling.mode], step);
     return sampling;
 }
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_ARENA_LAYOUT(lay_out, kt_spectrum, KT_SPECTRUM_FIELDS, const kt_spectrum_sizes *s)
+
+/* Neither inputs nor outputs. */
+static kt_linearization_options nothing_besides(void) {
+    static const int input = 0;
+    static const kt_marker_index output = {0, 0};
+    const kt_linearization_options options = {.inputs = &input, .outputs = &output};
+    return options;
+}
+
+static kt_spectrum_sizes measure(const kt_model *model, int samples) {
+    const kt_linearization_options options = nothing_besides();
+    kt_spectrum_sizes s = {.nq = (size_t)kt_model_nq(model),
+                           .nv = (size_t)kt_model_nv(model),
+                           .samples = samples > 0 ? (size_t)samples : 0};
+    s.modes = 2 * s.nv * s.samples;
+    s.shapes = KT_SPECTRUM_SHAPES * s.samples;
+    s.linearization = kt_linearization_size(model, &options);
+    s.system_modes = kt_modes_size(model);
+    return s;
+}
+
+size_t kt_spectrum_size(const kt_model *model, int samples) {
+    const kt_spectrum_sizes sizes = measure(model, samples);
+    return sizes.samples > 0 ? lay_out(NULL, &sizes) : 0;
+}
+
+kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, size_t size, kt_spectrum **spectrum,
+                           kt_error *error) {
+    const kt_spectrum_sizes sizes = measure(model, samples);
+    const kt_linearization_options options = nothing_besides();
+    if (sizes.samples == 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "samples", "%d: at least one state is needed", samples);
+    kt_status status =
+        kt_arena_begin("kt_spectrum_init", "kt_spectrum_size", memory, size, lay_out(NULL, &sizes), error);
+    if (status != KT_OK)
+        return status;
+    kt_spectrum *made = memory;
+    (void)lay_out(memory, &sizes);
+    made->size = sizes;
+    made->model = model;
+    status = kt_linearization_init(model, &options, made->linearization_memory, sizes.linearization,
+                                   &made->linearization, error);
+    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+        status = kt_modes_init(model, made->modes_memory, sizes.system_modes, &made->modes, error);
+    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: and this */
+        *spectrum = made;
+    return status;
+}
+
+kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum, kt_error *error) {
+    const size_t size = kt_spectrum_size(model, samples);
+    if (size == 0)
+        return kt_spectrum_init(model, samples, NULL, 0, spectrum, error);
+    void *memory = kt_arena_allocate(size, "a spectrum", error);
+    return memory == NULL ? KT_ERROR_MEMORY
+                          : kt_arena_own(memory, kt_spectrum_init(model, samples, memory, size, spectrum, error));
+}
+
+void kt_spectrum_free(kt_spectrum *spectrum) { kt_arena_free(spectrum); }

@@ -3,16 +3,14 @@
 
 #include <string.h>
 
-kt_status kt_arena_refuse(const char *where, const char *query, const void *memory, size_t size, size_t needed,
-                          kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, where,
-                        "%zu bytes at a multiple of %d are needed (%s); given: %zu bytes%s", needed, KT_ARENA_ALIGNMENT,
-                        query, memory ? size : 0, (uintptr_t)memory % KT_ARENA_ALIGNMENT != 0 ? ", misaligned" : "");
-}
-
 kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                          kt_error *error) {
-    return kt_arena_fits(memory, size, needed) ? KT_OK : kt_arena_refuse(where, query, memory, size, needed, error);
+    const bool aligned = (uintptr_t)memory % KT_ARENA_ALIGNMENT == 0;
+    if (memory != NULL && size >= needed && aligned)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_MEMORY, where,
+                        "%zu bytes at a multiple of %d are needed (%s); given: %zu bytes%s", needed, KT_ARENA_ALIGNMENT,
+                        query, memory ? size : 0, aligned ? "" : ", misaligned");
 }
 
 kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,

@@ -49,6 +49,14 @@ static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
         list(KT_ARENA_PLACE) return used;                                                                              \
     }
 
+/* The same for arrays of a struct that lies elsewhere, as that of a calculation's working arrays does:
+ * function(object, memory, ...). The object must be there to be measured, too. */
+#define KT_ARENA_ARRAYS(function, object_type, list, ...)                                                              \
+    static size_t function(object_type *object, void *memory, __VA_ARGS__) {                                           \
+        size_t used = 0;                                                                                               \
+        list(KT_ARENA_PLACE) return used;                                                                              \
+    }
+
 /* For a function that has `object`, `byte`, and the names of the counts. */
 #define KT_ARENA_POISON(type, name, count, meaning) memset(object->name, byte, (count) * sizeof(type));
 
@@ -58,13 +66,6 @@ static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
  * size. */
 kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                          kt_error *error);
-
-/* As kt_arena_check, in two parts: whether a caller's memory will do, and the error. */
-static inline bool kt_arena_fits(const void *memory, size_t size, size_t needed) {
-    return memory && size >= needed && (uintptr_t)memory % KT_ARENA_ALIGNMENT == 0;
-}
-kt_status kt_arena_refuse(const char *where, const char *query, const void *memory, size_t size, size_t needed,
-                          kt_error *error);
 
 /* The same, and clears `needed` bytes of it for an object. */
 kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,

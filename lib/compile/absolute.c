@@ -38,18 +38,10 @@ typedef struct loosen {
     const kt_model *tree;
     kt_absolute_joint *joint;
     loosen_counts used;
-#define LOOSEN_DECLARE(type, name, count, meaning) type *name;
-    LOOSEN_FIELDS(LOOSEN_DECLARE)
-#undef LOOSEN_DECLARE
+    KT_ARENA_DECLARE(LOOSEN_FIELDS)
 } loosen;
 
-static size_t loosen_layout(const loosen_counts *n, char *base, loosen *w) {
-    size_t used = 0;
-#define LOOSEN_PLACE(type, name, count, meaning) w->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    LOOSEN_FIELDS(LOOSEN_PLACE)
-#undef LOOSEN_PLACE
-    return used;
-}
+KT_ARENA_ARRAYS(place_arrays, loosen, LOOSEN_FIELDS, const loosen_counts *n)
 
 /* ---- free bodies ------------------------------------------------------------------------------------------------- */
 
@@ -298,14 +290,14 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
     const loosen_counts n = count_most(description, tree);
     loosen w = {.from = description, .tree = tree};
     struct kt_absolute *made = calloc(1, sizeof *made + tree->n.body * sizeof made->joint[0]);
-    const size_t bytes = loosen_layout(&n, NULL, &w);
-    char *memory = kt_aligned_allocate(bytes);
-    kt_status status = KT_OK;
-    if (!memory || !made)
+    const size_t bytes = place_arrays(&w, NULL, &n);
+    void *memory = made ? kt_arena_allocate(bytes, "the absolute formulation", error) : NULL;
+    kt_status status = memory ? KT_OK : KT_ERROR_MEMORY;
+    if (!made)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK) {
         memset(memory, 0, bytes);
-        loosen_layout(&n, memory, &w);
+        (void)place_arrays(&w, memory, &n);
         w.joint = made->joint;
         status = compile(&w, options, &made->model, error);
     }

@@ -6,7 +6,6 @@
 #include "compile/attach.h"
 
 #include "base/aligned.h"
-#include "base/arena.h"
 #include "compile/planar.h"
 #include "effect/effect.h"
 #include "joint/joint.h"
@@ -15,13 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static size_t attach_layout(const kt_counts *n, char *base, kt_attach *a) {
-    size_t used = 0;
-#define ATTACH_PLACE(type, name, count, meaning) a->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    ATTACH_FIELDS(ATTACH_PLACE)
-#undef ATTACH_PLACE
-    return used;
-}
+KT_ARENA_ARRAYS(place_arrays, kt_attach, ATTACH_FIELDS, const kt_counts *n)
 
 /* ---- ends ---------------------------------------------------------------------------------------------------------
  */
@@ -284,14 +277,14 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 }
 
 /* A larger model with the tree in it. */
-static kt_model *grow(const kt_model *tree, const kt_counts *n) {
-    const size_t bytes = kt_model_layout(n, NULL, NULL);
-    kt_model *m = kt_aligned_allocate(bytes);
+static kt_model *grow(const kt_model *tree, const kt_counts *n, kt_error *error) {
+    const size_t bytes = kt_model_layout(NULL, n);
+    kt_model *m = kt_arena_allocate(bytes, "the model", error);
     if (!m)
         return NULL;
     memset(m, 0, bytes);
     *m = *tree;
-    kt_model_layout(n, (char *)m, m);
+    (void)kt_model_layout(m, n);
     n = &tree->n; /* from here on: as many as the tree has */
 #define ATTACH_COPY(type, name, count, meaning) memcpy(m->name, tree->name, (count) * sizeof(type));
     KT_MODEL_FIELDS(ATTACH_COPY)
@@ -327,9 +320,9 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));
-    kt_model *m = grow(a->tree, n);
+    kt_model *m = grow(a->tree, n, error);
     if (!m)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "the model's memory cannot be had");
+        return KT_ERROR_MEMORY;
     m->n = *n;
     kt_model_name_all(m);
     size_t number = 0, text = a->tree->n.text;
@@ -356,13 +349,13 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
     n.effect = (size_t)description->effect_count;
     n.planar_loop = n.planar ? n.loop : 0;
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
-    const size_t bytes = attach_layout(&n, NULL, &a);
-    a.memory = kt_aligned_allocate(bytes);
-    if (!a.memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
-    memset(a.memory, 0, bytes);
-    attach_layout(&n, a.memory, &a);
+    const size_t bytes = place_arrays(&a, NULL, &n);
+    void *memory = kt_arena_allocate(bytes, "compiling loops and effects", error);
+    if (!memory)
+        return KT_ERROR_MEMORY;
+    memset(memory, 0, bytes);
+    (void)place_arrays(&a, memory, &n);
     const kt_status status = attach_all(&a, &n, model, error);
-    kt_aligned_release(a.memory);
+    kt_aligned_release(memory);
     return status;
 }

@@ -2,6 +2,7 @@
 #ifndef KT_COMPILE_ATTACH_H
 #define KT_COMPILE_ATTACH_H
 
+#include "base/arena.h"
 #include "compile/compile.h"
 
 /* Working arrays, in one block. */
@@ -18,10 +19,7 @@ typedef struct kt_attach {
     const kt_description *description;
     const kt_planar_loop *flat; /* of the description's loops */
     const kt_model *tree;
-    char *memory;
-#define ATTACH_DECLARE(type, name, count, meaning) type *name;
-    ATTACH_FIELDS(ATTACH_DECLARE)
-#undef ATTACH_DECLARE
+    KT_ARENA_DECLARE(ATTACH_FIELDS)
 } kt_attach;
 
 static inline bool kt_attach_is_relation(int32_t type) { return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION; }

@@ -39,18 +39,10 @@ typedef struct build {
     bool trial; /* these faults are all that is wanted */
     kt_model *model;
     kt_names names;
-#define BUILD_DECLARE(type, name, count, meaning) type *name;
-    BUILD_FIELDS(BUILD_DECLARE)
-#undef BUILD_DECLARE
+    KT_ARENA_DECLARE(BUILD_FIELDS)
 } build;
 
-static size_t build_layout(size_t n, size_t loops, size_t table_size, char *base, build *b) {
-    size_t used = 0;
-#define BUILD_PLACE(type, name, count, meaning) b->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    BUILD_FIELDS(BUILD_PLACE)
-#undef BUILD_PLACE
-    return used;
-}
+KT_ARENA_ARRAYS(place_arrays, build, BUILD_FIELDS, size_t n, size_t loops, size_t table_size)
 
 static bool is_world(const char *name) { return !name || strcmp(name, "world") == 0; }
 
@@ -342,12 +334,12 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         return kt_error_set(error, KT_ERROR_MEMORY, "",
                             "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
                             n.marker, n.text);
-    const size_t bytes = kt_model_layout(&n, NULL, NULL);
-    kt_model *m = kt_aligned_allocate(bytes);
+    const size_t bytes = kt_model_layout(NULL, &n);
+    kt_model *m = kt_arena_allocate(bytes, "the model", error);
     if (!m)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the model cannot be had", bytes);
+        return KT_ERROR_MEMORY;
     memset(m, 0, bytes);
-    kt_model_layout(&n, (char *)m, m);
+    (void)kt_model_layout(m, &n);
     m->n = n;
     m->gravity = kt_v4_from(b->description->gravity);
     m->reduction = options->reduction;
@@ -377,12 +369,12 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
 static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
     const kt_description *d = b->description;
     const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
-    const size_t bytes = build_layout(n, loops, table, NULL, b);
-    char *memory = kt_aligned_allocate(bytes);
+    const size_t bytes = place_arrays(b, NULL, n, loops, table);
+    void *memory = kt_arena_allocate(bytes, "compiling the description", error);
     if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+        return KT_ERROR_MEMORY;
     memset(memory, 0, bytes);
-    build_layout(n, loops, table, memory, b);
+    (void)place_arrays(b, memory, n, loops, table);
     kt_names_init(&b->names, n, b->table);
     for (size_t i = 0; i < n; i++)
         (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);

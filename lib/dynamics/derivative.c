@@ -26,25 +26,19 @@ static kernels kernels_of(const kt_model *model) {
                      kt_derivative_hand_over_baseline};
 }
 
-static size_t work_layout(const kt_counts *n, char *base, kt_derivative_work *work) {
-    size_t used = 0;
-    kt_derivative_work scrap;
-    /* cppcheck-suppress uninitvar ; its address is taken, no value */
-    kt_derivative_work *w = work ? work : &scrap;
-#define KT_PLACE(type, name, count) w->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    KT_DERIVATIVE_FIELDS(KT_PLACE)
-#undef KT_PLACE
-    return used;
-}
+KT_ARENA_ARRAYS(place_arrays, kt_derivative_work, KT_DERIVATIVE_FIELDS, const kt_counts *n)
 
-size_t kt_derivative_work_size(const kt_model *model) { return work_layout(&model->n, NULL, NULL); }
+size_t kt_derivative_work_size(const kt_model *model) {
+    kt_derivative_work measured;
+    return place_arrays(&measured, NULL, &model->n);
+}
 
 static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_derivative_work *w, kt_error *error) {
     const size_t needed = kt_derivative_work_size(model);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("work", "kt_derivative_work_size", memory, size, needed, error);
-    work_layout(&model->n, (char *)memory, w);
-    return KT_OK;
+    const kt_status status = kt_arena_check("work", "kt_derivative_work_size", memory, size, needed, error);
+    if (status == KT_OK)
+        (void)place_arrays(w, memory, &model->n);
+    return status;
 }
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */

@@ -95,26 +95,24 @@ typedef struct kt_derivative_state {
 
 static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 1) / KT_LANES; }
 
-/* Every array: type, name, count. A free link has two nodes. Results are stored batch by batch, the lanes of a row
+/* Every array: type, name, count, meaning. Results are stored batch by batch, the lanes of a row
  * next to each other. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
-    X(kt_derivative_node, node, n->link + n->v / 6)                                                                    \
-    X(kt_dof_motion, motion, n->v)                                                                                     \
-    X(kt_dof_row, row, n->v)                                                                                           \
-    X(kt_dof_batch, batch, kt_batches(n))                                                                              \
-    X(kt_derivative_link, link, n->link)                                                                               \
-    X(kt_derivative_state, state, n->link + n->v / 6)                                                                  \
-    X(double, a, n->v)                                                                                                 \
-    X(kt_v8, dq, kt_batches(n) * n->v)                                                                                 \
-    X(kt_v8, dv, kt_batches(n) * n->v)                                                                                 \
-    X(kt_v8, dtau, kt_batches(n) * n->v)
+    X(kt_derivative_node, node, n->link + n->v / 6, "of the tree; a free link has two")                                \
+    X(kt_dof_motion, motion, n->v, "of each degree of freedom")                                                        \
+    X(kt_dof_row, row, n->v, "of each degree of freedom")                                                              \
+    X(kt_dof_batch, batch, kt_batches(n), "of degrees of freedom")                                                     \
+    X(kt_derivative_link, link, n->link, "of each link")                                                               \
+    X(kt_derivative_state, state, n->link + n->v / 6, "of each node, while its terms are computed")                    \
+    X(double, a, n->v, "accelerations")                                                                                \
+    X(kt_v8, dq, kt_batches(n) * n->v, "result by positions")                                                          \
+    X(kt_v8, dv, kt_batches(n) * n->v, "result by velocities")                                                         \
+    X(kt_v8, dtau, kt_batches(n) * n->v, "result by joint forces")
 
 typedef struct kt_derivative_work {
     size_t nodes;
     bool branched; /* some node branches */
-#define KT_DERIVATIVE_DECLARE(type, name, count) type *name;
-    KT_DERIVATIVE_FIELDS(KT_DERIVATIVE_DECLARE)
-#undef KT_DERIVATIVE_DECLARE
+    KT_ARENA_DECLARE(KT_DERIVATIVE_FIELDS)
 } kt_derivative_work;
 
 /* Which accelerations data->motion holds: minus gravity, as dynamics leaves them, or without it, as kinematics does. */

@@ -23,7 +23,7 @@ size_t kt_model_size(const kt_model *model) {
 static kt_model *copy_at(const kt_model *model, char *memory) {
     kt_model *m = (kt_model *)memory;
     memcpy(memory, model, model->bytes);
-    kt_model_layout(&model->n, memory, m);
+    (void)kt_model_layout(memory, &model->n);
     kt_model_name_all(m);
     m->placed = true;
     if (model->absolute) {
@@ -37,8 +37,8 @@ static kt_model *copy_at(const kt_model *model, char *memory) {
 
 kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
     const size_t needed = kt_model_size(model);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_model_copy", "kt_model_size", memory, size, needed, error);
-    *copy = copy_at(model, (char *)memory);
-    return KT_OK;
+    const kt_status status = kt_arena_check("kt_model_copy", "kt_model_size", memory, size, needed, error);
+    if (status == KT_OK)
+        *copy = copy_at(model, (char *)memory);
+    return status;
 }

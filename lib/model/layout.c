@@ -1,22 +1,18 @@
-/* Memory of models and data: each list of fields in model.h is walked once, to measure or to place. */
+/* Memory of models and data: laid out by the lists of fields in model.h. */
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "model/absolute.h"
 
-#include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
 
-size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model) {
-    size_t used = kt_arena_round(sizeof(kt_model));
-    kt_model scrap;
-    /* cppcheck-suppress uninitvar ; its address is taken, no value */
-    kt_model *m = model ? model : &scrap;
-#define KT_PLACE(type, name, count, meaning) m->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    KT_MODEL_FIELDS(KT_PLACE)
-#undef KT_PLACE
-    m->bytes = used;
-    return used;
+KT_ARENA_LAYOUT(lay_out_model, kt_model, KT_MODEL_FIELDS, const kt_counts *n)
+KT_ARENA_LAYOUT(lay_out_data, kt_data, KT_DATA_FIELDS, const kt_counts *n)
+
+size_t kt_model_layout(void *memory, const kt_counts *n) {
+    const size_t bytes = lay_out_model(memory, n);
+    if (memory)
+        ((kt_model *)memory)->bytes = bytes;
+    return bytes;
 }
 
 void kt_model_name_all(kt_model *m) {
@@ -38,49 +34,25 @@ void kt_model_free(kt_model *model) {
     kt_aligned_release(model);
 }
 
-static size_t data_layout(const kt_counts *n, char *base, kt_data *data) {
-    size_t used = kt_arena_round(sizeof(kt_data));
-    kt_data scrap;
-    /* cppcheck-suppress uninitvar ; its address is taken, no value */
-    kt_data *d = data ? data : &scrap;
-#define KT_PLACE(type, name, count, meaning) d->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    KT_DATA_FIELDS(KT_PLACE)
-#undef KT_PLACE
-    d->bytes = used;
-    return used;
-}
-
-size_t kt_data_size(const kt_model *model) { return data_layout(&model->n, NULL, NULL); }
+size_t kt_data_size(const kt_model *model) { return lay_out_data(NULL, &model->n); }
 
 kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
-    const size_t needed = kt_data_size(model);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_data_init", "kt_data_size", memory, size, needed, error);
-    kt_data *d = (kt_data *)memory;
-    memset(memory, 0, needed);
-    data_layout(&model->n, (char *)memory, d);
-    d->model = model;
-    *data = d;
+    const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, kt_data_size(model), error);
+    if (status != KT_OK)
+        return status;
+    (void)lay_out_data(memory, &model->n);
+    *data = (kt_data *)memory;
+    (*data)->model = model;
     return KT_OK;
 }
 
 kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
     const size_t size = kt_data_size(model);
-    void *memory = kt_aligned_allocate(size);
-    if (!memory)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "%zu bytes for the data cannot be had", size);
-    const kt_status status = kt_data_init(model, memory, size, data, error);
-    if (status == KT_OK)
-        (*data)->owned = memory;
-    else
-        kt_aligned_release(memory);
-    return status;
+    void *memory = kt_arena_allocate(size, "the data", error);
+    return memory ? kt_arena_own(memory, kt_data_init(model, memory, size, data, error)) : KT_ERROR_MEMORY;
 }
 
-void kt_data_free(kt_data *data) {
-    if (data)
-        kt_aligned_release(data->owned);
-}
+void kt_data_free(kt_data *data) { kt_arena_free(data); }
 
 kt_iterations kt_data_iterations(kt_data *data) {
     const kt_iterations none = {0, 0, 0, 0}, seen = data->iterations;

@@ -2,6 +2,7 @@
 #ifndef KT_MODEL_MODEL_H
 #define KT_MODEL_MODEL_H
 
+#include "base/arena.h"
 #include "base/names.h"
 #include "model/planar.h"
 #include "model/record.h"
@@ -72,13 +73,11 @@ struct kt_model {
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
     uint32_t name;                /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
-#define KT_MODEL_DECLARE(type, name, count, meaning) type *name;
-    KT_MODEL_FIELDS(KT_MODEL_DECLARE)
-#undef KT_MODEL_DECLARE
+    KT_ARENA_DECLARE(KT_MODEL_FIELDS)
 };
 
 /* Bytes of a model with these counts; places its arrays in the block at base where that and model are not NULL. */
-size_t kt_model_layout(const kt_counts *n, char *base, kt_model *model);
+size_t kt_model_layout(void *memory, const kt_counts *n);
 
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);
@@ -183,17 +182,14 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
 struct kt_data {
-    size_t bytes;
-    const kt_model *model;
     void *owned; /* memory of kt_data_create, or NULL */
+    const kt_model *model;
     bool dead;   /* the last projection was refused for a dead point (reduction/project.c) */
     bool beside; /* the last accelerations are those of states beside a singular position of the loops: poses and
                     equations are not those of the state that was asked for */
     kt_iterations iterations; /* since they were last asked for (kt_data_iterations) */
     kt_iterations closing;    /* of the last projection alone */
-#define KT_DATA_DECLARE(type, name, count, meaning) type *name;
-    KT_DATA_FIELDS(KT_DATA_DECLARE)
-#undef KT_DATA_DECLARE
+    KT_ARENA_DECLARE(KT_DATA_FIELDS)
 };
 
 #endif

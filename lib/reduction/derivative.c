@@ -28,32 +28,32 @@
 
 #define KT_STEP 0.002 /* rad or m, and of their rates */
 
-/* Every array: type, name, count; p equations in the order of the loops, of n coordinates. */
+/* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. */
 #define FIELDS(X)                                                                                                      \
-    X(double, tree, kt_derivative_work_size(model) / sizeof(double))                                                   \
-    X(double, q, model->n.q)                                                                                           \
-    X(double, v, n)                                                                                                    \
-    X(double, a, n)                                                                                                    \
-    X(double, lambda, p)                                                                                               \
-    X(double, force, n)                                                                                                \
-    X(double, weight, n)                                                                                               \
-    X(double, jacobian, n *p)                                                                                          \
-    X(double, factor, n *p)                                                                                            \
-    X(double, reflector, n + p)                                                                                        \
-    X(double, norm, p)                                                                                                 \
-    X(int32_t, pivot, p)                                                                                               \
-    X(double, mass, n *n)                                                                                              \
-    X(double, basis, n *n)                                                                                             \
-    X(double, half, n *n)                                                                                              \
-    X(double, reduced, n *n)                                                                                           \
-    X(double, change, n)                                                                                               \
-    X(kt_support_dof, dof, n)                                                                                          \
-    X(int32_t, chain, model->n.link)                                                                                   \
-    X(double, d_q, n *n)                                                                                               \
-    X(double, d_v, n *n)                                                                                               \
-    X(double, d_tau, n *n)                                                                                             \
-    X(double, e_q, n *p)                                                                                               \
-    X(double, e_v, n *p)
+    X(double, tree, kt_derivative_work_size(model) / sizeof(double), "of the derivatives of the tree")                 \
+    X(double, q, model->n.q, "positions")                                                                              \
+    X(double, v, n, "velocities")                                                                                      \
+    X(double, a, n, "accelerations")                                                                                   \
+    X(double, lambda, p, "multipliers")                                                                                \
+    X(double, force, n, "joint forces of the effects")                                                                 \
+    X(double, weight, n, "joint forces of external wrenches")                                                          \
+    X(double, jacobian, n *p, "A, p x n")                                                                              \
+    X(double, factor, n *p, "A' factored")                                                                             \
+    X(double, reflector, n + p, "scales of the reflectors")                                                            \
+    X(double, norm, p, "squared lengths of the equations")                                                             \
+    X(int32_t, pivot, p, "order of the equations")                                                                     \
+    X(double, mass, n *n, "M")                                                                                         \
+    X(double, basis, n *n, "orthogonal factor Q")                                                                      \
+    X(double, half, n *n, "Q' M Q")                                                                                    \
+    X(double, reduced, n *n, "M Q; then M in the null space, factored")                                                \
+    X(double, change, n, "differences, and a right-hand side")                                                         \
+    X(kt_support_dof, dof, n, "of a loop")                                                                             \
+    X(int32_t, chain, model->n.link, "of a loop")                                                                      \
+    X(double, d_q, n *n, "result by positions")                                                                        \
+    X(double, d_v, n *n, "result by velocities")                                                                       \
+    X(double, d_tau, n *n, "result by joint forces")                                                                   \
+    X(double, e_q, n *p, "of the equations by positions")                                                              \
+    X(double, e_v, n *p, "of the equations by velocities")
 
 typedef struct work {
     const kt_model *model;
@@ -61,25 +61,14 @@ typedef struct work {
     double t;
     size_t n, p;
     int rank;
-#define DECLARE(type, name, count) type *name;
-    FIELDS(DECLARE)
-#undef DECLARE
+    KT_ARENA_DECLARE(FIELDS)
 } work;
 
-static size_t work_layout(const kt_model *model, char *base, work *w) {
-    const size_t n = model->n.v, p = model->n.row;
-    size_t used = 0;
-#define PLACE(type, name, count) w->name = (type *)kt_arena_take(base, &used, (count) * sizeof(type));
-    FIELDS(PLACE)
-#undef PLACE
-    w->n = n;
-    w->p = p;
-    return used;
-}
+KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, size_t p)
 
 size_t kt_acceleration_work_size(const kt_model *model) {
     work w;
-    return work_layout(model, NULL, &w);
+    return place_arrays(&w, NULL, model, model->n.v, model->n.row);
 }
 
 static bool has_own_effects(const kt_model *model) {
@@ -305,14 +294,12 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
                                       const double *q, const double *v, const double *tau, const kt_wrench *external,
                                       double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
     const size_t needed = kt_acceleration_work_size(model), numbers = model->n.v * model->n.v;
-    work w;
-    if (!kt_arena_fits(memory, memory_size, needed))
-        return kt_arena_refuse("work", "kt_acceleration_work_size", memory, memory_size, needed, error);
-    work_layout(model, (char *)memory, &w);
-    w.model = model;
-    w.data = data;
-    w.t = t;
-    kt_status status = prepare(&w, q, v, tau, external, error);
+    work w = {.model = model, .data = data, .t = t, .n = model->n.v, .p = model->n.row};
+    kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size, needed, error);
+    if (status != KT_OK)
+        return status;
+    (void)place_arrays(&w, memory, model, w.n, w.p);
+    status = prepare(&w, q, v, tau, external, error);
     if (status == KT_OK)
         status = solve(&w, q, v, error);
     if (status != KT_OK)

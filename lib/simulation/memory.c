@@ -1,6 +1,4 @@
-/* Laying a simulation out in memory. */
-#include "base/aligned.h"
-#include "base/arena.h"
+/* A simulation in memory: what is asked for, sizes, and the parts of it. */
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -22,8 +20,8 @@ typedef struct kt_simulation_request {
     unsigned record;
 } kt_simulation_request;
 
-static kt_status read_wish(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
-                           kt_simulation_request *settings, kt_error *error) {
+static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                              kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
     settings->options = options != NULL ? *options : kt_simulation_options_default();
     const char *name = settings->run.integrator != NULL ? settings->run.integrator : kt_run_default().integrator;
@@ -73,32 +71,18 @@ static void measure(const kt_model *face, const kt_simulation_request *settings,
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
-/* The simulation and its arrays in one block; measured only where memory is NULL. Returns the bytes. */
-static size_t lay_out(void *memory, const kt_simulation_sizes *size) {
-    kt_simulation scratch;
-    size_t used = 0;
-    kt_simulation *simulation = kt_arena_take(memory, &used, sizeof(kt_simulation));
-    if (simulation == NULL)
-        simulation = &scratch;
-#define KT_SIMULATION_PLACE(type, name, count, meaning)                                                                \
-    simulation->name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    KT_SIMULATION_FIELDS(KT_SIMULATION_PLACE)
-#undef KT_SIMULATION_PLACE
-    simulation->size = *size;
-    simulation->bytes = used;
-    return used;
-}
+KT_ARENA_LAYOUT(lay_out, kt_simulation, KT_SIMULATION_FIELDS, const kt_simulation_sizes *size)
 
 size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
     kt_simulation_request settings;
     kt_simulation_sizes size;
-    if (read_wish(model, run, options, &settings, NULL) != KT_OK)
+    if (read_options(model, run, options, &settings, NULL) != KT_OK)
         return 0;
     measure(model, &settings, &size);
     return lay_out(NULL, &size);
 }
 
-/* ---- placing ----------------------------------------------------------------------------------------------------- */
+/* ---- initialising ------------------------------------------------------------------------------------------------ */
 
 static void find_quaternions(kt_simulation *simulation) {
     size_t count = 0;
@@ -109,7 +93,7 @@ static void find_quaternions(kt_simulation *simulation) {
     }
 }
 
-static kt_status place_integrator(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
+static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_integrator_options options = kt_integrator_options_default();
     options.step = settings->run.step;
     options.relative_tolerance = settings->run.relative;
@@ -136,7 +120,7 @@ static void set_records(kt_simulation *simulation, const kt_simulation_request *
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 
-static kt_status place_data(kt_simulation *simulation, kt_error *error) {
+static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
     kt_status status = kt_data_init(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
     simulation->user_data = simulation->data;
@@ -159,7 +143,7 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
 
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
-    kt_status status = place_data(simulation, error);
+    kt_status status = init_data(simulation, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->groups = kt_loop_group_count(simulation->model);
@@ -169,7 +153,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->user = settings->options.user;
     find_quaternions(simulation);
     set_records(simulation, settings);
-    status = place_integrator(simulation, settings, error);
+    status = init_integrator(simulation, settings, error);
     if (status != KT_OK)
         return status;
     status = assemble(simulation, error);
@@ -184,48 +168,35 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
     kt_simulation_request settings;
     kt_simulation_sizes sizes;
-    kt_status status = read_wish(model, run, options, &settings, error);
+    kt_status status = read_options(model, run, options, &settings, error);
     if (status != KT_OK)
         return status;
     measure(model, &settings, &sizes);
-    size_t needed = lay_out(NULL, &sizes);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_simulation_init", "kt_simulation_size", memory, size, needed, error);
-    memset(memory, 0, needed); /* a checkpoint has no byte that was never set */
+    status = kt_arena_begin("kt_simulation_init", "kt_simulation_size", memory, size, lay_out(NULL, &sizes), error);
+    if (status != KT_OK)
+        return status;
     (void)lay_out(memory, &sizes);
-    kt_simulation *placed = memory;
-    placed->model = settings.model;
-    placed->face = model;
-    status = fill(placed, &settings, error);
+    kt_simulation *made = memory;
+    made->size = sizes;
+    made->model = settings.model;
+    made->face = model;
+    status = fill(made, &settings, error);
     if (status == KT_OK)
-        *simulation = placed;
+        *simulation = made;
     return status;
 }
 
 kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                                kt_simulation **simulation, kt_error *error) {
     kt_simulation_request settings;
-    kt_simulation_sizes sizes;
-    kt_simulation *placed = NULL;
-    kt_status status = read_wish(model, run, options, &settings, error);
+    kt_status status = read_options(model, run, options, &settings, error);
     if (status != KT_OK)
         return status;
-    measure(model, &settings, &sizes);
-    size_t needed = lay_out(NULL, &sizes);
-    void *memory = kt_aligned_allocate(needed);
-    if (memory == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a simulation are not to be had", needed);
-    status = kt_simulation_init(model, run, options, memory, needed, &placed, error);
-    if (placed == NULL) {
-        kt_aligned_release(memory);
-        return status;
-    }
-    placed->owned = memory;
-    *simulation = placed;
-    return KT_OK;
+    const size_t size = kt_simulation_size(model, run, options);
+    void *memory = kt_arena_allocate(size, "the simulation", error);
+    return memory == NULL
+               ? KT_ERROR_MEMORY
+               : kt_arena_own(memory, kt_simulation_init(model, run, options, memory, size, simulation, error));
 }
 
-void kt_simulation_free(kt_simulation *simulation) {
-    if (simulation != NULL)
-        kt_aligned_release(simulation->owned);
-}
+void kt_simulation_free(kt_simulation *simulation) { kt_arena_free(simulation); }

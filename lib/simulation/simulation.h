@@ -2,6 +2,7 @@
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
+#include "base/arena.h"
 #include "kinetree/simulation.h"
 
 #include <math.h>
@@ -62,7 +63,6 @@ typedef struct kt_simulation_sizes {
 } kt_simulation_sizes;
 
 struct kt_simulation {
-    size_t bytes;
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
     const kt_model *model;     /* what is stepped: the face, or its absolute formulation */
@@ -86,9 +86,7 @@ struct kt_simulation {
     const double *slope; /* as the integrator was given it by the last evaluation */
     kt_error cause;      /* of the last callback that failed; code KT_OK: none did in this step */
     bool ahead;          /* it failed beyond the present state, at which every step begins: a smaller one may help */
-#define KT_SIMULATION_DECLARE(type, name, count, meaning) type *name;
-    KT_SIMULATION_FIELDS(KT_SIMULATION_DECLARE)
-#undef KT_SIMULATION_DECLARE
+    KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 
 static inline bool kt_simulation_is_balanced(const kt_simulation *simulation) {

@@ -67,42 +67,36 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* All arrays of a study: name, type, count. The same list measures and places. */
+/* All arrays of a study: type, name, count, meaning. */
 #define KT_ACCURACY_FIELDS(X)                                                                                          \
-    X(models, kt_model *, variants)                                                                                    \
-    X(reference.q, double, rows * study->nq)                                                                           \
-    X(reference.v, double, rows * study->nv)                                                                           \
-    X(reference.energy, double, rows)                                                                                  \
-    X(second.q, double, rows * study->nq)                                                                              \
-    X(second.v, double, rows * study->nv)                                                                              \
-    X(second.energy, double, rows)                                                                                     \
-    X(difference, double, study->nv)                                                                                   \
-    X(begin, double, study->nq + study->nv)                                                                            \
-    X(moved, double, study->nq)                                                                                        \
-    X(curves, kt_accuracy_curve, curves)                                                                               \
-    X(points, kt_accuracy_point, KT_ACCURACY_POINTS_MAX *curves)
+    X(kt_model *, models, variants, "compiled as a variant asks")                                                      \
+    X(double, reference.q, rows * object->nq, "records")                                                               \
+    X(double, reference.v, rows * object->nv, "records")                                                               \
+    X(double, reference.energy, rows, "records")                                                                       \
+    X(double, second.q, rows * object->nq, "records of the solution that it is held against")                          \
+    X(double, second.v, rows * object->nv, "records of that")                                                          \
+    X(double, second.energy, rows, "records of that")                                                                  \
+    X(double, difference, object->nv, "of two states")                                                                 \
+    X(double, begin, object->nq + object->nv, "state at the start")                                                    \
+    X(double, moved, object->nq, "positions beside that")                                                              \
+    X(kt_accuracy_curve, curves, curves, "results")                                                                    \
+    X(kt_accuracy_point, points, KT_ACCURACY_POINTS_MAX *curves, "results")
 
-static size_t lay_out(kt_accuracy *study, char *memory, size_t rows, size_t variants, size_t curves) {
-    size_t used = 0;
-#define KT_ACCURACY_PLACE(name, type, count) study->name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    KT_ACCURACY_FIELDS(KT_ACCURACY_PLACE)
-#undef KT_ACCURACY_PLACE
-    return used;
-}
+KT_ARENA_ARRAYS(place_arrays, kt_accuracy, KT_ACCURACY_FIELDS, size_t rows, size_t variants, size_t curves)
 
 /* The study's arrays, behind a study of its own. */
 static kt_accuracy *make_room(const kt_accuracy *start) {
     kt_accuracy probe = *start;
     const size_t rows = (size_t)start->results.records + 1, variants = (size_t)start->results.variant_count;
     const size_t curves = (size_t)start->results.curve_count, head = kt_arena_round(sizeof(kt_accuracy));
-    const size_t bytes = head + lay_out(&probe, NULL, rows, variants, curves);
-    char *memory = kt_aligned_allocate(bytes);
+    const size_t bytes = head + place_arrays(&probe, NULL, rows, variants, curves);
+    char *memory = kt_arena_allocate(bytes, "the study", NULL);
     if (memory == NULL)
         return NULL;
     memset(memory, 0, bytes);
     kt_accuracy *study = (kt_accuracy *)(void *)memory;
     *study = *start;
-    (void)lay_out(study, memory + head, rows, variants, curves);
+    (void)place_arrays(study, memory + head, rows, variants, curves);
     study->results.curves = study->curves;
     study->results.points = study->points;
     if (study->results.variants == NULL) /* the scene's own way, which is kept here */

@@ -3,6 +3,7 @@
 #ifndef KT_STUDY_FORMULATION_H
 #define KT_STUDY_FORMULATION_H
 
+#include "base/arena.h"
 #include "kinetree/study.h"
 
 /* Every array of a set: type, name, count, meaning. */
@@ -34,9 +35,7 @@ struct kt_constraint_formulation {
     double largest; /* the last independent direction: the largest seen, */
     double least;   /* and the smallest */
     kt_constraint_formulation_statistics found;
-#define KT_FORMULATION_DECLARE(type, name, count, meaning) type *name;
-    KT_FORMULATION_FIELDS(KT_FORMULATION_DECLARE)
-#undef KT_FORMULATION_DECLARE
+    KT_ARENA_DECLARE(KT_FORMULATION_FIELDS)
 };
 
 /* M, f, A, phi, b', b'' and A v - b' at (t, q, v); velocities enter f and b''. */

@@ -1,6 +1,4 @@
 /* Laying a coordinate set out in memory, and choosing its penalty. */
-#include "base/aligned.h"
-#include "base/arena.h"
 #include "reduction/lapack.h"
 #include "study/formulation.h"
 
@@ -33,24 +31,14 @@ kt_constraint_formulation_options kt_constraint_formulation_options_default(kt_c
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
-static size_t lay_out(const kt_model *model, void *memory) {
-    const size_t n = (size_t)kt_model_nv(model), q = (size_t)kt_model_nq(model);
-    const size_t k = (size_t)kt_model_mobility(model).equations;
-    kt_constraint_formulation scratch;
-    size_t used = 0;
-    kt_constraint_formulation *set = kt_arena_take(memory, &used, sizeof *set);
-    if (set == NULL)
-        set = &scratch;
-#define KT_FORMULATION_PLACE(type, name, count, meaning)                                                               \
-    set->name = kt_arena_take(memory, &used, (count) * sizeof(type));
-    KT_FORMULATION_FIELDS(KT_FORMULATION_PLACE)
-#undef KT_FORMULATION_PLACE
-    set->n = (int)n;
-    set->k = (int)k;
-    return used;
+KT_ARENA_LAYOUT(lay_out, kt_constraint_formulation, KT_FORMULATION_FIELDS, size_t n, size_t q, size_t k)
+
+static size_t place(void *memory, const kt_model *model) {
+    return lay_out(memory, (size_t)kt_model_nv(model), (size_t)kt_model_nq(model),
+                   (size_t)kt_model_mobility(model).equations);
 }
 
-size_t kt_constraint_formulation_size(const kt_model *model) { return lay_out(model, NULL); }
+size_t kt_constraint_formulation_size(const kt_model *model) { return place(NULL, model); }
 
 /* ---- placing ----------------------------------------------------------------------------------------------------- */
 
@@ -96,47 +84,37 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     status = check(options, error);
     if (status != KT_OK)
         return status;
-    const size_t needed = lay_out(model, NULL);
-    if (!kt_arena_fits(memory, size, needed))
-        return kt_arena_refuse("kt_constraint_formulation_init", "kt_constraint_formulation_size", memory, size, needed,
-                               error);
-    kt_constraint_formulation *placed = memory;
-    (void)lay_out(model, memory);
-    placed->owned = NULL;
-    placed->model = model;
-    placed->options = *options;
-    placed->cap = kt_model_mobility(model).rank;
-    kt_constraint_formulation_reset(placed);
-    status = choose_penalty(placed, data, error);
+    status = kt_arena_begin("kt_constraint_formulation_init", "kt_constraint_formulation_size", memory, size,
+                            place(NULL, model), error);
+    if (status != KT_OK)
+        return status;
+    kt_constraint_formulation *made = memory;
+    (void)place(memory, model);
+    made->model = model;
+    made->options = *options;
+    made->n = kt_model_nv(model);
+    made->k = kt_model_mobility(model).equations;
+    made->cap = kt_model_mobility(model).rank;
+    kt_constraint_formulation_reset(made);
+    status = choose_penalty(made, data, error);
     if (status == KT_OK)
-        *set = placed;
+        *set = made;
     return status;
 }
 
 kt_status kt_constraint_formulation_create(const kt_model *model, const kt_constraint_formulation_options *options,
                                            kt_constraint_formulation **set, kt_error *error) {
-    const size_t size = lay_out(model, NULL);
+    const size_t size = place(NULL, model);
     kt_data *data = NULL;
-    kt_constraint_formulation *placed = NULL;
     kt_status status = kt_data_create(model, &data, error);
     if (status != KT_OK)
         return status;
-    void *memory = kt_aligned_allocate(size);
-    if (memory == NULL)
-        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for a coordinate set are not to be had", size);
-    else
-        status = kt_constraint_formulation_init(model, data, options, memory, size, &placed, error);
+    void *memory = kt_arena_allocate(size, "a coordinate set", error);
+    status = memory == NULL
+                 ? KT_ERROR_MEMORY
+                 : kt_arena_own(memory, kt_constraint_formulation_init(model, data, options, memory, size, set, error));
     kt_data_free(data);
-    if (placed == NULL) {
-        kt_aligned_release(memory);
-        return status;
-    }
-    placed->owned = memory;
-    *set = placed;
-    return KT_OK;
+    return status;
 }
 
-void kt_constraint_formulation_free(kt_constraint_formulation *set) {
-    if (set != NULL)
-        kt_aligned_release(set->owned);
-}
+void kt_constraint_formulation_free(kt_constraint_formulation *set) { kt_arena_free(set); }
