@@ -72,6 +72,7 @@ static int take_record(const kt_record *record, void *user) {
     }
     watch(sinks->outcome, record);
     kt_watch_step(sinks->modes, sinks->outcome, record);
+    kt_watch_correction(sinks->outcome);
     if (kt_csv_write(sinks->csv, record) != 0) {
         sinks->failed = true;
         return -1;
@@ -258,6 +259,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = simulate(outcome, &csv, plot, checkpoint, modes, arguments->quiet);
         kt_warn_of_step(outcome, modes);
         kt_mode_watch_free(modes);
+        kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
         code = close_results(arguments, outcome, out, &csv, plot, code);
     }
@@ -342,6 +344,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                           .run = &run,
                           .unprojected = arguments->unprojected,
                           .energy = kt_energy_watch_start(model),
+                          .corrected_since = (double)NAN,
                           .warnings.quiet = arguments->quiet};
     if (outcome.energy.energetics != KT_ENERGY_SUPPLIED) /* else they would tell nothing */
         options.record |= KT_RECORD_ENERGY;

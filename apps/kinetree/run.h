@@ -81,6 +81,8 @@ typedef struct kt_outcome {
     kt_energy_watch energy; /* as the records have shown it */
     uint64_t sound_steps;   /* taken when the energy had last not blown up */
     bool is_blown_up;       /* which has been said */
+    double
+        corrected_since; /* s, from when on velocities were put right by much (kt_watch_correction); NaN: they are not */
     double advised_step;    /* s, the least that a warning has named; 0: none */
     kt_residual constraint; /* largest residuals */
     json_t *moved;          /* by the assembly, of the values given (kt_start_moved) */
@@ -101,6 +103,12 @@ void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_rec
  * one, or takes too few a period of what oscillates there; once each, with the least step. A run that was not stable
  * tells little of the motion: its scene is then followed by adaptive steps, some 10,000 at most, for that step. */
 void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
+
+/* Fixed steps: looks, at a record, at how far velocities in loops were off after a step; warns where that was
+ * KT_CORRECTION_ERROR of the velocities themselves, or more. */
+#define KT_CORRECTION_ERROR 0.1
+void kt_watch_correction(kt_outcome *outcome);
+void kt_warn_of_correction(kt_outcome *outcome);
 
 /* Where the energy is off by more than KT_ENERGY_ERROR, warns of it. */
 void kt_warn_of_energy(kt_outcome *outcome);

@@ -405,8 +405,7 @@ const char *kt_start_jumping(const kt_scene *scene) {
     const kt_description *d = &scene->description;
     for (int i = 0; i < d->loop_count; i++) {
         const kt_function *f = &d->loops[i].function;
-        if (d->loops[i].type == KT_LOOP_MOTION && f->type == KT_FUNCTION_TABLE && f->number_count > 4 &&
-            f->interpolation == KT_INTERPOLATION_LINEAR)
+        if (f->type == KT_FUNCTION_TABLE && f->number_count > 4 && f->interpolation == KT_INTERPOLATION_LINEAR)
             return d->loops[i].name;
     }
     return NULL;

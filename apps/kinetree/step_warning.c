@@ -250,3 +250,34 @@ void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch) {
     else
         warn_of_modes(outcome, method, watch);
 }
+
+/* ---- velocities put right ---------------------------------------------------------------------------------------- */
+
+void kt_watch_correction(kt_outcome *outcome) {
+    const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
+    if (!(correction.share > KT_CORRECTION_ERROR))
+        outcome->corrected_since = (double)NAN;
+    else if (isnan(outcome->corrected_since))
+        outcome->corrected_since = correction.time;
+}
+
+void kt_warn_of_correction(kt_outcome *outcome) {
+    const char *jumping = kt_start_jumping(outcome->scene); /* has been told, and explains it */
+    kt_watch_correction(outcome);
+    const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
+    const bool driven = outcome->energy.energetics == KT_ENERGY_SUPPLIED;
+    const kt_warning warning = {.code = "large_projection",
+                                .time = outcome->corrected_since,
+                                .value = correction.share,
+                                .remedy = driven ? "Take much smaller steps, or an adaptive method, which ends at a "
+                                                   "dead point"
+                                                 : "Take much smaller steps, or an adaptive method"};
+    if (outcome->run->step > 0.0 && jumping == NULL && !isnan(outcome->corrected_since))
+        kt_warn(&outcome->warnings, &warning,
+                "velocities after steps of %g s do not fit the loops: the projection has changed that of joint '%s' by "
+                "up to %.2g times the fastest in the loops, and more than %g times from t = %.9g s on: the steps are "
+                "much too long there%s",
+                outcome->run->step, kt_body_name(outcome->model, correction.body), correction.share,
+                KT_CORRECTION_ERROR, outcome->corrected_since,
+                driven ? ", or have leapt over a dead point, where the loops cannot move as they are driven" : "");
+}

@@ -316,6 +316,21 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * whose kinematics are then swept once more. Not for recorders, whose record it would overwrite. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
+/* How far the velocities in loops were off after a step, before the projection put them right: the largest change of one
+ * since the start. Fixed steps that fit the motion keep it far below the velocities themselves; one of a tenth of them
+ * or more means that the steps are much too long, that a step has leapt over a dead point of the drives, where no
+ * velocities fit them, or that the speed of a drive jumps. */
+typedef struct kt_velocity_correction {
+    double share; /* over the largest velocity in the loops since the start, both in radians, or in lengths of the
+                     mechanism; 0: there are no loops */
+    double time;  /* s, of the end of that step; NaN: there was none */
+    int body;     /* the joint of this body moves at that velocity; 0: none */
+} kt_velocity_correction;
+
+/* The largest since the start, or the last kt_simulation_set_state. Nothing with a projection of the caller's, and where
+ * unprojected. O(bodies). */
+KT_API kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *simulation);
+
 /* What has been done since the start. */
 typedef struct kt_simulation_counts {
     uint64_t steps;           /* accepted */

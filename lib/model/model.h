@@ -187,8 +187,11 @@ struct kt_data {
     bool dead;   /* the last projection was refused for a dead point (reduction/project.c) */
     bool beside; /* the last accelerations are those of states beside a singular position of the loops: poses and
                     equations are not those of the state that was asked for */
-    kt_iterations iterations; /* since they were last asked for (kt_data_iterations) */
-    kt_iterations closing;    /* of the last projection alone */
+    kt_iterations iterations;   /* since they were last asked for (kt_data_iterations) */
+    kt_iterations closing;      /* of the last projection alone */
+    double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
+                                   these coordinates, each over model->unit, 1/s */
+    int32_t corrected_v;        /* that velocity */
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
 };
 

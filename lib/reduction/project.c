@@ -394,6 +394,21 @@ static void remember(kt_data *data) {
     most->capped += last->capped + (last->position == KT_POSITION_STEPS_MAX ? 1U : 0U);
 }
 
+/* How far the velocities in loops were off before the projection: with steps that fit the motion, by the error of a step;
+ * where a step has led over a dead point, by as much as they are. */
+static void measure_correction(const kt_model *model, kt_data *data, const double *from, const double *to) {
+    data->correction = data->fastest = 0.0;
+    for (size_t i = 0; i < model->n.group_v; i++) {
+        const int32_t v = model->group_v[i];
+        const double change = fabs(to[v] - from[v]) / model->unit[i];
+        data->fastest = fmax(data->fastest, fabs(to[v]) / model->unit[i]);
+        if (change > data->correction) {
+            data->correction = change;
+            data->corrected_v = v;
+        }
+    }
+}
+
 kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
                            kt_error *error) {
     bool moved = false;
@@ -418,6 +433,7 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
         if (closure != KT_CLOSURE_DONE)
             return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_STEP, error);
     }
+    measure_correction(model, data, v, new_v);
     moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
     memcpy(q, new_q, model->n.q * sizeof *q);
     memcpy(v, new_v, model->n.v * sizeof *v);

@@ -53,17 +53,6 @@ static void add_time(const kt_simulation *simulation, char *where) {
                        told && cause->where[0] != '\0' ? ", " : "", told ? cause->where : "");
 }
 
-/* The joint in whose coordinates the integrator's step failed; NULL: not known. */
-static const char *blamed_joint(const kt_simulation *simulation) {
-    const int at = (int)kt_integrator_blamed(simulation->integrator), nq = (int)simulation->size.nq;
-    for (int body = 1; body < kt_model_body_count(simulation->model); body++) {
-        const kt_coordinates c = kt_body_coordinates(simulation->model, body);
-        if ((at >= c.q && at < c.q + c.nq) || (at >= nq + c.v && at < nq + c.v + c.nv))
-            return kt_body_name(simulation->model, body);
-    }
-    return NULL;
-}
-
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *what = simulation->cause.code != KT_OK ? &simulation->cause : from;
     char where[KT_WHERE_SIZE + 32];
@@ -88,10 +77,10 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
         return kt_error_set(error, cause->code, where,
                             "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
                             cause->message, simulation->step);
-    const char *joint = from->code == KT_ERROR_STEP ? blamed_joint(simulation) : NULL;
-    if (cause->code == KT_OK && joint != NULL) {
+    const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
+    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0) {
         (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.80s'", kt_integrator_time(simulation->integrator),
-                       joint);
+                       kt_body_name(simulation->model, blamed));
         return kt_error_set(error, from->code, where, "%s", from->message);
     }
     return kt_simulation_fail(simulation, from, error);

@@ -12,6 +12,12 @@ typedef struct kt_input_flags {
     bool torque, wrenches; /* whether there are any */
 } kt_input_flags;
 
+/* The projection's changes of velocities since the start (kt_velocity_correction). */
+typedef struct kt_corrections {
+    double most, time, fastest; /* 1/s, s, 1/s */
+    int64_t v;                  /* the velocity with `most` */
+} kt_corrections;
+
 /* All that decides what comes next and is not in the integrator; part of a checkpoint. */
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
@@ -20,6 +26,7 @@ typedef struct kt_simulation_memory {
     bool waits;          /* `next` was set since the last step */
     uint64_t factorizations;
     kt_iterations iterations;
+    kt_corrections corrections;
 } kt_simulation_memory;
 
 /* What data hold of the present state, and need not find again. */
@@ -147,6 +154,9 @@ void kt_simulation_count(kt_simulation *simulation);
 
 /* One step; the records are left alone. */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
+
+/* The body whose joint the component `at` of the state y belongs to; 0: none. */
+int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 
 /* Whether a smaller step may lead around an error. */
 bool kt_simulation_is_recoverable(kt_status status);

@@ -149,14 +149,28 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
+/* Of the engine's own projection, after a step. */
+static void remember_correction(kt_simulation *simulation, double t) {
+    kt_corrections *corrections = &simulation->memory.corrections;
+    const kt_data *data = simulation->data;
+    corrections->fastest = fmax(corrections->fastest, data->fastest);
+    if (data->correction > corrections->most) {
+        corrections->most = data->correction;
+        corrections->time = t;
+        corrections->v = data->corrected_v;
+    }
+}
+
 /* The integrator has seen to it that y is finite. At a dead point of its drives a motion ends: smaller steps would only
  * come nearer, and in the end leap over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
     simulation->ahead = true;
-    if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL)
+    if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL) {
         simulation->held = KT_CACHED_POSES;
+        remember_correction(simulation, t);
+    }
     if (status == KT_OK)
         return 0;
     const bool dead = simulation->projection == NULL && simulation->data->dead;
@@ -317,6 +331,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     if (status != KT_OK)
         return status;
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
+    simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);

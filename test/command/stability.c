@@ -265,6 +265,43 @@ KT_TEST(run_watches_the_fastest_mode_along_the_motion) {
     kt_check_near("and near", x, exact, 2e-4);
 }
 
+/* A crank of 1 m that starts at 60 deg and 6 rad/s turns a rocker. By euler the velocities are off by the square of the
+ * step: by 0.12 of the fastest at 0.1 s, below 0.1 at 0.08 s. */
+KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
+    static const char scene[] =
+        "kinetree: 1\n"
+        "bodies:\n"
+        "  - {name: crank, joint: {type: revolute, axis: z, position: 60 deg, velocity: 6}, mass: 1,\n"
+        "     shape: {type: rod, to: [1, 0, 0]}}\n"
+        "  - {name: coupler, parent: crank, joint: {type: revolute, axis: z, at: [1, 0, 0], position: -50 deg},\n"
+        "     mass: 1, shape: {type: rod, to: [3, 0, 0]}}\n"
+        "  - {name: rocker, joint: {type: revolute, axis: z, at: [3, 0, 0], position: 80 deg}, mass: 1,\n"
+        "     shape: {type: rod, to: [2, 0, 0]}}\n"
+        "loops: [{name: close, type: revolute, axis: z, between: [{body: coupler, at: [3, 0, 0]},\n"
+        "         {body: rocker, at: [2, 0, 0]}]}]\n"
+        "initial: {hold: [crank]}\n"
+        "simulate: {duration: 1, integrator: euler, step: 0.1}\n";
+    kt_write_file("bars.yaml", scene);
+    kt_ran ran = kt_shell("$K run bars.yaml --out /dev/null --summary -");
+    json_t *root = kt_json(ran.out);
+    const json_t *list = kt_json_find(root, "warnings");
+    const json_t *found = NULL;
+    for (size_t i = 0; i < json_array_size(list) && found == NULL; i++)
+        if (strcmp(json_string_value(json_object_get(json_array_get(list, i), "code")), "large_projection") == 0)
+            found = json_array_get(list, i);
+    kt_note("%s", ran.err);
+    kt_check_contains("words", ran.err,
+                      "velocities after steps of 0.1 s do not fit the loops: the projection has changed that of joint");
+    kt_check_equal_int("no drive, no dead point of it", count(ran.err, "dead point"), 0);
+    kt_check_true("in the summary", found != NULL);
+    kt_check_above("how much", json_number_value(json_object_get(found, "value")), 0.1);
+    json_decref(root);
+    ran = kt_shell("$K run bars.yaml --out /dev/null --step 0.08");
+    kt_check_equal_int("shorter steps", count(ran.err, "do not fit the loops"), 0);
+    ran = kt_shell("$K run bars.yaml --out /dev/null --integrator rk4");
+    kt_check_equal_int("a better method", count(ran.err, "do not fit the loops"), 0);
+}
+
 /* 2.5 samples a period lie within the region of stability of rk4 (2.83 rad a step). */
 KT_TEST(run_tells_few_samples_a_period) {
     kt_write_file("swing.yaml", "kinetree: 1\n"

@@ -190,6 +190,33 @@ static void run_dead_point(kt_hard *h) {
     }
 }
 
+/* Fixed steps may end on both sides of that point: then the velocities after a step do not fit the loops at all. */
+static void run_leap(kt_hard *h) {
+    h->observed[0] = 0.0;
+    for (int r = KT_REDUCTION_QR; r <= KT_REDUCTION_SVD; r++) {
+        const kt_hard_motion motion = {.scene = "dead-point",
+                                       .integrator = "rk4",
+                                       .duration = 0.02,
+                                       .step = 1e-4,
+                                       .interval = 0.01,
+                                       .reduction = (kt_reduction)r};
+        kt_error error = {KT_OK, "", ""};
+        if (!kt_hard_open(h, &motion) || !kt_hard_start(h, &motion))
+            return;
+        const kt_status before = kt_simulation_advance(h->simulation, 0.015, &error);
+        const kt_velocity_correction small = kt_simulation_velocity_correction(h->simulation);
+        const kt_status after = kt_simulation_advance(h->simulation, 0.02, &error); /* may meet it all the same */
+        const kt_velocity_correction found = kt_simulation_velocity_correction(h->simulation);
+        kt_hard_claim(h, 0, before == KT_OK && small.share < 0.01, "before the point the steps fit");
+        kt_hard_claim(h, 0,
+                      (after == KT_OK || after == KT_ERROR_CONSTRAINT) && found.share > 0.5 && found.time > 0.016 &&
+                          found.body > 0,
+                      "beyond it they do not");
+        kt_hard_say(h, "%.2g, %.2g at %.4g s; ", small.share, found.share, found.time);
+        kt_hard_close(h);
+    }
+}
+
 /* ---- 15: torques that are no numbers ----------------------------------------------------------------------------- */
 
 /* What the callback exerts from t = 0.5 s on for one instant. */
@@ -291,6 +318,11 @@ const kt_hard_case kt_hard_trouble[] = {{.number = 11,
                                          .run = run_dead_point,
                                          .why = "positions close, but no velocity follows what drives them",
                                          .measures = {{"time of the error, off", "s", 1e-4}, {"claims", "", 0.0}}},
+                                        {.number = 12,
+                                         .name = "fixed steps over a dead point",
+                                         .run = run_leap,
+                                         .why = "a step can end beyond the point without having met it",
+                                         .measures = {{"claims", "", 0.0}}},
                                         {.number = 15,
                                          .name = "NaN and infinite torque",
                                          .run = run_burst,

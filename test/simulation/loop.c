@@ -245,6 +245,44 @@ KT_TEST(reactions_of_joint_and_loop_carry_the_coupler) {
 }
 
 /* A loop that cannot be closed: the cranks too far apart. */
+/* A wheel is driven to t^3 / 6. A step of euler from t adds h t to its velocity t^2 / 2, and misses h^2 / 2; rk4 misses
+ * nothing. */
+KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
+    static const double cubic[] = {0.0, 0.0, 0.0, 1.0 / 6.0}, h = 0.015625, end = 2.0;
+    kt_body bodies[2] = {kt_body_default(), make_rod("wheel", 1.0, 0.5)};
+    bodies[0].name = "idle";
+    bodies[0].joint.type = KT_JOINT_FREE;
+    bodies[0].joint.velocity[0] = 50.0;
+    bodies[0].mass = 1.0;
+    bodies[0].inertia = (kt_sym3){1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+    bodies[1].joint.position[0] = 0.0;
+    kt_loop drive = kt_loop_default();
+    drive.name = "drive";
+    drive.type = KT_LOOP_MOTION;
+    drive.joint = "wheel";
+    drive.function = kt_function_polynomial(cubic, 4);
+    kt_description description = kt_description_default();
+    description.bodies = bodies;
+    description.body_count = 2;
+    description.loops = &drive;
+    description.loop_count = 1;
+    kt_model *model = kt_scene_compile(&description);
+    for (int i = 0; i < 2; i++) {
+        kt_error error;
+        const kt_run run = kt_run_fixed(i == 0 ? "euler" : "rk4", h, end);
+        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        const kt_velocity_correction none = kt_simulation_velocity_correction(simulation);
+        kt_check_true("none yet", none.share == 0.0 && isnan(none.time) && none.body == 0);
+        (void)kt_fine("advance", kt_simulation_advance(simulation, end, &error), &error);
+        const kt_velocity_correction found = kt_simulation_velocity_correction(simulation);
+        kt_check_near(run.integrator, found.share, i == 0 ? (h / end) * (h / end) : 0.0, 8.0 * DBL_EPSILON);
+        if (i == 0)
+            kt_check_text("joint", kt_body_name(model, found.body), "wheel");
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
 KT_TEST(loop_out_of_reach_is_refused_at_the_start) {
     kt_body bodies[2] = {make_rod("a", 0.0, length), make_rod("b", 5.0, length)};
     kt_loop loop = kt_loop_default();
