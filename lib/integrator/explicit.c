@@ -141,11 +141,6 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 
 /* ---- the error --------------------------------------------------------------------------------------------------- */
 
-static inline double scale_of(double absolute, double relative, double y0, double y1) {
-    const double a = fabs(y0), b = fabs(y1);
-    return absolute + relative * (a > b ? a : b) + DBL_MIN; /* 0 / 0 where both are 0 */
-}
-
 /* mean over i of (sum_j weight_j k_ji / scale_i)^2, summed in lanes i mod TILE. */
 static double mean_square(const kt_integrator *it, const kt_stage_term *terms, size_t count) {
     const size_t n = it->counted;
@@ -159,13 +154,13 @@ static double mean_square(const kt_integrator *it, const kt_stage_term *terms, s
         for (int l = 0; l < TILE; l++)
             atol[l] = each != NULL ? each[i + (size_t)l] : absolute;
         for (int l = 0; l < TILE; l++) {
-            const double u = sum[l] / scale_of(atol[l], relative, y0[i + (size_t)l], y1[i + (size_t)l]);
+            const double u = sum[l] / kt_scale_of(atol[l], relative, y0[i + (size_t)l], y1[i + (size_t)l]);
             lanes[l] += u * u;
         }
     }
     for (int l = 0; i < n; i++, l++) {
         const double u =
-            sum_one(terms, count, it->k, i) / scale_of(each != NULL ? each[i] : absolute, relative, y0[i], y1[i]);
+            sum_one(terms, count, it->k, i) / kt_scale_of(each != NULL ? each[i] : absolute, relative, y0[i], y1[i]);
         lanes[l] += u * u;
     }
     double total = 0.0;

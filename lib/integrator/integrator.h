@@ -23,6 +23,9 @@
 #include "base/arena.h"
 #include "kinetree/integrator.h"
 
+#include <float.h>
+#include <math.h>
+
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 #define KT_METHOD_EXTERN(name) extern const kt_method kt_method_##name;
@@ -142,7 +145,13 @@ size_t kt_first_not_finite(const double *values, size_t n);
 /* k[slot] = f(t, y), counted and checked. */
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result);
 
-/* absolute_i + relative max(|y0|, |y1|) */
+/* absolute + relative max(|y0|, |y1|); not 0, for 0 / 0 is no error. */
+static inline double kt_scale_of(double absolute, double relative, double y0, double y1) {
+    const double a = fabs(y0), b = fabs(y1);
+    return absolute + relative * (a > b ? a : b) + DBL_MIN;
+}
+
+/* The same with the tolerances of component i. */
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 
 /* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scale of the current state; v may be NULL: 0. */

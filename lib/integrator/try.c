@@ -4,7 +4,6 @@
  */
 #include "integrator/integrator.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -45,11 +44,9 @@ kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t s
     return result->result = code == 0 ? KT_TRY_NOT_FINITE : code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
 }
 
-/* DBL_MIN: no 0 / 0 where both are 0. */
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {
-    const double *each = it->options.absolute_tolerances, a = fabs(y0), b = fabs(y1);
-    return (each != NULL ? each[i] : it->options.absolute_tolerance) +
-           it->options.relative_tolerance * (a > b ? a : b) + DBL_MIN;
+    const double *each = it->options.absolute_tolerances;
+    return kt_scale_of(each != NULL ? each[i] : it->options.absolute_tolerance, it->options.relative_tolerance, y0, y1);
 }
 
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {

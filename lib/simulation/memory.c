@@ -151,6 +151,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
+    simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
     find_quaternions(simulation);
     set_records(simulation, settings);
     status = init_integrator(simulation, settings, error);

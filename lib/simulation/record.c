@@ -120,8 +120,8 @@ kt_status kt_simulation_report(kt_simulation *simulation, bool accelerated, kt_r
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     simulation->held = KT_CACHED_NOTHING;
-    if (accelerates && kt_simulation_evaluate(simulation, record->time, simulation->y, simulation->tau,
-                                              simulation->external, NULL, simulation->a, NULL, error) != 0)
+    if (accelerates && kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau,
+                                                simulation->external, simulation->a, error) != 0)
         return error->code;
     const kt_status status = kt_simulation_report(simulation, accelerates, record, error);
     simulation->held = KT_CACHED_NOTHING;

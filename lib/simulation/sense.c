@@ -27,8 +27,8 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
     const double t = kt_integrator_time(simulation->integrator);
     simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;
     simulation->external = simulation->memory.next.wrenches ? simulation->wrench_next : NULL;
-    return kt_simulation_evaluate(simulation, t, simulation->y, simulation->tau, simulation->external, NULL,
-                                  simulation->a, NULL, from) == 0
+    return kt_simulation_accelerate(simulation, t, simulation->y, simulation->tau, simulation->external, simulation->a,
+                                    from) == 0
                ? KT_OK
                : from->code;
 }

@@ -80,6 +80,7 @@ struct kt_simulation {
     const kt_wrench *external; /* one a body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
+    bool closes_loops;                /* a projection takes more than a look at quaternions, and so overwrites data */
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
     kt_projection *projection;        /* the caller's, or NULL */
     void *user;                       /* of these two */
@@ -116,11 +117,9 @@ static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
 /* What the integrator calls. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
-/* What moves at (t, y): accelerations a (nv), and where `slope` is not NULL the rates of positions (nq), by the
- * engine's equations or the caller's. Returns as a callback does. */
-KT_CHECKED int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                                      const kt_wrench *external, double *slope, double *a, kt_power *power,
-                                      kt_error *error);
+/* The accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns as a callback does. */
+KT_CHECKED int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                                        const kt_wrench *external, double *a, kt_error *error);
 
 /* Points tau and external at the pushes of the last step. */
 void kt_simulation_inputs_use(kt_simulation *simulation);

@@ -38,58 +38,55 @@ static int tell(int result, const char *what, kt_error *made, kt_error *error) {
     return result;
 }
 
-static kt_status accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                            const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
+/* v' at (t, y) into `a`, and in *rate the velocities that q' follows: those of y, or the caller's. `power` is known where
+ * this is expanded in find_slope: a run that keeps no balance does not even ask whether. */
+KT_INLINE int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                         const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
+    const kt_model *model = simulation->model;
     const double *q = y, *v = y + simulation->size.nq;
-    return power != NULL
-               ? kt_power_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, power, error)
-               : kt_acceleration_evaluate(simulation->model, simulation->data, t, q, v, tau, external, a, error);
-}
-
-/* power is known where this is expanded in evaluate_slope: a run that keeps no balance does not even ask whether. */
-KT_INLINE int evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                       const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
-    const double *q = y, *v = y + simulation->size.nq;
+    *rate = v;
     kt_simulation_inputs(simulation, q, &tau, &external);
     if (simulation->acceleration == NULL || power != NULL) {
-        const kt_status status = accelerate(simulation, t, y, tau, external, a, power, error);
-        simulation->memory.factorizations += slope != NULL ? (uint64_t)simulation->groups : 0;
+        const kt_status status =
+            power != NULL ? kt_power_evaluate(model, simulation->data, t, q, v, tau, external, a, power, error)
+                          : kt_acceleration_evaluate(model, simulation->data, t, q, v, tau, external, a, error);
         if (status != KT_OK)
             return kt_simulation_is_recoverable(status) ? 1 : -1;
     }
-    if (simulation->acceleration != NULL) {
-        const kt_instant at = instant_at(simulation, t, y, tau, external);
-        kt_error made = {0};
-        memcpy(simulation->rate, v, simulation->size.nv * sizeof(double));
-        const int result = simulation->acceleration(&at, simulation->rate, a, &made, simulation->user);
-        if (result != 0)
-            return tell(result, "a right-hand side", &made, error);
-        v = simulation->rate;
-    }
-    if (slope != NULL)
-        kt_position_rate(simulation->model, q, v, slope);
-    return 0;
+    if (simulation->acceleration == NULL)
+        return 0;
+    const kt_instant at = instant_at(simulation, t, y, tau, external);
+    kt_error made = {0};
+    memcpy(simulation->rate, v, simulation->size.nv * sizeof(double));
+    *rate = simulation->rate;
+    const int result = simulation->acceleration(&at, simulation->rate, a, &made, simulation->user);
+    return result == 0 ? 0 : tell(result, "a right-hand side", &made, error);
 }
 
-int kt_simulation_evaluate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                           const kt_wrench *external, double *slope, double *a, kt_power *power, kt_error *error) {
+int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                             const kt_wrench *external, double *a, kt_error *error) {
+    const double *rate;
     simulation->held = KT_CACHED_NOTHING;
-    return evaluate(simulation, t, y, tau, external, slope, a, power, error);
+    return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
 }
 
 /* ---- what the integrator calls ----------------------------------------------------------------------------------- */
 
-/* What the integrator is told; power: to be found too, or NULL. */
+/* y' for the integrator; `power` is evaluated, too, unless NULL. */
 KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
-    const int result = evaluate(simulation, t, y, simulation->tau, simulation->external, dydt,
-                                dydt + simulation->size.nq, power, &simulation->cause);
-    /* powers, and a right-hand side of the caller's, leave in data what they like */
+    const double *rate;
+    const int result = accelerate(simulation, t, y, simulation->tau, simulation->external, &rate,
+                                  dydt + simulation->size.nq, power, &simulation->cause);
+    if (simulation->acceleration == NULL || power != NULL)
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+    /* Powers, and a right-hand side of the caller's, leave in data what they like. */
     simulation->held = power == NULL && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
     if (result != 0) {
         simulation->ahead = t != kt_integrator_time(simulation->integrator);
         return result > 0 && simulation->ahead ? 1 : -1;
     }
+    kt_position_rate(simulation->model, y, rate, dydt);
     if (simulation->size.nq == 0)
         dydt[0] = 0.0; /* the integrator's one number where nothing moves */
     return 0;
@@ -125,14 +122,9 @@ static kt_status project_as_told(kt_simulation *simulation, double t, double *y,
     return tell(result, "a projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
 }
 
-/* Whether a projection takes more than a look at quaternions, and so overwrites data. */
-static bool closes_loops(const kt_simulation *simulation) {
-    return (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
-}
-
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     *changed = false;
-    if (closes_loops(simulation))
+    if (simulation->closes_loops)
         simulation->held = KT_CACHED_NOTHING;
     if (simulation->projection != NULL && !simulation->unprojected) {
         const kt_status status = project_as_told(simulation, t, y, changed, error);
@@ -167,7 +159,7 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
     simulation->ahead = true;
-    if (closes_loops(simulation) && status == KT_OK && simulation->projection == NULL) {
+    if (simulation->closes_loops && status == KT_OK && simulation->projection == NULL) {
         simulation->held = KT_CACHED_POSES;
         remember_correction(simulation, t);
     }
@@ -267,7 +259,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     kt_error from = {0};
     double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
-    kt_status status = kt_simulation_inputs_commit(simulation, &from);
+    kt_status status = simulation->memory.waits ? kt_simulation_inputs_commit(simulation, &from) : KT_OK;
     if (status == KT_OK)
         status = kt_integrator_step(simulation->integrator, t_limit, &from);
     if (simulation->groups > 0)
@@ -366,7 +358,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
     double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
-    if (kt_simulation_evaluate(simulation, t, y, tau, external, NULL, simulation->a, NULL, &simulation->cause) != 0)
+    if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
     memcpy(a, shown, simulation->size.user_nv * sizeof(double));
