@@ -3,6 +3,8 @@
 #include "start.h"
 #include "touch.h"
 
+#include "kinetree/descriptor.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -84,19 +86,22 @@ static void check_angle(check *c, const char *what, const char *name, const char
 
 static void check_joint_angles(check *c, const kt_body *body) {
     const kt_joint *joint = &body->joint;
-    const double *x = joint->position;
-    if (joint->type == KT_JOINT_REVOLUTE || joint->type == KT_JOINT_CYLINDRICAL || joint->type == KT_JOINT_UNIVERSAL)
-        check_angle(c, "body", body->name, "joint.position", x[0]);
-    if (joint->type == KT_JOINT_UNIVERSAL)
-        check_angle(c, "body", body->name, "joint.position[1]", x[1]);
-    if (joint->type == KT_JOINT_PLANAR)
-        check_angle(c, "body", body->name, "joint.position[2]", x[2]);
+    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
+        char key[32] = "joint.position";
+        if (k > 0)
+            snprintf(key, sizeof key, "joint.position[%d]", k);
+        if (kt_joint_coordinate_kind(joint->type, k) == KT_COORDINATE_ANGLE)
+            check_angle(c, "body", body->name, key, joint->position[k]);
+    }
+}
+
+static bool turns(const check *c, const char *joint) {
+    const int body = joint != NULL ? kt_body_find(c->model, joint) : -1;
+    return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
 }
 
 static void check_limit_angles(check *c, const kt_effect *effect) {
-    const int body = effect->joint != NULL ? kt_body_find(c->model, effect->joint) : -1;
-    if (effect->type != KT_EFFECT_JOINT_LIMIT || body < 0 ||
-        kt_body_coordinates(c->model, body).type != KT_JOINT_REVOLUTE)
+    if (effect->type != KT_EFFECT_JOINT_LIMIT || !turns(c, effect->joint))
         return;
     check_angle(c, "joint_limit of", effect->joint, "lower", isfinite(effect->lower) ? effect->lower : 0.0);
     check_angle(c, "joint_limit of", effect->joint, "upper", isfinite(effect->upper) ? effect->upper : 0.0);
@@ -140,11 +145,6 @@ static void check_function_angles(check *c, const char *what, const char *name, 
     case KT_FUNCTION_POLYNOMIAL: /* whose coefficients are rates, too: 40 rad/s is usual */
         break;
     }
-}
-
-static bool turns(const check *c, const char *joint) {
-    const int body = joint != NULL ? kt_body_find(c->model, joint) : -1;
-    return body >= 0 && kt_body_coordinates(c->model, body).type == KT_JOINT_REVOLUTE;
 }
 
 static void check_driven_angles(check *c) {

@@ -1,6 +1,8 @@
 /* Records as CSV. */
 #include "run.h"
 
+#include "kinetree/descriptor.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdarg.h>
@@ -82,10 +84,10 @@ static void add_reaction(kt_csv *csv, const kt_record *record, const char *name,
     add_cell(csv, record, w->moment.z, "reaction.%s.mz", name);
 }
 
-/* A relation between coordinates has one equation, whose multiplier is its generalised force. */
+/* A loop of joints, not of ends, has one equation, whose multiplier is its generalised force. */
 static bool is_relation(const kt_model *model, int loop) {
-    const kt_loop_type type = kt_loop_type_of(model, loop);
-    return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION;
+    const kt_descriptor *descriptor = kt_loop_descriptor(kt_loop_type_of(model, loop));
+    return kt_descriptor_kind(descriptor, KT_KEY_TERMS) || kt_descriptor_kind(descriptor, KT_KEY_JOINT);
 }
 
 static void add_multipliers(kt_csv *csv, const kt_record *record, int loop) {
@@ -105,7 +107,7 @@ static void add_reactions(kt_csv *csv, const kt_record *r) {
     for (int body = 1; body < kt_model_body_count(csv->model); body++)
         add_reaction(csv, r, kt_body_name(csv->model, body), r != NULL ? r->reactions : NULL, body);
     for (int loop = 0; loop < kt_loop_count(csv->model); loop++) {
-        if (kt_loop_type_of(csv->model, loop) != KT_LOOP_COUPLING)
+        if (!kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(csv->model, loop)), KT_KEY_TERMS))
             add_reaction(csv, r, kt_loop_name(csv->model, loop), r != NULL ? r->loop_reactions : NULL, loop);
         if (is_relation(csv->model, loop))
             add_multipliers(csv, r, loop);

@@ -4,6 +4,8 @@
 #include "linear.h"
 #include "output.h"
 
+#include "kinetree/descriptor.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -71,7 +73,7 @@ static void print_numbers(const double *x, int count) {
 
 /* As a joint's `position` in a scene. */
 static void print_position(kt_coordinates at, const double *q) {
-    if (at.type == KT_JOINT_FREE) {
+    if (at.nq == 7) { /* x, y, z and a quaternion */
         fputs("{position: ", stdout);
         print_numbers(q + at.q, 3);
         fputs(", orientation: {quaternion: ", stdout);
@@ -169,7 +171,7 @@ static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects,
     if (status == KT_OK)
         status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
     for (int i = 0; status == KT_OK && i < count; i++)
-        if (effects[i].type == KT_EFFECT_SPRING && effects[i].initial_length) {
+        if (kt_descriptor_kind(kt_effect_descriptor(effects[i].type), KT_KEY_DISTANCE) && effects[i].initial_length) {
             effects[i].initial_length = false;
             effects[i].length = kt_vec3_norm(
                 kt_vec3_sub(end_point(motion, &effects[i].between[1]), end_point(motion, &effects[i].between[0])));
@@ -186,7 +188,7 @@ static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int
     for (int i = 0; status == KT_OK && i < count; i++) {
         kt_mat3 turn;
         kt_end *end = loops[i].between;
-        if (loops[i].type != KT_LOOP_SCREW)
+        if (kt_descriptor_key(kt_loop_descriptor(loops[i].type), "pitch") == NULL)
             continue;
         status = kt_rotation_evaluate(&end->rotation, &turn, error);
         if (status != KT_OK)

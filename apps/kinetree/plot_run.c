@@ -1,6 +1,8 @@
 /* The picture of a run. Angles, lengths and quaternions have a panel each, where there are any: they share no unit. */
 #include "plot_run.h"
 
+#include "kinetree/descriptor.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,22 +34,20 @@ struct kt_plot_run {
     double energy_start; /* total; or where works are recorded, the balance */
 };
 
-/* What coordinate k of a joint measures. */
+/* What position k of a joint measures. */
 static kt_quantity find_quantity(kt_joint_type type, int k) {
-    switch (type) {
-    case KT_JOINT_PRISMATIC:
+    switch (kt_joint_coordinate_kind(type, k)) {
+    case KT_COORDINATE_LENGTH:
+    case KT_COORDINATE_PLACE:
         return KT_QUANTITY_LENGTH;
-    case KT_JOINT_CYLINDRICAL:
-        return k == 0 ? KT_QUANTITY_ANGLE : KT_QUANTITY_LENGTH;
-    case KT_JOINT_PLANAR:
-        return k < 2 ? KT_QUANTITY_LENGTH : KT_QUANTITY_ANGLE;
-    case KT_JOINT_SPHERICAL:
+    case KT_COORDINATE_ROTATION:
         return KT_QUANTITY_QUATERNION;
-    case KT_JOINT_FREE:
-        return k < 3 ? KT_QUANTITY_LENGTH : KT_QUANTITY_QUATERNION;
-    default:
-        return KT_QUANTITY_ANGLE;
+    case KT_COORDINATE_ANGLE:
+    case KT_COORDINATE_TURNS:
+    case KT_COORDINATE_NONE:
+        break;
     }
+    return KT_QUANTITY_ANGLE;
 }
 
 static void add_curve(kt_curves *curves, const char *name, const kt_coordinates *at, int k) {

@@ -4,6 +4,8 @@
  */
 #include "start.h"
 
+#include "kinetree/descriptor.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -88,7 +90,8 @@ typedef struct part_name {
 } part_name;
 
 static part_name name_part(kt_joint_type type, unsigned part) {
-    const bool is_free = type == KT_JOINT_FREE;
+    const bool is_free = kt_joint_coordinate_kind(type, 0) == KT_COORDINATE_PLACE &&
+                         kt_joint_coordinate_kind(type, 3) == KT_COORDINATE_ROTATION;
     switch (part) {
     case KT_GIVEN_POSITION:
         return (part_name){part, "position", false, 0, is_free ? 3 : 0};
@@ -109,7 +112,7 @@ typedef struct value_text {
 static value_text show_value(const kt_model *model, int body, const part_name *part, const double *x) {
     const kt_coordinates at = kt_body_coordinates(model, body);
     const int all = part->of_velocity ? at.nv : at.nq, count = part->count ? part->count : all;
-    const bool slides = at.type == KT_JOINT_PRISMATIC;
+    const bool slides = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
     value_text value = {""};
     x += (part->of_velocity ? at.v : at.q) + part->first;
     if (count == 1) {
@@ -310,11 +313,6 @@ static int advise_on_hold(const kt_scene *scene) {
     return found;
 }
 
-static bool has_axis(kt_loop_type type) {
-    return type != KT_LOOP_SPHERICAL && type != KT_LOOP_DISTANCE && type != KT_LOOP_PARALLEL && type != KT_LOOP_WELD &&
-           type != KT_LOOP_COUPLING && type != KT_LOOP_MOTION && type != KT_LOOP_ROLLING;
-}
-
 static int advise_on_axis(const kt_scene *scene, int loop) {
     static const struct {
         const char *name;
@@ -322,7 +320,7 @@ static int advise_on_axis(const kt_scene *scene, int loop) {
     } axes[] = {{"x", {1.0, 0.0, 0.0}}, {"y", {0.0, 1.0, 0.0}}, {"z", {0.0, 0.0, 1.0}}};
     const kt_loop *given = &scene->description.loops[loop];
     int found = 0;
-    for (int k = 0; k < 3 && has_axis(given->type); k++) {
+    for (int k = 0; k < 3 && kt_descriptor_key(kt_loop_descriptor(given->type), "axis"); k++) {
         const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(given->axis), axes[k].axis);
         if (kt_vec3_norm(across) > 1e-6 && closes_with(scene, loop, &axes[k].axis)) {
             fprintf(stderr, "  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);

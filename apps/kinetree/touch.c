@@ -1,6 +1,8 @@
 /* Contacts and joint limits that act in a state, and warnings of those that a scene starts beyond. */
 #include "touch.h"
 
+#include "kinetree/descriptor.h"
+
 #include <math.h>
 #include <stdio.h>
 
@@ -49,7 +51,7 @@ kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
         const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, effect->joint));
         touch.depth = fmax(effect->lower - q[at.q], q[at.q] - effect->upper);
-        touch.is_length = at.type == KT_JOINT_PRISMATIC;
+        touch.is_length = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
         touch.is_below = q[at.q] < effect->lower;
     }
     if (touch.depth > 0.0) {

@@ -46,7 +46,7 @@ static kt_effect effect_of(kt_effect_type type) {
     e.breakaway = 0.5;
     e.lower = 10.0;
     e.radius = 9.0;
-    e.push = type == KT_EFFECT_CUSTOM ? pull : NULL;
+    e.wrench = type == KT_EFFECT_CUSTOM ? pull : NULL;
     e.end_count = 2;
     e.torque = kt_function_constant(0.7);
     for (int k = 0; k < 3; k++)

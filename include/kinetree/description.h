@@ -296,7 +296,7 @@ typedef struct kt_effect {
     kt_effect_type type;   /* which members are read */
     kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
-    const char *joint;     /* joint_*, motor, custom with drive */
+    const char *joint;     /* joint_*, motor, custom with joint_force */
     double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
     double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
     double length;         /* spring: rest length, m */
@@ -323,10 +323,10 @@ typedef struct kt_effect {
     double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
     double friction;       /* contact: coefficient; default 0 */
     double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
-    kt_effect_wrench_callback *push;       /* custom: at `end_count` ends, */
-    int end_count;                         /* custom: 1 or 2; */
-    kt_effect_joint_force_callback *drive; /* custom: or in `joint` */
-    void *user;                            /* custom: handed to the callback; must outlive the model */
+    kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, */
+    int end_count;                               /* custom: 1 or 2; */
+    kt_effect_joint_force_callback *joint_force; /* custom: or acts in `joint` */
+    void *user;                                  /* custom: handed to the callback; must outlive the model */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

@@ -21,12 +21,12 @@
  *     effect.between[0].body = "anchor";
  *     effect.between[1].body = "boat";
  *     effect.end_count = 2;
- *     effect.push = pull;
+ *     effect.wrench = pull;
  *     effect.user = &stiffness;
  *     description.effects = &effect;
  *     description.effect_count = 1;
  *
- * or, in a scalar joint, effect.joint and effect.drive. Scene files have no such effects.
+ * or, in a scalar joint, effect.joint and effect.joint_force. Scene files have no such effects.
  *
  * A callback is a function of its arguments alone: the same arguments must give the same result, at whatever times and
  * in whatever order it is asked, and from several threads where the model is shared by several. It is asked at every

@@ -5,6 +5,7 @@
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "kinetree/description.h"
+#include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/effect.h"
 #include "kinetree/integrator.h"

@@ -91,10 +91,14 @@ static void set_free(kt_body *body, kt_pose pose, kt_twist twist) {
 
 /* ---- what is referred to ----------------------------------------------------------------------------------------- */
 
+static bool has_terms(const kt_loop *loop) {
+    return kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_TERMS) != NULL;
+}
+
 /* Calls note for each place where the name of a joint stands whose position is referred to. */
 static void each_reference(loosen *w, void (*note)(loosen *w, const char **joint)) {
     for (int i = 0; i < w->from->loop_count; i++)
-        if (w->loop[i].type == KT_LOOP_MOTION)
+        if (kt_descriptor_kind(kt_loop_descriptor(w->loop[i].type), KT_KEY_JOINT) != NULL)
             note(w, &w->loop[i].joint);
     for (size_t i = 0; i < w->used.term; i++)
         note(w, &w->term[i].joint);
@@ -223,7 +227,7 @@ static void copy_all(loosen *w) {
     copy_list(w->effect, d->effects, d->effect_count, sizeof *w->effect);
     for (int i = 0; i < d->loop_count; i++) {
         kt_loop *loop = &w->loop[i];
-        if (loop->type != KT_LOOP_COUPLING)
+        if (!has_terms(loop))
             continue;
         loop->terms = w->term + w->used.term;
         copy_list(w->term + w->used.term, d->loops[i].terms, loop->term_count, sizeof *w->term);
@@ -264,7 +268,7 @@ static loosen_counts count_most(const kt_description *d, const kt_model *tree) {
         .link = tree->n.link, .tree = tree->n.body, .body = 2 * bodies, .effect = (size_t)d->effect_count};
     n.loop = (size_t)d->loop_count + 3 * bodies;
     for (int i = 0; i < d->loop_count; i++)
-        n.term += d->loops[i].type == KT_LOOP_COUPLING ? (size_t)d->loops[i].term_count : 0;
+        n.term += has_terms(&d->loops[i]) ? (size_t)d->loops[i].term_count : 0;
     for (int i = 0; i < d->body_count; i++)
         n.text += strlen(d->bodies[i].name) + sizeof position_part;
     return n;

@@ -35,12 +35,6 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
     return status;
 }
 
-kt_vec3 kt_attach_axis(const kt_loop *loop, int end) {
-    const bool two =
-        loop->type == KT_LOOP_ORTHOGONAL || loop->type == KT_LOOP_UNIVERSAL || loop->type == KT_LOOP_ROLLING;
-    return end == 0 || !two ? loop->axis : loop->axis2;
-}
-
 void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
@@ -53,7 +47,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
-        kt_attach_align_axis(&r->frame[k], kt_attach_axis(loop, k));
+        kt_attach_align_axis(&r->frame[k], kt_loop_axis(loop, k));
     }
     r->ancestor = kt_attach_ancestor(a, r->link[0], r->link[1]);
     for (int k = 0; k < 2; k++) {
@@ -69,23 +63,19 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
 /* The one link of a scalar joint. */
 static int32_t joint_link(const kt_model *m, const char *joint) { return m->body[kt_body_find(m, joint)].link; }
 
-static const char *joint_of_term(const kt_loop *loop, int k) {
-    return loop->type == KT_LOOP_MOTION ? loop->joint : loop->terms[k].joint;
-}
-
 static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
     r->term = (int32_t)n->term;
-    r->term_count = loop->type == KT_LOOP_MOTION ? 1 : loop->term_count;
+    r->term_count = kt_loop_term_count(loop);
     n->term += (size_t)r->term_count;
-    const int32_t first = joint_link(a->tree, joint_of_term(loop, 0));
+    const int32_t first = joint_link(a->tree, kt_loop_term(loop, 0).joint);
     r->link[0] = first;
     r->ancestor = a->tree->link[first].parent;
     for (int k = 1; k < r->term_count; k++) {
-        const int32_t other = joint_link(a->tree, joint_of_term(loop, k));
+        const int32_t other = joint_link(a->tree, kt_loop_term(loop, k).joint);
         r->ancestor = kt_attach_ancestor(a, r->ancestor, a->tree->link[other].parent);
     }
     for (int k = 0; k < r->term_count; k++) {
-        const int32_t other = joint_link(a->tree, joint_of_term(loop, k));
+        const int32_t other = joint_link(a->tree, kt_loop_term(loop, k).joint);
         (void)kt_attach_join_path(a, other, r->ancestor);
         kt_attach_join(a, other, first);
     }
@@ -108,9 +98,10 @@ static double relative_angle(const kt_attach *a, const kt_loop_record *r) {
 static double distance_between(kt_pose a, kt_pose b) { return kt_vec3_norm(kt_vec3_sub(b.position, a.position)); }
 
 static kt_function function_of(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r) {
-    if (loop->type == KT_LOOP_COUPLING)
+    const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
+    if (kt_descriptor_reads(descriptor, KT_LOOP_AT(offset)))
         return kt_function_constant(loop->offset);
-    if (loop->type == KT_LOOP_DISTANCE && loop->function.type == KT_FUNCTION_NONE)
+    if (kt_descriptor_reads(descriptor, KT_LOOP_AT(function)) && loop->function.type == KT_FUNCTION_NONE)
         return kt_function_constant(distance_between(end_pose(a, r, 0), end_pose(a, r, 1)));
     return loop->function;
 }
@@ -131,7 +122,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
             const kt_status status = trace_frames(a, loop, r, n, error);
             if (status != KT_OK)
                 return status;
-            if (loop->type == KT_LOOP_SCREW)
+            if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(pitch)))
                 r->angle = relative_angle(a, r);
         }
         const kt_function function = function_of(a, loop, r);
@@ -176,9 +167,8 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         if (!kt_attach_is_relation(r->type) && find_origin(m, r, &origin))
             r->origin = origin;
         for (int k = 0; k < r->term_count; k++)
-            m->term[r->term + k] =
-                (kt_term_record){.link = joint_link(m, joint_of_term(loop, k)),
-                                 .coefficient = loop->type == KT_LOOP_MOTION ? 1.0 : loop->terms[k].coefficient};
+            m->term[r->term + k] = (kt_term_record){.link = joint_link(m, kt_loop_term(loop, k).joint),
+                                                    .coefficient = kt_loop_term(loop, k).coefficient};
         if (m->n.planar && !kt_attach_is_relation(r->type) &&
             (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
             m->planar_loop[i] = a->flat[i];
@@ -210,7 +200,7 @@ static double length_of(const kt_attach *a, const kt_model *m) {
             common = own;
         has_common |= counted;
         const kt_vec3 origin = counted ? common : none;
-        double length = r->type == KT_LOOP_DISTANCE ? fabs(r->curve.a) : 0.0;
+        double length = kt_attach_is_relation(r->type) ? 0.0 : fabs(r->curve.a); /* of a distance */
         for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
             const bool stands = r->link[k] == 0; /* on the world, as the first link of a path may */
             length += kt_vec3_norm(stands ? kt_vec3_sub(r->frame[k].position, origin) : r->frame[k].position);
@@ -255,8 +245,8 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         r->in_body = effect->frame == KT_FRAME_BODY;
-        r->push = effect->push;
-        r->drive = effect->drive;
+        r->wrench = effect->wrench;
+        r->joint_force = effect->joint_force;
         r->user = effect->user;
         if (effect->name) {
             const size_t size = strlen(effect->name) + 1;
@@ -294,7 +284,7 @@ static kt_model *grow(const kt_model *tree, const kt_counts *n, kt_error *error)
 
 /* Of a held joint the parts that the description gives are kept; of its positions all, where none is given. */
 static void hold(kt_model *m, const kt_body_record *body) {
-    const int count = kt_joint_kinds[body->type]->nv;
+    const int count = kt_joint_sizes[body->type].nv;
     const uint8_t *given = m->given + body->v;
     bool any = false;
     for (int k = 0; k < count; k++)

@@ -4,6 +4,7 @@
 
 #include "base/arena.h"
 #include "compile/compile.h"
+#include "loop/loop.h"
 
 /* Working arrays, in one block. */
 #define ATTACH_FIELDS(X)                                                                                               \
@@ -22,11 +23,9 @@ typedef struct kt_attach {
     KT_ARENA_DECLARE(ATTACH_FIELDS)
 } kt_attach;
 
-static inline bool kt_attach_is_relation(int32_t type) { return type == KT_LOOP_COUPLING || type == KT_LOOP_MOTION; }
+static inline bool kt_attach_is_relation(int32_t type) { return kt_loop_is_relation((kt_loop_type)type); }
 
-/* The axis of an end: the first's, or the second's own where the type has one. Turns an end's frame so that its z axis
- * is that. */
-kt_vec3 kt_attach_axis(const kt_loop *loop, int end);
+/* Rotates the frame of an end until its z axis is along `axis`. */
 void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis);
 
 /* The deepest link that carries both. */

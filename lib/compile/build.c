@@ -77,7 +77,7 @@ static void count_all(const build *b, kt_counts *n) {
     n->text = sizeof "world" + strlen(d->name ? d->name : "") + 1;
     for (int i = 0; i < d->body_count; i++) {
         const kt_body *body = &d->bodies[i];
-        const kt_joint_kind *kind = kt_joint_kinds[body->joint.type];
+        const kt_joint_size *size = &kt_joint_sizes[body->joint.type];
         kt_element elements[KT_ELEMENT_MAX];
         const int count = elements_of(body, elements);
         const bool is_spatial = b->moves[b->moves[b->body_of[i]].tree].plane < 0;
@@ -88,8 +88,8 @@ static void count_all(const build *b, kt_counts *n) {
             n->angle += turns;
             n->spatial_angle += turns && is_spatial;
         }
-        n->q += (size_t)kind->nq;
-        n->v += (size_t)kind->nv;
+        n->q += (size_t)size->nq;
+        n->v += (size_t)size->nv;
         n->marker += (size_t)body->marker_count;
         n->text += strlen(body->name) + 1;
         for (int k = 0; k < body->marker_count; k++)
@@ -122,15 +122,14 @@ static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {
     return at;
 }
 
-/* Velocity coordinates that turn a quaternion are the last three of a spherical or free joint. */
+/* The last three velocity coordinates of a joint with a quaternion are its angular velocity. */
 static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
-    const kt_joint_kind *kind = kt_joint_kinds[joint->type];
+    const int quaternion = kt_joint_quaternion(joint->type), nv = kt_joint_sizes[joint->type].nv;
     const unsigned given = kt_joint_given(joint);
-    const bool is_free = joint->type == KT_JOINT_FREE;
-    for (int k = 0; k < kind->nv; k++) {
-        const bool turns = kind->nq > kind->nv && k >= kind->nv - 3;
-        const unsigned position = turns ? KT_GIVEN_ORIENTATION : KT_GIVEN_POSITION;
-        const unsigned velocity = turns && is_free ? KT_GIVEN_ANGULAR : KT_GIVEN_VELOCITY;
+    for (int k = 0; k < nv; k++) {
+        const bool rotates = quaternion >= 0 && k >= quaternion;
+        const unsigned position = rotates ? KT_GIVEN_ORIENTATION : KT_GIVEN_POSITION;
+        const unsigned velocity = rotates && quaternion > 0 ? KT_GIVEN_ANGULAR : KT_GIVEN_VELOCITY;
         m->given[record->v + k] =
             (uint8_t)((given & position ? KT_POSITION_GIVEN : 0) | (given & velocity ? KT_VELOCITY_GIVEN : 0));
     }
@@ -138,12 +137,13 @@ static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record 
 
 /* Initial coordinates; a quaternion of zeros is no rotation. */
 static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
-    const kt_joint_kind *kind = kt_joint_kinds[joint->type];
-    memcpy(m->q0 + record->q, joint->position, (size_t)kind->nq * sizeof(double));
-    memcpy(m->v0 + record->v, joint->velocity, (size_t)kind->nv * sizeof(double));
-    if (joint->type != KT_JOINT_SPHERICAL && joint->type != KT_JOINT_FREE)
+    const kt_joint_size *size = &kt_joint_sizes[joint->type];
+    const int quaternion = kt_joint_quaternion(joint->type);
+    memcpy(m->q0 + record->q, joint->position, (size_t)size->nq * sizeof(double));
+    memcpy(m->v0 + record->v, joint->velocity, (size_t)size->nv * sizeof(double));
+    if (quaternion < 0)
         return;
-    double *p = m->q0 + record->q + (joint->type == KT_JOINT_FREE ? 3 : 0);
+    double *p = m->q0 + record->q + quaternion;
     kt_quat a = kt_quat_make(p[0], p[1], p[2], p[3]);
     if (a.w == 0.0 && a.x == 0.0 && a.y == 0.0 && a.z == 0.0)
         a.w = 1.0;
@@ -172,8 +172,8 @@ static kt_status keep_bodies(build *b, kt_error *error) {
         r->parent = up < 0 ? 0 : b->body_of[up];
         r->q = q;
         r->v = v;
-        q += kt_joint_kinds[r->type]->nq;
-        v += kt_joint_kinds[r->type]->nv;
+        q += kt_joint_sizes[r->type].nq;
+        v += kt_joint_sizes[r->type].nv;
         kt_status status = kt_body_inertia(body, &r->com, &r->inertia, error);
         if (status == KT_OK)
             status = kt_rotation_evaluate(&body->joint.rotation, &r->joint.rotation, error);

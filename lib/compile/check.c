@@ -8,6 +8,8 @@
  * own mark has found a cycle; one that meets another's joins a path that is known already. Every body is marked once.
  */
 #include "compile/compile.h"
+#include "effect/effect.h"
+#include "loop/loop.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -166,6 +168,27 @@ static void check_bodies(kt_checker *checker) {
     }
 }
 
+static void check_loop(kt_checker *checker, const kt_loop *loop) {
+    const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
+    const kt_loop standard = kt_loop_default();
+    kt_checker_name(checker, KT_SCOPE_LOOP, "loops", loop->name, false);
+    if (descriptor == NULL)
+        kt_checker_fault(checker, "type", -1,
+                         "type is %d, and there is no loop of that number; take one of kt_loop_type", (int)loop->type);
+    else
+        kt_checker_keys(checker, descriptor, loop, &standard);
+}
+
+static void check_effect(kt_checker *checker, const kt_effect *effect) {
+    kt_checker_name(checker, KT_SCOPE_EFFECT, "effects", effect->name, true);
+    if (kt_effect_type_name(effect->type) == NULL)
+        kt_checker_fault(checker, "type", -1,
+                         "type is %d, and there is no effect of that number; take one of kt_effect_type",
+                         (int)effect->type);
+    else
+        kt_effect_check(checker, effect);
+}
+
 static void check_hold(kt_checker *checker) {
     const kt_description *d = checker->description;
     const int stamp = ++checker->stamp;
@@ -191,10 +214,10 @@ static void check_all(kt_checker *checker) {
     checker->stamp = 1; /* the largest mark that the cycles leave */
     checker->item = KT_ITEM_LOOP;
     for (checker->index = 0; checker->index < d->loop_count && !kt_checker_is_done(checker); checker->index++)
-        kt_checker_loop(checker, &d->loops[checker->index]);
+        check_loop(checker, &d->loops[checker->index]);
     checker->item = KT_ITEM_EFFECT;
     for (checker->index = 0; checker->index < d->effect_count && !kt_checker_is_done(checker); checker->index++)
-        kt_checker_effect(checker, &d->effects[checker->index]);
+        check_effect(checker, &d->effects[checker->index]);
     check_hold(checker);
 }
 

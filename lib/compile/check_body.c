@@ -1,79 +1,18 @@
 /* Rules of a body: its joint, mass, inertia and markers. Its place in the tree is check.c's. */
 #include "compile/compile.h"
+#include "joint/joint.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 
-/* Two axes of a universal joint whose sine is smaller are taken for parallel: their joint would turn about one axis to
- * half the digits of a double. */
-static const double least_sine = 1e-8;
-
-static void check_universal(kt_checker *checker, const kt_joint *joint, bool axis_is_fine) {
-    if (joint->axis2.x == 0.0 && joint->axis2.y == 0.0 && joint->axis2.z == 0.0) /* not given */
-        return;
-    if (!kt_checker_axis(checker, "joint.axis2", joint->axis2) || !axis_is_fine)
-        return;
-    const kt_vec3 n = kt_vec3_cross(kt_vec3_normalize(joint->axis), kt_vec3_normalize(joint->axis2));
-    if (!(kt_vec3_norm(n) >= least_sine))
-        kt_checker_fault(checker, "joint.axis2", -1,
-                         "joint.axis2 is parallel to joint.axis; turn it away (default: the axis after joint.axis)");
-}
-
-/* A quaternion among the initial coordinates; four zeros stand for no rotation. */
-static void check_quaternion(kt_checker *checker, const double *q) {
-    const kt_quat quat = {q[0], q[1], q[2], q[3]};
-    const double norm = sqrt(kt_quat_norm_squared(quat)); /* numbers are within 1e50; tiny ones are far from 1 anyway */
-    if (q[0] == 0.0 && q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0)
-        return;
-    if (!(fabs(norm - 1.0) <= 1e-3))
-        kt_checker_fault(checker, "joint.position", -1,
-                         "joint.position: the quaternion [%g, %g, %g, %g] has norm %.6g; it must be 1 within 0.001",
-                         q[0], q[1], q[2], q[3], norm);
-}
-
-static void check_coordinates(kt_checker *checker, const kt_joint *joint) {
-#define JOINT_NQ(id, name, nq, nv) nq,
-#define JOINT_NV(id, name, nq, nv) nv,
-    static const int positions[] = {KT_JOINT_LIST(JOINT_NQ)};
-    static const int velocities[] = {KT_JOINT_LIST(JOINT_NV)};
-    const int nq = positions[joint->type], nv = velocities[joint->type];
-    bool fine;
-    if (nq == 1)
-        fine = kt_checker_number(checker, "joint.position", joint->position[0]);
-    else
-        fine = kt_checker_values(checker, "joint.position", -1, "", joint->position, nq);
-    if (fine && joint->type == KT_JOINT_SPHERICAL)
-        check_quaternion(checker, joint->position);
-    if (fine && joint->type == KT_JOINT_FREE)
-        check_quaternion(checker, joint->position + 3);
-    if (nv == 1)
-        kt_checker_number(checker, "joint.velocity", joint->velocity[0]);
-    else
-        kt_checker_values(checker, "joint.velocity", -1, "", joint->velocity, nv);
-}
-
-static bool has_axis(kt_joint_type type) {
-    return type != KT_JOINT_FIXED && type != KT_JOINT_SPHERICAL && type != KT_JOINT_FREE;
-}
-
 static void check_joint(kt_checker *checker, const kt_joint *joint) {
-    const bool is_known = kt_joint_type_name(joint->type) != NULL;
-    if (!is_known)
+    if (kt_joint_type_name(joint->type) == NULL)
         kt_checker_fault(checker, "joint.type", -1,
                          "joint.type is %d, and there is no joint of that number; take one of kt_joint_type",
                          (int)joint->type);
-    if (is_known && has_axis(joint->type)) {
-        const bool fine = kt_checker_axis(checker, "joint.axis", joint->axis);
-        if (joint->type == KT_JOINT_UNIVERSAL)
-            check_universal(checker, joint, fine);
-        if (joint->type == KT_JOINT_SCREW)
-            kt_checker_number(checker, "joint.pitch", joint->pitch);
-    }
-    kt_checker_vector(checker, "joint.at", -1, "", joint->at);
-    kt_checker_rotation(checker, "joint.rotation", -1, "", &joint->rotation);
-    if (is_known)
-        check_coordinates(checker, joint);
+    else
+        kt_joint_check(checker, joint);
 }
 
 /* A mass of zero may have an inertia: a rotor whose mass is counted elsewhere. */

@@ -33,8 +33,8 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
 /* check_body.c: its mass, com, inertia and shape. */
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
-void kt_checker_shape(kt_checker *checker, const kt_shape *shape);    /* check_shape.c */
-void kt_checker_loop(kt_checker *checker, const kt_loop *loop);       /* check_loop.c */
-void kt_checker_effect(kt_checker *checker, const kt_effect *effect); /* check_effect.c */
+
+/* shape.c: a shape. */
+void kt_checker_shape(kt_checker *checker, const kt_shape *shape);
 
 #endif

@@ -54,10 +54,8 @@ static void leave_loops(const kt_model *m, const kt_description *d, unsigned cha
         const kt_loop *loop = &d->loops[i];
         for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
             leave_unknown(m, loop->between[k].body, verdict);
-        for (int k = 0; k < loop->term_count && loop->type == KT_LOOP_COUPLING; k++)
-            leave_unknown(m, loop->terms[k].joint, verdict);
-        if (loop->type == KT_LOOP_MOTION)
-            leave_unknown(m, loop->joint, verdict);
+        for (int k = 0; k < kt_loop_term_count(loop); k++)
+            leave_unknown(m, kt_loop_term(loop, k).joint, verdict);
     }
 }
 

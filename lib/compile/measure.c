@@ -2,19 +2,16 @@
  * loops do not close (which a simulation then says).
  */
 #include "compile/compile.h"
+#include "effect/effect.h"
 #include "reduction/project.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static bool starts_unstretched(const kt_effect *effect) {
-    return effect->type == KT_EFFECT_SPRING && effect->initial_length;
-}
-
 static void measure(kt_model *m, const kt_description *description, const kt_pose *poses) {
     for (size_t i = 0; i < m->n.effect; i++) {
         kt_effect_record *r = &m->effect[i];
-        if (!starts_unstretched(&description->effects[r->source]))
+        if (!kt_effect_has_initial_length(&description->effects[r->source]))
             continue;
         const kt_pose first = kt_pose_compose(poses[r->link[0]], r->frame[0]);
         const kt_pose second = kt_pose_compose(poses[r->link[1]], r->frame[1]);
@@ -25,7 +22,7 @@ static void measure(kt_model *m, const kt_description *description, const kt_pos
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error) {
     bool any = false;
     for (int i = 0; i < description->effect_count; i++)
-        any |= starts_unstretched(&description->effects[i]);
+        any |= kt_effect_has_initial_length(&description->effects[i]);
     if (!any)
         return KT_OK;
     kt_data *data = NULL;

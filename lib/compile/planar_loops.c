@@ -25,13 +25,11 @@ static int32_t body_named(const kt_ordered *o, const char *name) {
 
 /* Bodies that a loop connects, and the k-th of them. */
 static int connected_count(const kt_loop *loop) {
-    return loop->type == KT_LOOP_COUPLING ? loop->term_count : loop->type == KT_LOOP_MOTION ? 1 : 2;
+    return kt_loop_is_relation(loop->type) ? kt_loop_term_count(loop) : 2;
 }
 
 static int32_t connected(const kt_ordered *o, const kt_loop *loop, int k) {
-    return body_named(o, loop->type == KT_LOOP_COUPLING ? loop->terms[k].joint
-                         : loop->type == KT_LOOP_MOTION ? loop->joint
-                                                        : loop->between[k].body);
+    return body_named(o, kt_loop_is_relation(loop->type) ? kt_loop_term(loop, k).joint : loop->between[k].body);
 }
 
 /* ---- components --------------------------------------------------------------------------------------------------
@@ -82,7 +80,7 @@ static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_bo
     kt_error ignored; /* a rotation that cannot be evaluated is refused where loops are attached */
     if (kt_rotation_evaluate(&end->rotation, &pose->rotation, &ignored) != KT_OK)
         return false;
-    kt_attach_align_axis(pose, kt_attach_axis(loop, k));
+    kt_attach_align_axis(pose, kt_loop_axis(loop, k));
     const bool ground = b->tree == GROUND;
     const kt_mat3 basis = ground ? kt_mat3_multiply(kt_mat3_transpose(b->rest), plane->basis) : b->basis;
     pose->rotation = kt_mat3_multiply(kt_mat3_transpose(basis), pose->rotation);

@@ -7,8 +7,134 @@
  *   rod        the cylinder from one end to the other; slender: r = 0
  */
 #include "compile/compile.h"
+#include "model/describe.h"
 
 #include <stddef.h>
+
+/* ---- the types --------------------------------------------------------------------------------------------------- */
+
+/* A rotated sphere is the same sphere, but no rotation at all is not one, and a scene file could not hold it. */
+static const kt_key point_keys[] = {
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "where it is, body frame", .needed = false},
+};
+static const kt_key rod_keys[] = {
+    {"shape.from", KT_KEY_VECTOR, offsetof(kt_shape, from), "m", "one end, body frame", .needed = false},
+    {"shape.to", KT_KEY_VECTOR, offsetof(kt_shape, to), "m", "the other end", .needed = true},
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r; 0: slender", .range = KT_RANGE_NOT_NEGATIVE},
+};
+static const kt_key box_keys[] = {
+    {"shape.size", KT_KEY_VECTOR, offsetof(kt_shape, size), "m", "a, b, c, the lengths of its edges along x, y, z",
+     .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "the centre, body frame", .needed = false},
+    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
+     "of the axes of the solid against those of the body", .needed = false},
+};
+static const kt_key sphere_keys[] = {
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r", .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "the centre, body frame", .needed = false},
+    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
+     "of the axes of the solid against those of the body", .needed = false},
+};
+static const kt_key cylinder_keys[] = {
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r", .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.length", KT_KEY_NUMBER, offsetof(kt_shape, length), "m", "l", .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", "in the axes of the solid", .needed = false},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "the centre, body frame", .needed = false},
+    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
+     "of the axes of the solid against those of the body", .needed = false},
+};
+
+/* KT_SHAPE_NONE has no name in scene files. */
+static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
+    [KT_SHAPE_POINT] =
+        {
+            .name = "point",
+            .help = "a point mass",
+            .formula = "I = 0",
+            .example = "bodies:\n"
+                       "  - name: bob\n"
+                       "    joint: {type: revolute, axis: y, position: 30 deg}\n"
+                       "    mass: 2\n"
+                       "    shape: {type: point, at: [0, 0, -1]}\n",
+            .keys = point_keys,
+            .key_count = 1,
+        },
+    [KT_SHAPE_ROD] =
+        {
+            .name = "rod",
+            .help = "a rod between two points",
+            .formula = "that of the cylinder from one end to the other",
+            .example = "bodies:\n"
+                       "  - name: rod\n"
+                       "    joint: {type: revolute, axis: y, position: 30 deg}\n"
+                       "    mass: 2\n"
+                       "    shape: {type: rod, to: [0, 0, -1]}\n",
+            .keys = rod_keys,
+            .key_count = 3,
+        },
+    [KT_SHAPE_BOX] =
+        {
+            .name = "box",
+            .help = "a box with edges along its axes",
+            .formula = "I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)",
+            .example = "bodies:\n"
+                       "  - name: solid\n"
+                       "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
+                       "    mass: 2\n"
+                       "    shape: {type: box, size: [0.1, 0.2, 0.3]}\n",
+            .keys = box_keys,
+            .key_count = 3,
+        },
+    [KT_SHAPE_SPHERE] =
+        {
+            .name = "sphere",
+            .help = "a ball",
+            .formula = "I = 2/5 m r^2",
+            .example = "bodies:\n"
+                       "  - name: solid\n"
+                       "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
+                       "    mass: 2\n"
+                       "    shape: {type: sphere, radius: 0.2}\n",
+            .keys = sphere_keys,
+            .key_count = 3,
+        },
+    [KT_SHAPE_CYLINDER] =
+        {
+            .name = "cylinder",
+            .help = "a cylinder about its axis",
+            .formula = "I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it",
+            .example = "bodies:\n"
+                       "  - name: solid\n"
+                       "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
+                       "    mass: 2\n"
+                       "    shape: {type: cylinder, radius: 0.1, length: 0.5, axis: x}\n",
+            .keys = cylinder_keys,
+            .key_count = 5,
+        },
+};
+
+const kt_descriptor *kt_shape_descriptor(kt_shape_type type) {
+    return type > KT_SHAPE_NONE && type < KT_SHAPE_TYPE_COUNT ? &descriptors[type] : NULL;
+}
+
+void kt_checker_shape(kt_checker *checker, const kt_shape *shape) {
+    const kt_descriptor *descriptor = kt_shape_descriptor(shape->type);
+    const kt_shape standard = kt_shape_default();
+    if (shape->type == KT_SHAPE_NONE)
+        return;
+    if (descriptor == NULL) {
+        kt_checker_fault(checker, "shape.type", -1,
+                         "shape.type is %d, and there is no shape of that number; take one of kt_shape_type",
+                         (int)shape->type);
+        return;
+    }
+    kt_checker_keys(checker, descriptor, shape, &standard);
+    const double length = kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)); /* NaN where an end is at fault */
+    if (shape->type == KT_SHAPE_ROD && length == 0.0)
+        kt_checker_fault(checker, "shape.to", -1, "shape.to is where shape.from is; a rod needs a length");
+}
+
+/* ---- their mass properties --------------------------------------------------------------------------------------- */
 
 /* The inertia of a body of revolution: `axial` about the unit vector u, `transverse` about every axis normal to it. */
 static kt_sym3 about_axis(kt_vec3 u, double axial, double transverse) {

@@ -36,7 +36,7 @@ kt_isa kt_isa_resolve(kt_isa asked) {
 static const char *body_of_velocity(const kt_model *model, size_t v) {
     size_t best = 0;
     for (size_t b = 1; b < model->n.body; b++)
-        if ((size_t)model->body[b].v <= v && kt_joint_kinds[model->body[b].type]->nv > 0)
+        if ((size_t)model->body[b].v <= v && kt_joint_sizes[model->body[b].type].nv > 0)
             best = b;
     return model->text + model->body[best].name;
 }

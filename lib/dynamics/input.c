@@ -42,9 +42,9 @@ static kt_status refuse(const kt_model *model, size_t body, const char *what, co
 
 static kt_status check_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
     const kt_body_record *b = &model->body[body];
-    const kt_joint_kind *kind = kt_joint_kinds[b->type];
-    const double *p = q + b->q + kind->nq - 4;
-    if (kind->nq == kind->nv || p[0] != 0.0 || p[1] != 0.0 || p[2] != 0.0 || p[3] != 0.0)
+    const int quaternion = kt_joint_quaternion((kt_joint_type)b->type);
+    const double *p = q + b->q + (quaternion > 0 ? quaternion : 0);
+    if (quaternion < 0 || p[0] != 0.0 || p[1] != 0.0 || p[2] != 0.0 || p[3] != 0.0)
         return KT_OK;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.100s'", name_of(model, body));
@@ -56,7 +56,7 @@ static kt_status check_quaternion(const kt_model *model, size_t body, const doub
 static kt_status blame(const kt_model *model, const kt_input *in, kt_error *error) {
     for (size_t i = 1; i < model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
-        const size_t nq = (size_t)kt_joint_kinds[b->type]->nq, nv = (size_t)kt_joint_kinds[b->type]->nv;
+        const size_t nq = (size_t)kt_joint_sizes[b->type].nq, nv = (size_t)kt_joint_sizes[b->type].nv;
         if (!kt_all_finite(in->q + b->q, nq))
             return refuse(model, i, "position", in->q + b->q, (int)nq, error);
         if (in->v && !kt_all_finite(in->v + b->v, nv))

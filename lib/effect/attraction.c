@@ -12,13 +12,8 @@
 
 #define NEAR 1e-50
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_ends(checker, effect->between);
-    kt_checker_number(checker, "strength", effect->strength);
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple d = kt_triple_sub(end[1].point, end[0].point), none = {0.0, 0.0, 0.0};
     const double s = effect->strength;
@@ -37,5 +32,27 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return KT_ENERGY_CONSERVED;
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {
-    .ends = 2, .check = check, .energetics = energetics, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {.energetics = energetics, .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_effect),
+    {"strength", KT_KEY_NUMBER, KT_EFFECT_AT(strength), "N m^2", "S; less than 0: repulsion", .needed = true},
+};
+const kt_descriptor kt_effect_attraction_descriptor = {
+    .name = "attraction",
+    .help = "attraction of two points by the inverse square of their distance",
+    .formula = "force = S / d^2    d: distance of the ends",
+    .example = "bodies:\n"
+               "  - name: moon\n"
+               "    joint:\n"
+               "      type: free\n"
+               "      position: {position: [1, 0, 0]}\n"
+               "      velocity: {linear: [0, 2, 0]}\n"
+               "    mass: 1\n"
+               "    shape: {type: sphere, radius: 0.1}\n"
+               "effects:\n"
+               "  - {type: attraction, between: [world, moon], strength: 4}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

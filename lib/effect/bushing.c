@@ -11,17 +11,8 @@
  */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_ends(checker, effect->between);
-    for (int i = 0; i < 6; i++) {
-        static const char *const place[6] = {"[0]", "[1]", "[2]", "[3]", "[4]", "[5]"};
-        kt_checker_not_negative(checker, "stiffness", place[i], effect->stiffnesses[i]);
-        kt_checker_not_negative(checker, "damping", place[i], effect->dampings[i]);
-    }
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_columns axes = end[0].axes;
     const kt_triple apart = kt_triple_sub(end[1].point, end[0].point);
@@ -52,4 +43,31 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(dissipates);
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {.ends = 2, .check = check, .energetics = energetics, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {.energetics = energetics, .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_effect),
+    {"stiffness", KT_KEY_SIX, KT_EFFECT_AT(stiffnesses), "N/m, N m/rad",
+     "K, Kr: along and about x, y, z of the first end", "zeros", .range = KT_RANGE_NOT_NEGATIVE},
+    {"damping", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad", "C, Cr: likewise", "zeros",
+     .range = KT_RANGE_NOT_NEGATIVE},
+};
+const kt_descriptor kt_effect_bushing_descriptor = {
+    .name = "bushing",
+    .help = "springs and dampers in all six directions between two frames",
+    .formula = "force = -K d - C d',  moment = -G^-T Kr theta - Cr w    d, theta, w: displacement, Euler vector and\n"
+               "angular velocity of the second frame as seen from the first, less than half a turn;  w = G theta'",
+    .example = "bodies:\n"
+               "  - name: engine\n"
+               "    joint: {type: free}\n"
+               "    mass: 2\n"
+               "    shape: {type: box, size: [0.4, 0.2, 0.2]}\n"
+               "effects:\n"
+               "  - type: bushing\n"
+               "    between: [world, engine]\n"
+               "    stiffness: [4e3, 4e3, 4e3, 50, 50, 50]\n"
+               "    damping: [20, 20, 20, 1, 1, 1]\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

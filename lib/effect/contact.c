@@ -17,17 +17,10 @@
 #include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_ends(checker, effect->between);
-    kt_checker_axis(checker, "axis", effect->axis);
-    kt_checker_not_negative(checker, "radius", "", effect->radius);
-    kt_checker_positive(checker, "stiffness", effect->stiffness);
-    if (kt_checker_number(checker, "exponent", effect->exponent) && !(effect->exponent >= 1.0))
+    if (kt_number_is_fine(effect->exponent) && !(effect->exponent >= 1.0))
         kt_checker_fault(checker, "exponent", -1,
                          "exponent is %g; it must be 1 or more: below, contact would be endlessly stiff at its begin",
                          effect->exponent);
-    kt_checker_not_negative(checker, "dissipation", "", effect->dissipation);
-    kt_checker_not_negative(checker, "friction", "", effect->friction);
-    kt_checker_positive(checker, "slip", effect->slip);
 }
 
 /* Velocity of the point that moves with an end and is at `arm` from it. */
@@ -35,8 +28,8 @@ static inline kt_triple velocity_at(const kt_effect_frame *end, kt_triple arm) {
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }
 
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple n = end[1].axes.z, none = {0.0, 0.0, 0.0};
     const kt_triple from_plane = kt_triple_sub(end[0].point, end[1].point);
@@ -69,4 +62,48 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 const kt_effect_kind KT_EFFECT(kt_effect_contact) = {
-    .ends = 2, .turned = true, .check = check, .energetics = energetics, .push = push};
+    .check = check, .energetics = energetics, .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"point", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the centre of the sphere", .needed = true},
+    {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", "r; 0: a point", .range = KT_RANGE_NOT_NEGATIVE},
+    {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", "a frame in the plane", .needed = true},
+    {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "", "n, the normal of the plane, in that frame, out of the half-space",
+     .needed = false},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", "k", .range = KT_RANGE_POSITIVE,
+     .needed = true},
+    {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", "m, 1 or more; 1.5 is that of Hertz", .needed = false},
+    {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
+     "c; an impact at a slow v comes back with v - c v^2", .range = KT_RANGE_NOT_NEGATIVE},
+    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "", "mu, the coefficient of friction",
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s", "v0, the speed of slip over which friction builds up",
+     .range = KT_RANGE_POSITIVE},
+};
+const kt_descriptor kt_effect_contact_descriptor = {
+    .name = "contact",
+    .help = "contact of a sphere with a half-space (Hunt and Crossley), with friction",
+    .formula =
+        "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
+        "x: depth of the sphere's lowest point;  s: slip velocity there",
+    .example = "bodies:\n"
+               "  - name: ball\n"
+               "    joint:\n"
+               "      type: free\n"
+               "      position: {position: [0, 0, 0.5]}\n"
+               "      velocity: {linear: [1, 0, 0]}\n"
+               "    mass: 0.2\n"
+               "    shape: {type: sphere, radius: 0.05}\n"
+               "    markers: {centre: [0, 0, 0]}\n"
+               "effects:\n"
+               "  - type: contact\n"
+               "    point: ball.centre\n"
+               "    radius: 0.05\n"
+               "    plane: world\n"
+               "    stiffness: 1e4\n"
+               "    dissipation: 0.2\n"
+               "    friction: 0.4\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

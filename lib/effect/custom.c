@@ -1,20 +1,24 @@
-/* A caller's own effect: callbacks in its record; who sums the effects calls them, since they can fail. */
+/* A caller's own effect: its record has callbacks. They can fail, so the sum of the effects calls them (effects.c). */
 #include "effect/effect.h"
 
+static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the end", .needed = true}};
+static const kt_key two_keys[] = {KT_BETWEEN_KEY(kt_effect)};
+static const kt_descriptor one_end = {.name = "custom", .keys = one_key, .key_count = 1};
+static const kt_descriptor two_ends = {.name = "custom", .keys = two_keys, .key_count = 1};
+
 static void check(kt_checker *checker, const kt_effect *effect) {
-    if (!effect->push == !effect->drive) {
-        kt_checker_fault(checker, "push", -1, "%s; give one of them",
-                         effect->push ? "both push and drive are given" : "neither push nor drive is given");
+    if (!effect->wrench == !effect->joint_force) {
+        kt_checker_fault(checker, "wrench", -1, "%s; give one of them",
+                         effect->wrench ? "both wrench and joint_force are given"
+                                        : "neither wrench nor joint_force is given");
         return;
     }
-    if (effect->drive) {
+    if (effect->joint_force) {
         kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
         return;
     }
-    if (effect->end_count == 1)
-        kt_checker_end(checker, "at", &effect->between[0]);
-    else if (effect->end_count == 2)
-        kt_checker_ends(checker, effect->between);
+    if (effect->end_count == 1 || effect->end_count == 2)
+        kt_checker_keys(checker, effect->end_count == 1 ? &one_end : &two_ends, effect, effect);
     else
         kt_checker_fault(checker, "end_count", -1, "end_count is %d; give 1 or 2", effect->end_count);
 }

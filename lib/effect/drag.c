@@ -2,14 +2,8 @@
  * Stokes' law for slow flow and Newton's for fast; f is continuously differentiable, at rest too. */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_end(checker, "on", &effect->between[0]);
-    kt_checker_not_negative(checker, "linear", "", effect->linear);
-    kt_checker_not_negative(checker, "quadratic", "", effect->quadratic);
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple v = end[0].velocity;
     const kt_real square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_sqrt(square);
@@ -22,4 +16,28 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0);
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.ends = 1, .check = check, .energetics = energetics, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.energetics = energetics, .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"on", KT_KEY_BODY, KT_EFFECT_AT(between[0]), "", "the body, or BODY.MARKER", .needed = true},
+    {"at", KT_KEY_POINT, KT_EFFECT_AT(between[0].at), "m", "the point, body frame; or a marker of the body",
+     "the body's origin", .needed = false},
+    {"linear", KT_KEY_NUMBER, KT_EFFECT_AT(linear), "N s/m", "c1", .range = KT_RANGE_NOT_NEGATIVE},
+    {"quadratic", KT_KEY_NUMBER, KT_EFFECT_AT(quadratic), "N s^2/m^2", "c2", .range = KT_RANGE_NOT_NEGATIVE},
+};
+const kt_descriptor kt_effect_drag_descriptor = {
+    .name = "drag",
+    .help = "resistance of a medium at rest to the motion of a point",
+    .formula = "force = -(c1 + c2 |v|) v    v: velocity of the point",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
+               "    markers: {corner: [0.1, 0.1, 0.1]}\n"
+               "effects:\n"
+               "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

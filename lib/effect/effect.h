@@ -1,8 +1,7 @@
-/* What an effect type tells those who sum the effects of a scene: a wrench at each of its ends, or the force of a
- * joint.
+/* An effect type: the wrench at each of its ends, or the force in a joint.
  *
- * An effect is a pure function of its record, the motion of its ends or joint, and the time. It says where its power
- * comes from: with P the power of all it exerts,
+ * An effect is a pure function of its record, the motion of its ends or joint, and the time. It also says where its power
+ * comes from: with P the power of all that it exerts,
  *     P = supplied - dissipated - dV/dt,   V its potential energy.
  */
 #ifndef KT_EFFECT_EFFECT_H
@@ -11,11 +10,13 @@
 #include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "model/check.h"
+#include "model/describe.h"
 #include "model/model.h"
 
 #include <math.h>
 
-/* What an effect reads and writes: of values, what a caller's own has, too; and that with its change. */
+/* What an effect reads and writes. For values these are the structs of a caller's own effects; for derivatives each
+ * number carries its change. */
 #ifdef KT_DUAL
 #define KT_EFFECT(name) name##_dual
 typedef struct kt_effect_frame {
@@ -35,51 +36,50 @@ typedef kt_wrench kt_effect_wrench;
 typedef kt_effect_balance kt_effect_power;
 #endif
 
-/* One file a type, compiled for values and once more for derivatives: const kt_effect_kind
- * KT_EFFECT(kt_effect_spring). The model's compiler reads the rest of it: a new type is its
- * file and its line in KT_EFFECT_LIST; where it has numbers of its own, these stand in kt_effect and KT_EFFECT_NUMBERS,
- * and their keys in the table of lib/scene/effect.c. */
+/* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
+ * KT_EFFECT(kt_effect_spring). Its descriptor, which is compiled once, has its keys; which ends, joint and functions of
+ * time it reads follows from them. */
 typedef struct kt_effect_kind {
-    int ends;      /* frames that it acts on: 1 or 2; 0: a scalar joint */
-    int functions; /* of time: 3: `value`; 1: `torque`; 0: none */
-    bool turned;   /* the second end's frame is turned: z along `axis` */
-    /* Reports what is wrong with the members that it reads. */
+    /* Reports what the ranges of the keys do not cover; NULL: nothing. */
     void (*check)(kt_checker *checker, const kt_effect *effect);
-    /* What it can do to the energy of a mechanism, with the numbers that it has. */
+    /* What the effect can do to the energy of a mechanism, with the numbers that it has. */
     kt_energetics (*energetics)(const kt_effect_record *effect);
-    /* Effects with ends: wrench[k] receives what end k feels, moment about its point, world axes. balance may be NULL.
-     * The points of both ends are counted from some point near to one of them that rests in the world: where they are
-     * far from the world's origin, nothing is lost by that. */
-    void (*push)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance);
-    /* Effects on a joint with position q and velocity v: the joint's force (N m, or N where it slides). */
-    kt_real (*drive)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
-                     kt_effect_power *balance);
+    /* Effects with ends: wrench[k] receives what acts on end k, moment about its point, world axes. balance may be NULL.
+     * The points of both ends are given relative to a fixed point of the world near one of them, so that no digits are
+     * lost where they are far from the world's origin. */
+    void (*wrench)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                   kt_effect_wrench *wrench, kt_effect_power *balance);
+    /* Effects in a joint with position q and velocity v: the joint force (N m, or N in a sliding joint). */
+    kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                           kt_effect_power *balance);
 } kt_effect_kind;
 
-/* Of an effect whose type exists: the frames that it acts on (0: a joint); whether the second is turned to its axis; its
- * k-th function of time of at most three, KT_FUNCTION_NONE where there is none; and the rules of its type. */
+#define KT_EFFECT_AT(member) offsetof(kt_effect, member)
+
+/* Of an effect whose type exists: the number of its ends (0: it acts in a joint); whether the frame of the second end is
+ * turned until its z axis is along `axis`; the k-th of its at most three functions of time, KT_FUNCTION_NONE where it has
+ * fewer; whether its length is the distance of its ends at the start; and the check of its members. */
 int kt_effect_end_count(const kt_effect *effect);
 bool kt_effect_aligns_second_end(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
+bool kt_effect_has_initial_length(const kt_effect *effect);
 void kt_effect_check(kt_checker *checker, const kt_effect *effect);
 
 static inline kt_energetics kt_energetics_of(bool dissipates) {
     return dissipates ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED;
 }
 
-/* Of an effect that acts as its functions of time say: supplied, unless they all are zero. (A constant force has a
- * potential, but it counts as supplied.) */
+/* Of an effect that is given by functions of time: it supplies energy unless all of them are zero. (A constant force has
+ * a potential, but it counts as supplied.) */
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 
-/* `value` at time t, in world axes; and its check, with that of `frame`. */
+/* `value` at time t, in world axes. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                      double t);
-void kt_effect_check_value(kt_checker *checker, const kt_effect *effect);
 
 extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT];
 
-/* A caller's own has callbacks in place of push and drive (custom.c). */
+/* A caller's own effect has callbacks in place of wrench and joint_force (custom.c). */
 extern const kt_effect_kind KT_EFFECT(kt_effect_custom);
 
 static inline const kt_effect_kind *kt_effect_kind_of(int type) {

@@ -1,18 +1,38 @@
 /* Force: a vector f(t) on a point of a body, its components in world axes or in the end's; supplied = f . v. */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_end(checker, "at", &effect->between[0]);
-    kt_effect_check_value(checker, effect);
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple f = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
     wrench[0] = (kt_effect_wrench){.moment = {0.0, 0.0, 0.0}, .force = f};
     if (balance)
         *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_force) = {
-    .ends = 1, .functions = 3, .check = check, .energetics = kt_effect_energetics_of_curves, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_force) = {.energetics = kt_effect_energetics_of_curves,
+                                                   .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the point", .needed = true},
+    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N", "f: three numbers or functions of time", .needed = true},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", "`world` or `body`: whose axes the components are along", "world",
+     .needed = false},
+};
+const kt_descriptor kt_effect_force_descriptor = {
+    .name = "force",
+    .help = "a force on a point of a body",
+    .formula = "force = f(t)",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
+               "    markers: {corner: [0.1, 0.1, 0.1]}\n"
+               "effects:\n"
+               "  - type: force\n"
+               "    at: box.corner\n"
+               "    value: [0, 0, {ramp: {from: 0, to: 10, start: 0.2, end: 0.4}}]\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -1,13 +1,8 @@
 /* Linear damper in a joint: force = -c v, dissipated = c v^2. */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    kt_checker_not_negative(checker, "damping", "", effect->damping);
-}
-
-static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
-                     kt_effect_power *balance) {
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                              kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     if (balance)
         *balance = (kt_effect_power){.dissipated = effect->damping * v * v};
@@ -16,4 +11,25 @@ static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_r
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.check = check, .energetics = energetics, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = energetics, .joint_force = evaluate_force};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE,
+     .needed = true},
+};
+const kt_descriptor kt_effect_joint_damper_descriptor = {
+    .name = "joint_damper",
+    .help = "a linear damper in a joint",
+    .formula = "force = -c v",
+    .example = "bodies:\n"
+               "  - name: arm\n"
+               "    joint: {type: revolute, axis: y, position: 20 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, -1]}\n"
+               "effects:\n"
+               "  - {type: joint_damper, joint: arm, damping: 0.1}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -9,21 +9,15 @@
 #include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    const bool slides = kt_checker_not_negative(checker, "coulomb", "", effect->coulomb);
-    const bool sticks = kt_checker_not_negative(checker, "static", "", effect->breakaway);
-    kt_checker_not_negative(checker, "viscous", "", effect->viscous);
-    if (slides && sticks && effect->breakaway > 0.0 && effect->breakaway < effect->coulomb)
+    if (kt_number_is_fine(effect->coulomb) && effect->breakaway > 0.0 && effect->breakaway < effect->coulomb)
         kt_checker_fault(checker, "static", -1,
                          "static is %g, less than coulomb, which is %g; friction at rest is not less than in motion: "
                          "raise static, or leave it out to have both alike",
                          effect->breakaway, effect->coulomb);
-    kt_checker_positive(checker, "stribeck", effect->stribeck);
-    kt_checker_positive(checker, "smoothing", effect->smoothing);
 }
 
-static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
-                     kt_effect_power *balance) {
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                              kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     kt_real dry = effect->coulomb;
     if (effect->breakaway > effect->coulomb) {
@@ -40,4 +34,38 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check, .energetics = energetics, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
+    .check = check, .energetics = energetics, .joint_force = evaluate_force};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", "C, friction in motion", .range = KT_RANGE_NOT_NEGATIVE},
+    {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
+    {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", "S, friction at rest, not less than coulomb",
+     "that of `coulomb`", .range = KT_RANGE_NOT_NEGATIVE},
+    {"stribeck", KT_KEY_NUMBER, KT_EFFECT_AT(stribeck), "rad/s|m/s",
+     "vs, the speed over which static friction falls to coulomb", .range = KT_RANGE_POSITIVE},
+    {"smoothing", KT_KEY_NUMBER, KT_EFFECT_AT(smoothing), "rad/s|m/s",
+     "v0, the speed over which the force changes its sign", .range = KT_RANGE_POSITIVE},
+};
+const kt_descriptor kt_effect_joint_friction_descriptor = {
+    .name = "joint_friction",
+    .help = "dry and viscous friction in a joint, with Stribeck's curve",
+    .formula = "force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v",
+    .example = "bodies:\n"
+               "  - name: arm\n"
+               "    joint: {type: revolute, axis: y, position: 20 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, -1]}\n"
+               "effects:\n"
+               "  - type: joint_friction\n"
+               "    joint: arm\n"
+               "    coulomb: 0.1\n"
+               "    static: 0.15\n"
+               "    viscous: 0.01\n"
+               "    stribeck: 0.05\n"
+               "    smoothing: 0.01\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

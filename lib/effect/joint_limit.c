@@ -10,25 +10,17 @@
  */
 #include "effect/effect.h"
 
-static bool check_stop(kt_checker *checker, const char *field, double value, double none) {
-    return value == none || kt_checker_number(checker, field, value);
-}
-
 static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    const bool lower = check_stop(checker, "lower", effect->lower, -(double)INFINITY);
-    const bool upper = check_stop(checker, "upper", effect->upper, (double)INFINITY);
-    if (lower && upper && isinf(effect->lower) && isinf(effect->upper))
+    const double none = (double)INFINITY;
+    if (effect->lower == -none && effect->upper == none)
         kt_checker_fault(checker, "lower", -1, "there is neither lower nor upper; give at least one of them");
-    else if (lower && upper && effect->lower > effect->upper)
+    else if (kt_number_is_fine(effect->lower) && kt_number_is_fine(effect->upper) && effect->lower > effect->upper)
         kt_checker_fault(checker, "lower", -1, "lower is %g, above upper, which is %g; exchange them", effect->lower,
                          effect->upper);
-    kt_checker_positive(checker, "stiffness", effect->stiffness);
-    kt_checker_not_negative(checker, "damping", "", effect->damping);
 }
 
-static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
-                     kt_effect_power *balance) {
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                              kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_real above = q - effect->upper, below = effect->lower - q;
     const double side = kt_value(above) >= kt_value(below) ? 1.0 : -1.0;
@@ -47,4 +39,37 @@ static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_r
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = check, .energetics = energetics, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {
+    .check = check, .energetics = energetics, .joint_force = evaluate_force};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", "the lower stop; at least one of both is needed", "none",
+     .needed = false},
+    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", "the upper stop", "none", .needed = false},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k", .range = KT_RANGE_POSITIVE,
+     .needed = true},
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m",
+     "c; the damping force grows from zero with the excess", .range = KT_RANGE_NOT_NEGATIVE},
+};
+const kt_descriptor kt_effect_joint_limit_descriptor = {
+    .name = "joint_limit",
+    .help = "elastic stops of a joint",
+    .formula =
+        "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them",
+    .example = "bodies:\n"
+               "  - name: arm\n"
+               "    joint: {type: revolute, axis: y, position: 20 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, -1]}\n"
+               "effects:\n"
+               "  - type: joint_limit\n"
+               "    joint: arm\n"
+               "    lower: -10 deg\n"
+               "    upper: 45 deg\n"
+               "    stiffness: 500\n"
+               "    damping: 2\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -1,15 +1,8 @@
 /* Spring and damper in a joint: force = -k (q - q0) - c v, V = k (q - q0)^2 / 2, dissipated = c v^2. */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    kt_checker_not_negative(checker, "stiffness", "", effect->stiffness);
-    kt_checker_number(checker, "rest", effect->rest);
-    kt_checker_not_negative(checker, "damping", "", effect->damping);
-}
-
-static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
-                     kt_effect_power *balance) {
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                              kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_real stretch = q - effect->rest;
     if (balance)
@@ -20,4 +13,26 @@ static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_r
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.check = check, .energetics = energetics, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energetics, .joint_force = evaluate_force};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k", .range = KT_RANGE_NOT_NEGATIVE},
+    {"rest", KT_KEY_NUMBER, KT_EFFECT_AT(rest), "rad|m", "q0, the position without force", .needed = false},
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
+};
+const kt_descriptor kt_effect_joint_spring_descriptor = {
+    .name = "joint_spring",
+    .help = "a spring and a damper in a joint",
+    .formula = "force = -k (q - q0) - c v",
+    .example = "bodies:\n"
+               "  - name: arm\n"
+               "    joint: {type: revolute, axis: y, position: 20 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, -1]}\n"
+               "effects:\n"
+               "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -1,4 +1,4 @@
-/* The list of effect types, and what types share. */
+/* The list of effect types, and what they share. */
 #include "effect/effect.h"
 
 #define KT_EFFECT_EXTERN(id, name) extern const kt_effect_kind KT_EFFECT(kt_effect_##name);

@@ -1,16 +1,8 @@
 /* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    if (effect->torque.type == KT_FUNCTION_NONE)
-        kt_checker_fault(checker, "torque", -1, "torque is missing; give a number or a function of time");
-    else
-        kt_checker_function(checker, "torque", &effect->torque);
-}
-
-static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
-                     kt_effect_power *balance) {
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                              kt_effect_power *balance) {
     double f[3];
     (void)q;
     kt_curve_evaluate(&effect->curve[0], numbers, t, f);
@@ -19,5 +11,25 @@ static kt_real drive(const kt_effect_record *effect, const double *numbers, kt_r
     return f[0];
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_motor) = {
-    .functions = 1, .check = check, .energetics = kt_effect_energetics_of_curves, .drive = drive};
+const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energetics_of_curves,
+                                                   .joint_force = evaluate_force};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    {"torque", KT_KEY_FUNCTION, KT_EFFECT_AT(torque), "N m|N", "f", .also = "force", .needed = true},
+};
+const kt_descriptor kt_effect_motor_descriptor = {
+    .name = "motor",
+    .help = "a torque or force in a joint as a function of time",
+    .formula = "force = f(t)",
+    .example = "bodies:\n"
+               "  - name: arm\n"
+               "    joint: {type: revolute, axis: y, position: 20 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, -1]}\n"
+               "effects:\n"
+               "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

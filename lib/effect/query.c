@@ -1,20 +1,37 @@
-/* What is asked of effect types, and of the effects of a model together. */
+/* What follows from the descriptors of effect types, and the energetics of all effects of a model. */
 #include "effect/effect.h"
+
+#define KT_EFFECT_EXTERN(id, name) extern const kt_descriptor kt_effect_##name##_descriptor;
+KT_EFFECT_LIST(KT_EFFECT_EXTERN)
+#undef KT_EFFECT_EXTERN
+
+const kt_descriptor *kt_effect_descriptor(kt_effect_type type) {
+#define KT_EFFECT_ENTRY(id, name) [id] = &kt_effect_##name##_descriptor,
+    static const kt_descriptor *const descriptors[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
+#undef KT_EFFECT_ENTRY
+    return (unsigned)type < KT_EFFECT_TYPE_COUNT ? descriptors[type] : NULL;
+}
 
 int kt_effect_end_count(const kt_effect *effect) {
     if (effect->type == KT_EFFECT_CUSTOM)
-        return effect->push ? effect->end_count : 0;
-    return kt_effect_kinds[effect->type]->ends;
+        return effect->wrench ? effect->end_count : 0;
+    return kt_descriptor_end_count(kt_effect_descriptor(effect->type));
 }
 
-bool kt_effect_aligns_second_end(const kt_effect *effect) { return kt_effect_kind_of((int)effect->type)->turned; }
+bool kt_effect_aligns_second_end(const kt_effect *effect) {
+    return kt_descriptor_reads(kt_effect_descriptor(effect->type), KT_EFFECT_AT(axis));
+}
 
 const kt_function *kt_effect_function(const kt_effect *effect, int k) {
     static const kt_function none = {.type = KT_FUNCTION_NONE};
-    const int functions = kt_effect_kind_of((int)effect->type)->functions;
-    if (functions == 3)
+    const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
+    if (kt_descriptor_reads(descriptor, KT_EFFECT_AT(value)))
         return &effect->value[k];
-    return k < functions ? &effect->torque : &none;
+    return k == 0 && kt_descriptor_reads(descriptor, KT_EFFECT_AT(torque)) ? &effect->torque : &none;
+}
+
+bool kt_effect_has_initial_length(const kt_effect *effect) {
+    return effect->initial_length && kt_descriptor_reads(kt_effect_descriptor(effect->type), KT_EFFECT_AT(length));
 }
 
 kt_energetics kt_model_energetics(const kt_model *model) {
@@ -28,26 +45,21 @@ kt_energetics kt_model_energetics(const kt_model *model) {
 }
 
 void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
-    kt_effect_kind_of((int)effect->type)->check(checker, effect);
+    const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
+    const kt_effect standard = kt_effect_default();
+    const kt_effect_kind *kind = kt_effect_kind_of((int)effect->type);
+    if (descriptor != NULL)
+        kt_checker_keys(checker, descriptor, effect, &standard);
+    if (kind->check != NULL)
+        kind->check(checker, effect);
 }
 
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect) {
-    for (int k = 0; k < kt_effect_kind_of(effect->type)->functions; k++) {
+    for (int k = 0; k < 3; k++) { /* those that it does not have are KT_FUNCTION_NONE */
         const kt_curve *curve = &effect->curve[k];
         const bool rests = curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;
         if (!rests || curve->a != 0.0)
             return KT_ENERGY_SUPPLIED;
     }
     return KT_ENERGY_CONSERVED;
-}
-
-void kt_effect_check_value(kt_checker *checker, const kt_effect *effect) {
-    for (int k = 0; k < 3; k++) {
-        if (effect->value[k].type == KT_FUNCTION_NONE)
-            kt_checker_fault(checker, "value", -1, "value has a component missing; give three numbers or functions");
-        else
-            kt_checker_function(checker, "value", &effect->value[k]);
-    }
-    if (effect->frame != KT_FRAME_WORLD && effect->frame != KT_FRAME_BODY)
-        kt_checker_fault(checker, "frame", -1, "frame is %d; take KT_FRAME_WORLD or KT_FRAME_BODY", (int)effect->frame);
 }

@@ -10,16 +10,8 @@
 
 #include <float.h>
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_ends(checker, effect->between);
-    kt_checker_not_negative(checker, "stiffness", "", effect->stiffness);
-    if (!effect->initial_length)
-        kt_checker_not_negative(checker, "length", "", effect->length);
-    kt_checker_not_negative(checker, "damping", "", effect->damping);
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple d = kt_triple_sub(end[1].point, end[0].point),
                     moving = kt_triple_sub(end[1].velocity, end[0].velocity);
@@ -40,4 +32,26 @@ static void push(const kt_effect_record *effect, const double *numbers, const kt
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-const kt_effect_kind KT_EFFECT(kt_effect_spring) = {.ends = 2, .check = check, .energetics = energetics, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_spring) = {.energetics = energetics, .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_effect),
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m", "k, tension for each metre of extension",
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"length", KT_KEY_DISTANCE, KT_EFFECT_AT(length), "m", "L, distance without tension",
+     "the distance at the start, where loops have been closed", .range = KT_RANGE_NOT_NEGATIVE},
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N s/m", "c, tension for each m/s of extension",
+     .range = KT_RANGE_NOT_NEGATIVE},
+};
+const kt_descriptor kt_effect_spring_descriptor = {
+    .name = "spring",
+    .help = "a spring and a damper along the line between two points",
+    .formula = "tension = k (d - L) + c d'    d: distance of the ends",
+    .example = "bodies:\n"
+               "  - {name: bob, joint: {type: prismatic, axis: z, position: -1}, mass: 1}\n"
+               "effects:\n"
+               "  - {type: spring, between: [world, bob], stiffness: 100, length: 0.8, damping: 0.5}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

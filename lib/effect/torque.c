@@ -1,18 +1,36 @@
 /* Torque: a vector m(t) on a body, its components in world axes or in the end's; supplied = m . omega. */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_checker_end(checker, "on", &effect->between[0]);
-    kt_effect_check_value(checker, effect);
-}
-
-static void push(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                 kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple m = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
     wrench[0] = (kt_effect_wrench){.moment = m, .force = {0.0, 0.0, 0.0}};
     if (balance)
         *balance = (kt_effect_power){.supplied = kt_triple_dot(m, end[0].omega)};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_torque) = {
-    .ends = 1, .functions = 3, .check = check, .energetics = kt_effect_energetics_of_curves, .push = push};
+const kt_effect_kind KT_EFFECT(kt_effect_torque) = {.energetics = kt_effect_energetics_of_curves,
+                                                    .wrench = evaluate_wrench};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"on", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the body", .needed = true},
+    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N m", "m: three numbers or functions of time", .needed = true},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", "`world` or `body`: whose axes the components are along", "world",
+     .needed = false},
+};
+const kt_descriptor kt_effect_torque_descriptor = {
+    .name = "torque",
+    .help = "a torque on a body",
+    .formula = "moment = m(t)",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
+               "    markers: {corner: [0.1, 0.1, 0.1]}\n"
+               "effects:\n"
+               "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

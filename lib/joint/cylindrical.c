@@ -13,10 +13,33 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_measure_prismatic(axes->triad.z, motion, q + 1, v + 1, a + 1);
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z), .force = kt_vec3_scale(tau[1], axes->triad.z)};
 }
 
+static const kt_key keys[] = {
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of rotation and displacement", .needed = false},
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2], angle and length", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+};
+
 const kt_joint_kind kt_joint_cylindrical = {
-    .nq = 2, .nv = 2, .elements = elements, .loop = KT_LOOP_CYLINDRICAL, .measure = measure, .push = push};
+    .descriptor =
+        {
+            .name = "cylindrical",
+            .help = "rotation about an axis and displacement along it",
+            .formula = "R = exp(q1 [axis]),  p = q2 axis",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint: {type: cylindrical, axis: x, position: [20 deg, 0.1], velocity: [3, 1]}\n"
+                       "    mass: 1\n"
+                       "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+            KT_DESCRIPTOR_KEYS,
+        },
+    .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_LENGTH},
+    .elements = elements,
+    .loop = KT_LOOP_CYLINDRICAL,
+    .measure = measure,
+    .wrench = wrench};

@@ -20,10 +20,38 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_joint_store(a + 3, kt_mat3_apply_transposed(*r, motion->acceleration.angular));
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)axes;
     return (kt_wrench){.moment = kt_mat3_apply(pose->rotation, kt_joint_load(tau + 3)), .force = kt_joint_load(tau)};
 }
 
+static const kt_key keys[] = {
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "",
+     "{position: p, orientation: a rotation, as the quaternion q}", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "",
+     "{linear: p' in the joint frame, angular: w in the body frame}", .needed = false},
+};
+
 const kt_joint_kind kt_joint_free = {
-    .nq = 7, .nv = 6, .elements = elements, .loop = KT_LOOP_TYPE_COUNT, .measure = measure, .push = push};
+    .descriptor =
+        {
+            .name = "free",
+            .help = "all six degrees of freedom",
+            .formula = "R = R(q),  p    q' = q (0, w) / 2",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint:\n"
+                       "      type: free\n"
+                       "      position: {position: [0, 0, 1], orientation: {rpy: [0, 0, 30 deg]}}\n"
+                       "      velocity: {linear: [1, 0, 0], angular: [0, 0.1, 5]}\n"
+                       "    mass: 1\n"
+                       "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+            KT_DESCRIPTOR_KEYS,
+        },
+    .coordinate = {KT_COORDINATE_PLACE, KT_COORDINATE_PLACE, KT_COORDINATE_PLACE, KT_COORDINATE_ROTATION,
+                   KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},
+    .elements = elements,
+    .loop = KT_LOOP_TYPE_COUNT,
+    .measure = measure,
+    .wrench = wrench};

@@ -1,4 +1,4 @@
-/* Which parts of a joint's initial state are given: what is not zero is, and what `given` names. */
+/* Which parts of a joint's initial state are given: those that are not zero, and those that `given` names. */
 #include "joint/joint.h"
 
 #include <string.h>
@@ -8,18 +8,20 @@ static bool is_zero(const double *x, int count) {
     return memcmp(x, zero, (size_t)count * sizeof *x) == 0; /* -0 is written as such, and so it is given */
 }
 
-/* Fixed joints have nothing that could be given. */
+/* Where a quaternion follows other positions, linear and angular velocity are given each by itself; a joint without
+ * coordinates has nothing to give. */
 unsigned kt_joint_given(const kt_joint *joint) {
-    if (kt_joint_type_name(joint->type) == NULL || joint->type == KT_JOINT_FIXED)
+    if (kt_joint_type_name(joint->type) == NULL || kt_joint_sizes[joint->type].nv == 0)
         return 0;
-    const kt_joint_kind *kind = kt_joint_kinds[joint->type];
-    const bool is_free = joint->type == KT_JOINT_FREE, has_quaternion = kind->nq > kind->nv;
-    const int plain = has_quaternion ? kind->nq - 4 : kind->nq, linear = is_free ? 3 : kind->nv;
+    const kt_joint_size *size = &kt_joint_sizes[joint->type];
+    const int quaternion = kt_joint_quaternion(joint->type);
+    const bool has_quaternion = quaternion >= 0, has_both = quaternion > 0;
+    const int plain = has_quaternion ? quaternion : size->nq, linear = has_both ? quaternion : size->nv;
     unsigned given = joint->given & (plain ? KT_GIVEN_POSITION : 0U);
-    given |= joint->given & (KT_GIVEN_VELOCITY | (is_free ? KT_GIVEN_ANGULAR : 0U));
+    given |= joint->given & (KT_GIVEN_VELOCITY | (has_both ? KT_GIVEN_ANGULAR : 0U));
     given |= is_zero(joint->position, plain) ? 0U : KT_GIVEN_POSITION;
     given |= has_quaternion && !is_zero(joint->position + plain, 4) ? KT_GIVEN_ORIENTATION : 0U;
     given |= is_zero(joint->velocity, linear) ? 0U : KT_GIVEN_VELOCITY;
-    given |= is_free && !is_zero(joint->velocity + linear, 3) ? KT_GIVEN_ANGULAR : 0U;
+    given |= has_both && !is_zero(joint->velocity + linear, 3) ? KT_GIVEN_ANGULAR : 0U;
     return given;
 }

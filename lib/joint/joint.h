@@ -1,10 +1,12 @@
-/* What a joint type tells the compiler, and what the files of the types share. */
+/* A joint type, and what the files of the types share. */
 #ifndef KT_JOINT_JOINT_H
 #define KT_JOINT_JOINT_H
 
+#include "model/check.h"
+#include "model/describe.h"
 #include "model/model.h"
 
-/* An elementary joint as a joint type names it: its link's frame against the joint frame, and what moves. */
+/* An elementary joint: its motion, and the frame of its link relative to the joint frame. */
 typedef struct kt_element {
     kt_motion motion;
     int axis;
@@ -14,32 +16,56 @@ typedef struct kt_element {
 
 enum { KT_ELEMENT_MAX = 3 };
 
-/* A body against the joint frame on its parent, and its rates as seen from there: angular, and of the body's origin. */
+/* Pose of a body relative to the joint frame on its parent, and its rates as seen from there: angular, and of the body's
+ * origin. */
 typedef struct kt_joint_motion {
     kt_pose pose;
     kt_twist velocity, acceleration;
 } kt_joint_motion;
 
-/* A joint type: one file of lib/joint each; the joint has been checked before. */
+/* A type is one file. KT_JOINT_LIST has its numbers of coordinates; they follow the elements. Joints have been checked
+ * before they come here. */
 typedef struct kt_joint_kind {
-    int nq, nv;
-    /* Writes up to KT_ELEMENT_MAX elements and returns their number. Coordinates follow the elements. */
+    kt_descriptor descriptor;
+    unsigned char coordinate[KT_JOINT_NV_MAX]; /* kt_coordinate_kind of each velocity coordinate */
+    /* Reports what the ranges of the keys do not cover; NULL: nothing. */
+    void (*check)(kt_checker *checker, const kt_joint *joint);
+    /* Writes up to KT_ELEMENT_MAX elements and returns their number. */
     int (*elements)(const kt_joint *joint, kt_element *elements);
-    /* The same pair as a closure, for the absolute formulation; KT_LOOP_TYPE_COUNT: nothing is held. */
+    /* The loop type that leaves the same motion free, for the absolute formulation; KT_LOOP_TYPE_COUNT: no equation. */
     kt_loop_type loop;
-    /* Coordinates of a body that moves as the joint lets it, and their first and second rates. Of the numbers that
-     * stand for the same rotation those next to `near` (nq) are taken. NULL where there are none. */
+    /* Coordinates of a body that moves as the joint allows, and their first and second rates. Of the numbers that
+     * describe the same rotation those nearest to `near` (nq) are taken. NULL if there are no coordinates. */
     void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a);
-    /* A wrench on the body (about its origin) and against its parent with the power tau . v in all motions that the
-     * joint allows; joint frame's axes. */
-    kt_wrench (*push)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
+    /* A wrench on the body (about its origin), and opposite on its parent, whose power is tau . v in every motion that the
+     * joint allows; axes of the joint frame. */
+    kt_wrench (*wrench)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
 } kt_joint_kind;
 
 extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
 
-/* Of a joint; of a type without axes they mean nothing. */
+/* The axes of a joint; without meaning for a type that has none. */
 kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
+
+#define KT_JOINT_AT(member) offsetof(kt_joint, member)
+
+/* Keys that every joint has: where the joint frame is on the parent. */
+#define KT_JOINT_FRAME_KEYS                                                                                            \
+    {"joint.at",     KT_KEY_VECTOR, KT_JOINT_AT(at), "m", "origin of the joint frame, in the parent's body frame",     \
+     .needed = false},                                                                                                 \
+    {                                                                                                                  \
+        "joint.rotation", KT_KEY_ROTATION, KT_JOINT_AT(rotation), "", "of the joint frame, likewise", .needed = false  \
+    }
+
+/* The index of the quaternion among the positions of a joint; -1 if it has none. */
+static inline int kt_joint_quaternion(kt_joint_type type) {
+    const kt_joint_size *size = &kt_joint_sizes[type];
+    return size->nq > size->nv ? size->nq - 4 : -1;
+}
+
+/* Checks the members of a joint that its type reads. The type exists. */
+void kt_joint_check(kt_checker *checker, const kt_joint *joint);
 
 #define KT_JOINT_EXTERN(id, name, nq, nv) extern const kt_joint_kind kt_joint_##name;
 KT_JOINT_LIST(KT_JOINT_EXTERN)
@@ -55,11 +81,11 @@ kt_element kt_element_about(kt_motion motion, kt_vec3 axis);
 /* The second axis of a universal joint, given or not. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint);
 
-/* The angle of a rotation about z of the triad, of all that differ by whole turns the one nearest to `near`. Where the
- * rotation is about another axis too, that of the turn left when z is brought back by the least rotation. */
+/* The angle of a rotation about z of the triad; of all that differ by whole turns, the one nearest to `near`. If the
+ * rotation also tilts z, the angle of the rotation that remains after the least rotation has brought z back. */
 double kt_measured_angle(const kt_mat3 *triad, const kt_mat3 *rotation, double near);
 
-/* The quaternion of a rotation, of both the one nearer to `near` (4); into q (4). */
+/* The quaternion of a rotation; of the two, the one nearer to `near` (4). Into q (4). */
 void kt_measured_quaternion(const kt_mat3 *rotation, const double *near, double *q);
 
 /* The three numbers of a vector. */
@@ -71,7 +97,7 @@ static inline void kt_joint_store(double *x, kt_vec3 u) {
 
 static inline kt_vec3 kt_joint_load(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
 
-/* One turn about the axis, and one slide along it: both are parts of several joints. */
+/* Rotation about the axis and displacement along an axis: parts of several joints. */
 static inline void kt_measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *motion, double near, double *q,
                                        double *v, double *a) {
     *q = kt_measured_angle(&axes->triad, &motion->pose.rotation, near);

@@ -16,12 +16,37 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_measure_revolute(axes, motion, near[2], q + 2, v + 2, a + 2);
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     const kt_mat3 *e = &axes->triad;
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[2], e->z),
                        .force = kt_vec3_add(kt_vec3_scale(tau[0], e->x), kt_vec3_scale(tau[1], e->y))};
 }
 
+static const kt_key keys[] = {
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "the normal of the plane", .needed = false},
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2, q3], along e1, along e2, and the angle",
+     .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+};
+
 const kt_joint_kind kt_joint_planar = {
-    .nq = 3, .nv = 3, .elements = elements, .loop = KT_LOOP_PLANAR, .measure = measure, .push = push};
+    .descriptor =
+        {
+            .name = "planar",
+            .help = "displacements in a plane and a rotation about its normal",
+            .formula = "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
+                       "z;  y, z for x;  z, x for y",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint: {type: planar, axis: y, position: [0, 0, 10 deg], velocity: [0, 1, 2]}\n"
+                       "    mass: 1\n"
+                       "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+            KT_DESCRIPTOR_KEYS,
+        },
+    .coordinate = {KT_COORDINATE_PLACE, KT_COORDINATE_PLACE, KT_COORDINATE_ANGLE},
+    .elements = elements,
+    .loop = KT_LOOP_PLANAR,
+    .measure = measure,
+    .wrench = wrench};

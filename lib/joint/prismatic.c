@@ -12,10 +12,33 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_measure_prismatic(axes->triad.z, motion, q, v, a);
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.force = kt_vec3_scale(tau[0], axes->triad.z)};
 }
 
-const kt_joint_kind kt_joint_prismatic = {
-    .nq = 1, .nv = 1, .elements = elements, .loop = KT_LOOP_PRISMATIC, .measure = measure, .push = push};
+static const kt_key keys[] = {
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the displacement", .needed = false},
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "q, the length", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "its rate", .needed = false},
+};
+
+const kt_joint_kind kt_joint_prismatic = {.descriptor =
+                                              {
+                                                  .name = "prismatic",
+                                                  .help = "displacement along an axis",
+                                                  .formula = "R = 1,  p = q axis",
+                                                  .example =
+                                                      "bodies:\n"
+                                                      "  - name: box\n"
+                                                      "    joint: {type: prismatic, axis: [1, 0, -1], velocity: 2}\n"
+                                                      "    mass: 1\n"
+                                                      "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+                                                  KT_DESCRIPTOR_KEYS,
+                                              },
+                                          .coordinate = {KT_COORDINATE_LENGTH},
+                                          .elements = elements,
+                                          .loop = KT_LOOP_PRISMATIC,
+                                          .measure = measure,
+                                          .wrench = wrench};

@@ -11,10 +11,31 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z)};
 }
 
-const kt_joint_kind kt_joint_revolute = {
-    .nq = 1, .nv = 1, .elements = elements, .loop = KT_LOOP_REVOLUTE, .measure = measure, .push = push};
+static const kt_key keys[] = {
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the rotation", .needed = false},
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "q, the angle", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "its rate", .needed = false},
+};
+
+const kt_joint_kind kt_joint_revolute = {.descriptor =
+                                             {
+                                                 .name = "revolute",
+                                                 .help = "rotation about an axis",
+                                                 .formula = "R = exp(q [axis]),  p = 0",
+                                                 .example =
+                                                     "bodies:\n"
+                                                     "  - {name: box, joint: {type: revolute, axis: y, position: 30 "
+                                                     "deg}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}\n",
+                                                 KT_DESCRIPTOR_KEYS,
+                                             },
+                                         .coordinate = {KT_COORDINATE_ANGLE},
+                                         .elements = elements,
+                                         .loop = KT_LOOP_REVOLUTE,
+                                         .measure = measure,
+                                         .wrench = wrench};

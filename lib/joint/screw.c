@@ -12,10 +12,35 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z)};
 }
 
-const kt_joint_kind kt_joint_screw = {
-    .nq = 1, .nv = 1, .elements = elements, .loop = KT_LOOP_SCREW, .measure = measure, .push = push};
+static const kt_key keys[] = {
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the screw", .needed = false},
+    {"joint.pitch", KT_KEY_NUMBER, KT_JOINT_AT(pitch), "m/rad", "advance along the axis for each radian",
+     .range = KT_RANGE_ANY, .needed = true},
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "q, the angle", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "its rate", .needed = false},
+};
+
+const kt_joint_kind kt_joint_screw = {.descriptor =
+                                          {
+                                              .name = "screw",
+                                              .help = "rotation about an axis, and displacement along it in proportion",
+                                              .formula = "R = exp(q [axis]),  p = pitch q axis",
+                                              .example =
+                                                  "bodies:\n"
+                                                  "  - name: box\n"
+                                                  "    joint: {type: screw, axis: z, pitch: 0.02, velocity: 10}\n"
+                                                  "    mass: 1\n"
+                                                  "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+                                              KT_DESCRIPTOR_KEYS,
+                                          },
+                                      .coordinate = {KT_COORDINATE_TURNS},
+                                      .elements = elements,
+                                      .loop = KT_LOOP_SCREW,
+                                      .measure = measure,
+                                      .wrench = wrench};

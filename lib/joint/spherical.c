@@ -16,10 +16,36 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     kt_joint_store(a, kt_mat3_apply_transposed(*r, motion->acceleration.angular));
 }
 
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)axes;
     return (kt_wrench){.moment = kt_mat3_apply(pose->rotation, kt_joint_load(tau))};
 }
 
+static const kt_key keys[] = {
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "a rotation, as the quaternion q", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "w, angular velocity in the body frame",
+     .needed = false},
+};
+
 const kt_joint_kind kt_joint_spherical = {
-    .nq = 4, .nv = 3, .elements = elements, .loop = KT_LOOP_SPHERICAL, .measure = measure, .push = push};
+    .descriptor =
+        {
+            .name = "spherical",
+            .help = "every rotation about the origin of the joint frame",
+            .formula = "R = R(q),  p = 0    q' = q (0, w) / 2",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint:\n"
+                       "      type: spherical\n"
+                       "      position: {axis: [1, 0, 0], angle: 20 deg}\n"
+                       "      velocity: [0, 0, 40]\n"
+                       "    mass: 1\n"
+                       "    shape: {type: cylinder, radius: 0.2, length: 0.02, at: [0, 0, 0.2]}\n",
+            KT_DESCRIPTOR_KEYS,
+        },
+    .coordinate = {KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},
+    .elements = elements,
+    .loop = KT_LOOP_SPHERICAL,
+    .measure = measure,
+    .wrench = wrench};

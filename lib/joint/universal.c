@@ -1,5 +1,20 @@
-/* Universal: about `axis`, then about `axis2`, which the first turn carries along. */
+/* Universal: a rotation about `axis`, then one about `axis2`, which the first carries along. */
 #include "joint/joint.h"
+
+/* Two axes whose sine is smaller are taken for parallel: their joint would turn about one axis to half the digits of a
+ * double. */
+static const double least_sine = 1e-8;
+
+static double sine_between(kt_vec3 a, kt_vec3 b) {
+    return kt_vec3_norm(kt_vec3_cross(kt_vec3_normalize(a), kt_vec3_normalize(b)));
+}
+
+static void check(kt_checker *checker, const kt_joint *joint) {
+    if (kt_axis_is_fine(joint->axis) && kt_axis_is_fine(joint->axis2) &&
+        !(sine_between(joint->axis, joint->axis2) >= least_sine))
+        kt_checker_fault(checker, "joint.axis2", -1,
+                         "joint.axis2 is parallel to joint.axis; turn it away (default: the axis after joint.axis)");
+}
 
 static int elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
@@ -7,16 +22,16 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-/* Left out, the second axis is the one after the first: x after z, y after x, z after y, and likewise in the triad of
- * an axis that is none of these. */
+/* By default the second axis is the one after the first: x after z, y after x, z after y, and the x axis of the triad of
+ * any other axis. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint) {
     if (joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0)
         return joint->axis2;
     return kt_triad_from_axis(kt_joint_unit(joint->axis), 2).x;
 }
 
-/* The axes e1, e2 (carried along), c = e1 . e2, and of a vector x in their plane the numbers y with
- * x = y1 e1 + y2 e2: of no other part of x is anything seen. */
+/* The numbers y with x = y1 e1 + y2 e2 for a vector x in the plane of the axes e1 and e2 (carried along), c = e1 . e2; a
+ * part of x normal to that plane does not count. */
 static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
     const double c = kt_vec3_dot(e1, e2), x1 = kt_vec3_dot(e1, x), x2 = kt_vec3_dot(e2, x);
     const kt_vec3 n = kt_vec3_cross(e1, e2);
@@ -25,13 +40,15 @@ static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
     y[1] = (x2 - c * x1) / s2;
 }
 
-/* R = R1(q1) R2(q2): R leaves e2 where R1 takes it, so R1 is a turn about e1 by the angle between the two, and R1' R
- * one about e2. Rates: w = v1 e1 + v2 e2, w' = a1 e1 + a2 e2 + v1 v2 e1 x e2. */
+/* R = R1(q1) R2(q2): R2 does not move e2, so R e2 = R1 e2, and q1 is the angle about e1 from e2 to R e2; R1' R = R2 is the
+ * rotation about e2. Rates:
+ *     w  = v1 e1 + v2 e2
+ *     w' = a1 e1 + a2 e2 + v1 v2 e1 x e2 */
 static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a) {
     const double turn = 6.283185307179586;
     const kt_vec3 e1 = axes->triad.z, rest = axes->second, e2 = kt_mat3_apply(motion->pose.rotation, rest);
-    const kt_vec3 across = kt_vec3_cross(e1, rest); /* of e2 at rest: normal to e1, and to it */
+    const kt_vec3 across = kt_vec3_cross(e1, rest); /* normal to e1 and to e2 at q = 0 */
     const kt_vec3 outward = kt_vec3_cross(across, e1);
     const double first = atan2(kt_vec3_dot(across, e2), kt_vec3_dot(outward, e2));
     q[0] = first + turn * rint((near[0] - first) / turn);
@@ -41,11 +58,11 @@ static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, co
     const kt_mat3 triad = kt_triad_from_axis(rest, 2);
     q[1] = kt_measured_angle(&triad, &left, near[1]);
     split(e1, e2, motion->velocity.angular, v);
-    split(e1, e2, motion->acceleration.angular, a); /* e1 x e2 does not show */
+    split(e1, e2, motion->acceleration.angular, a); /* e1 x e2 is normal to both */
 }
 
 /* m . e1 = tau1, m . e2 = tau2, m in the plane of both */
-static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     const kt_vec3 e1 = axes->triad.z, e2 = kt_mat3_apply(pose->rotation, axes->second);
     const kt_vec3 n = kt_vec3_cross(e1, e2);
     const double c = kt_vec3_dot(e1, e2), s2 = kt_vec3_dot(n, n);
@@ -53,5 +70,31 @@ static kt_wrench push(const kt_joint_axes *axes, const kt_pose *pose, const doub
                                              kt_vec3_scale((tau[1] - c * tau[0]) / s2, e2))};
 }
 
+static const kt_key keys[] = {
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the first rotation", .needed = false},
+    {"joint.axis2", KT_KEY_AXIS, KT_JOINT_AT(axis2), "", "of the second rotation, carried along by the first",
+     "the axis after 'axis'", .needed = false},
+    KT_JOINT_FRAME_KEYS,
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2], the angles", .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+};
+
 const kt_joint_kind kt_joint_universal = {
-    .nq = 2, .nv = 2, .elements = elements, .loop = KT_LOOP_UNIVERSAL, .measure = measure, .push = push};
+    .descriptor =
+        {
+            .name = "universal",
+            .help = "rotation about an axis, then about a second one: Cardan joint",
+            .formula = "R = exp(q1 [axis]) exp(q2 [axis2]),  p = 0    the axis after z is x, after x y, after y z",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint: {type: universal, axis: x, axis2: y, position: [20 deg, 40 deg]}\n"
+                       "    mass: 1\n"
+                       "    shape: {type: box, size: [0.1, 0.1, 1], at: [0, 0, -0.5]}\n",
+            KT_DESCRIPTOR_KEYS,
+        },
+    .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_ANGLE},
+    .check = check,
+    .elements = elements,
+    .loop = KT_LOOP_UNIVERSAL,
+    .measure = measure,
+    .wrench = wrench};

@@ -11,3 +11,25 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_coaxial) = {
     .rows = 2, .evaluate = evaluate, .part = {KT_PART_TILT_X, KT_PART_TILT_Y}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
+};
+const kt_descriptor kt_loop_coaxial_descriptor = {
+    .name = "coaxial",
+    .help = "the axes of both ends are parallel",
+    .formula = "4 tan(theta / 4) h = 0    theta, h: angle and direction of the least rotation from the first axis to "
+               "the second",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: coaxial, between: [world, box], axis: z}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

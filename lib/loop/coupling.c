@@ -8,3 +8,28 @@ static kt_relation_row relate(const kt_loop_record *loop, const double *numbers,
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "", "c_i, a mapping of joints of one coordinate to numbers",
+     .needed = true},
+    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", "what the terms add up to", .needed = false},
+};
+const kt_descriptor kt_loop_coupling_descriptor = {
+    .name = "coupling",
+    .help = "joint positions in a linear relation: gears, pulleys, joints that follow others",
+    .formula = "sum of c_i q_i = offset",
+    .example = "bodies:\n"
+               "  - name: pinion\n"
+               "    joint: {type: revolute, axis: y}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, 0.1]}\n"
+               "  - name: gear\n"
+               "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], position: 30 deg}\n"
+               "    mass: 2\n"
+               "    shape: {type: rod, to: [0, 0, 0.3]}\n"
+               "loops:\n"
+               "  - {name: mesh, type: coupling, coefficients: {pinion: 1, gear: 3}, offset: 90 deg}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -13,3 +13,24 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_cylindrical) = {
     .rows = 4, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_TILT_X, KT_PART_TILT_Y}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
+};
+const kt_descriptor kt_loop_cylindrical_descriptor = {
+    .name = "cylindrical",
+    .help = "a rotation about the axis and a displacement along it are left free",
+    .formula = "the equations of inline and of coaxial",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: cylindrical, between: [world, box], axis: x}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

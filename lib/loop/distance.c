@@ -32,3 +32,25 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_DISTANCE}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", "L, a number or a function of time",
+     "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
+};
+const kt_descriptor kt_loop_distance_descriptor = {
+    .name = "distance",
+    .help = "the two points keep a distance",
+    .formula = "|d| = L(t)    d: from the first point to the second",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: distance, between: [world, box.corner]}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

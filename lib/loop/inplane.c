@@ -10,3 +10,25 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_inplane) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_Z}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the normal of the plane, in the frame of the first end",
+     .needed = false},
+};
+const kt_descriptor kt_loop_inplane_descriptor = {
+    .name = "inplane",
+    .help = "the second point stays in a plane through the first",
+    .formula = "e_z . d = 0    e_z = axis, of the first end;  d: from its point to the second",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: inplane, between: [world, box], axis: z}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -1,19 +1,18 @@
-/* What a loop type tells the reduction: its equations as wrenches between two frames, or as a relation of joint
- * positions.
- */
+/* A loop type: its equations as wrenches between two frames, or as a relation of joint positions. */
 #ifndef KT_LOOP_LOOP_H
 #define KT_LOOP_LOOP_H
 
 #include "algebra/real.h"
 #include "base/isa.h"
+#include "model/describe.h"
 #include "model/model.h"
 
 enum { KT_LOOP_ROW_MAX = 6 };
 
-/* One end of a loop. World axes; places and velocities are counted from the origin of the ancestor that carries both
- * ends, as if that origin were at rest; its angular velocity counts, its accelerations do not (a motion of both ends
- * together changes no loop). alpha and linear are what the velocities alone give: the accelerations for zero joint
- * accelerations. The equations do not read these two; who uses them does. */
+/* One end of a loop, in world axes. Positions and velocities are relative to the origin of the nearest common ancestor of
+ * both ends, as if that origin were at rest; the ancestor's angular velocity is included, its accelerations are not (a
+ * motion of both ends together changes no loop). alpha and linear are the accelerations for zero joint accelerations; the
+ * equations do not read them, the reduction does. */
 typedef struct kt_loop_end {
     kt_vector axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
     kt_vector point;
@@ -27,23 +26,23 @@ typedef struct kt_loop_end {
  * it is
  *     phi'  = moment . w  + force . u  + rate
  *     phi'' = moment . w' + force . u' + drift
- * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the first end feels the
- * opposite wrench at the same point. A row that is not holonomic has no phi, and its phi' is what must vanish. */
+ * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the opposite wrench acts on
+ * the first end at the same point. A row that is not holonomic has no phi; its equation is phi' = 0. */
 typedef struct kt_loop_row {
     kt_vector moment, force;
     kt_real residual; /* phi; 0 where the row is not holonomic */
     kt_real rate;     /* partial derivative of phi by time: -b' */
-    kt_real drift;    /* what of phi'' is not linear in accelerations; needs the velocities, all else does not */
-    bool holonomic;   /* the row has a residual to be closed */
+    kt_real drift;    /* the part of phi'' that is not linear in accelerations; it alone depends on the velocities */
+    bool holonomic;   /* the row has a residual */
 } kt_loop_row;
 
-/* A relation: sum of coefficient * position - f(t). */
+/* A relation of joint positions: phi = sum of coefficient * position - f(t). */
 typedef struct kt_relation_row {
     double residual, rate, drift; /* as above; drift = -f'' */
 } kt_relation_row;
 
-/* What a row is made of, for loops in a plane (flat.c): phi along an axis of end 1; the component of the relative
- * rotation along one (orientation.h: equal orientation; one axis); axes at right angles; distance. */
+/* The kind of a row, for loops in a plane (planar_rows.c): d along an axis of end 1; the component along that axis of the
+ * relative rotation (orientation.h: of equal orientation; of one axis); axes at right angles; distance. */
 typedef enum kt_loop_part {
     KT_PART_NONE = 0, /* the type has no form in a plane */
     KT_PART_X,
@@ -58,24 +57,32 @@ typedef enum kt_loop_part {
     KT_PART_DISTANCE
 } kt_loop_part;
 
-/* One file a type, each compiled for every instruction-set level: const kt_loop_kind KT_KERNEL(kt_loop_spherical); and
- * once more for derivatives, as if that were one more level, `tangent` (algebra/number.h). */
+/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical), and once more
+ * for derivatives (algebra/real.h), as if for one more instruction set. Its descriptor, which is compiled once, has its
+ * keys; which ends, axes and joints it reads follows from them. */
 typedef struct kt_loop_kind {
-    int rows; /* of a frame loop: at most; 0: a relation of joint positions, which is one row */
+    int rows; /* the most that evaluate writes; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
     /* Writes the rows and returns their number, which does not depend on the state. */
     int (*evaluate)(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows);
-    /* sum: of coefficient * position. */
+    /* sum: the sum of coefficient * position. */
     kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
 } kt_loop_kind;
 
-/* Equations of a loop: as many as its type has (rolling: 3 with contact). */
-int kt_loop_row_count(const kt_loop *loop);
+#define KT_LOOP_AT(member) offsetof(kt_loop, member)
 
-/* A loop as it lies in a plane: fills all but arms and places from the ends' poses in the plane's basis (e1, e2, n) at
- * q = 0; false where the type, or what it holds out of the plane, cannot be had in the plane. `direction` and `length`:
- * what passes for zero. Of relations it is true, and nothing is filled. */
+/* Of a loop whose type exists: the number of its equations; whether it is a relation of joint positions, not one of
+ * frames; the terms of a relation; and the axis of an end. */
+int kt_loop_row_count(const kt_loop *loop);
+bool kt_loop_is_relation(kt_loop_type type);
+int kt_loop_term_count(const kt_loop *loop);
+kt_term kt_loop_term(const kt_loop *loop, int k);
+kt_vec3 kt_loop_axis(const kt_loop *loop, int end);
+
+/* The planar form of a loop: fills all but arms and places from the poses of its ends in the plane's basis (e1, e2, n) at
+ * q = 0; false if the type, or its equations out of the plane, have no planar form. `direction` and `length` are the
+ * bounds below which a number counts as zero. Of relations it is true, and nothing is filled. */
 bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat);
 

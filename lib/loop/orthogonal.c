@@ -10,3 +10,25 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_orthogonal) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_NORMAL}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frame of the first end", .needed = false},
+    {"axis2", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", "in the frame of the second end", .needed = false},
+};
+const kt_descriptor kt_loop_orthogonal_descriptor = {
+    .name = "orthogonal",
+    .help = "the axes of both ends are at right angles",
+    .formula = "2 tan(eps / 2) = 0    eps: the angle that is missing to a right one",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: orthogonal, between: [world, box], axis: x, axis2: y}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -12,3 +12,24 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_planar) = {
     .rows = 3, .evaluate = evaluate, .part = {KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the normal of the plane, in the frames of both ends", .needed = false},
+};
+const kt_descriptor kt_loop_planar_descriptor = {
+    .name = "planar",
+    .help = "displacements in a plane and a rotation about its normal are left free",
+    .formula = "the equations of inplane and of coaxial",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: planar, between: [world, box], axis: x}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -15,3 +15,24 @@ const kt_loop_kind KT_KERNEL(kt_loop_prismatic) = {
     .rows = 5,
     .evaluate = evaluate,
     .part = {KT_PART_X, KT_PART_Y, KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frame of the first end", .needed = false},
+};
+const kt_descriptor kt_loop_prismatic_descriptor = {
+    .name = "prismatic",
+    .help = "a displacement along the axis is left free",
+    .formula = "the equations of inline and of parallel",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: prismatic, between: [world, box], axis: z}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

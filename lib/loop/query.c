@@ -1,9 +1,47 @@
-/* What can be asked about the loops of a model one by one. */
+/* What follows from the descriptors of loop types, and queries of the loops of a model. */
 #include "kinetree/loop.h"
 
 #include "loop/loop.h"
 
 #include <string.h>
+
+#define KT_LOOP_EXTERN(id, name) extern const kt_descriptor kt_loop_##name##_descriptor;
+KT_LOOP_LIST(KT_LOOP_EXTERN)
+#undef KT_LOOP_EXTERN
+
+const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
+#define KT_LOOP_ENTRY(id, name) [id] = &kt_loop_##name##_descriptor,
+    static const kt_descriptor *const descriptors[KT_LOOP_TYPE_COUNT] = {KT_LOOP_LIST(KT_LOOP_ENTRY)};
+#undef KT_LOOP_ENTRY
+    return (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type] : NULL;
+}
+
+bool kt_loop_is_relation(kt_loop_type type) { return kt_loop_kinds_baseline[type]->rows == 0; }
+
+/* Where a type has the key `holonomic`, false leaves its holonomic equation out. */
+int kt_loop_row_count(const kt_loop *loop) {
+    if (kt_loop_is_relation(loop->type))
+        return 1;
+    const bool less = !loop->holonomic && kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(holonomic));
+    return kt_loop_kinds_baseline[loop->type]->rows - less;
+}
+
+int kt_loop_term_count(const kt_loop *loop) {
+    if (!kt_loop_is_relation(loop->type))
+        return 0;
+    return kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(terms)) ? loop->term_count : 1;
+}
+
+kt_term kt_loop_term(const kt_loop *loop, int k) {
+    if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(terms)))
+        return loop->terms[k];
+    return (kt_term){.joint = loop->joint, .coefficient = 1.0};
+}
+
+kt_vec3 kt_loop_axis(const kt_loop *loop, int end) {
+    const bool two = kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(axis2));
+    return end == 1 && two ? loop->axis2 : loop->axis;
+}
 
 int kt_loop_count(const kt_model *model) { return (int)model->n.loop; }
 const char *kt_loop_name(const kt_model *model, int loop) { return model->text + model->loop[loop].name; }
@@ -20,7 +58,7 @@ kt_loop_rows kt_loop_rows_of(const kt_model *model, int loop) {
     return (kt_loop_rows){.first = (int)model->loop[loop].equation, .count = (int)model->loop[loop].row_count};
 }
 
-/* Two frames that no type of loop takes for a special case. */
+/* Two frames that are no special case of any type. */
 static void generic_ends(kt_loop_end end[2]) {
     static const double turned[3][3] = {{0.48, 0.6, 0.64}, {-0.8, 0.6, 0.0}, {-0.36, -0.48, 0.8}};
     memset(end, 0, 2 * sizeof end[0]);
@@ -31,16 +69,16 @@ static void generic_ends(kt_loop_end end[2]) {
     end[1].point = (kt_vector){0.3, 0.5, 0.7, 0.0};
 }
 
-/* Equations that exert a force are of places, those that exert a moment alone of directions. */
+/* Equations whose multiplier exerts a force are about lengths, those whose multiplier exerts a moment alone about angles. */
 kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     const kt_loop_record *record = &model->loop[loop];
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     if (record->term_count) {
         const kt_link *link = &model->link[model->term[record->term].link];
-        return record->type != KT_LOOP_MOTION        ? KT_MEASURE_SUM
-               : link->motion == KT_MOTION_PRISMATIC ? KT_MEASURE_LENGTH
-                                                     : KT_MEASURE_ANGLE;
+        if (record->type != KT_LOOP_MOTION)
+            return KT_MEASURE_SUM;
+        return link->motion == KT_MOTION_PRISMATIC ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
     }
     generic_ends(end);
     if (row >= kt_loop_kinds_baseline[record->type]->evaluate(record, model->number, end, 0.0, rows) ||

@@ -68,3 +68,39 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"wheel", KT_KEY_END, KT_LOOP_AT(between[0]), "", "the centre of the wheel, a thin disc", .needed = true},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the axle, in the frame of the wheel", .needed = false},
+    {"radius", KT_KEY_NUMBER, KT_LOOP_AT(radius), "m", "rho", .range = KT_RANGE_POSITIVE, .needed = true},
+    {"on", KT_KEY_END, KT_LOOP_AT(between[1]), "", "a frame in the plane that it rolls on", .needed = true},
+    {"normal", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", "n, the normal of the plane, in that frame", .needed = false},
+    {"holonomic", KT_KEY_FLAG, KT_LOOP_AT(holonomic), "", "whether the wheel is kept on the plane, the third equation",
+     "true", .needed = false},
+};
+const kt_descriptor kt_loop_rolling_descriptor = {
+    .name = "rolling",
+    .help = "a wheel rolls on a plane without slip",
+    .formula = "v . x = 0,  v . y = 0    v: velocity of the wheel at the contact point, less that of the plane;  x, y: "
+               "in the plane\n"
+               "n . r = rho |n x a|      r: from the plane to the centre of the wheel;  a: the axle",
+    .example = "bodies:\n"
+               "  - name: wheel\n"
+               "    joint:\n"
+               "      type: free\n"
+               "      position: {position: [0, 0, 0.3]}\n"
+               "      velocity: {linear: [0.9, 0, 0], angular: [0, 3, 0]}\n"
+               "    mass: 2\n"
+               "    shape: {type: cylinder, radius: 0.3, length: 0.02, axis: y}\n"
+               "loops:\n"
+               "  - name: road\n"
+               "    type: rolling\n"
+               "    wheel: wheel\n"
+               "    axis: y\n"
+               "    radius: 0.3\n"
+               "    on: world\n"
+               "    normal: z\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

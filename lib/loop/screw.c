@@ -44,3 +44,28 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
+    {"pitch", KT_KEY_NUMBER, KT_LOOP_AT(pitch), "m/rad", "advance along the axis for each radian",
+     .range = KT_RANGE_ANY, .needed = true},
+};
+const kt_descriptor kt_loop_screw_descriptor = {
+    .name = "screw",
+    .help = "a rotation about the axis, and a displacement along it in proportion, are left free",
+    .formula = "the equations of inline and of coaxial, and\n"
+               "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
+               "not counted",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

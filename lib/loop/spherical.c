@@ -12,3 +12,23 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_spherical) = {
     .rows = 3, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+};
+const kt_descriptor kt_loop_spherical_descriptor = {
+    .name = "spherical",
+    .help = "the two points coincide",
+    .formula = "d = 0    d: from the first point to the second",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: spherical, between: [world, box.corner]}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

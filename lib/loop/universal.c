@@ -13,3 +13,25 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_universal) = {
     .rows = 4, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL}};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frame of the first end", .needed = false},
+    {"axis2", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", "in the frame of the second end", .needed = false},
+};
+const kt_descriptor kt_loop_universal_descriptor = {
+    .name = "universal",
+    .help = "Cardan joint: rotations about an axis of either end are left free",
+    .formula = "the equations of spherical and of orthogonal",
+    .example = "bodies:\n"
+               "  - name: box\n"
+               "    joint: {type: free}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+               "loops:\n"
+               "  - {name: hold, type: universal, between: [world, box], axis: x, axis2: y}\n",
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

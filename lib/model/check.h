@@ -7,6 +7,7 @@
 #define KT_MODEL_CHECK_H
 
 #include "base/names.h"
+#include "kinetree/descriptor.h"
 #include "kinetree/model.h"
 
 #include <stdint.h>
@@ -72,6 +73,7 @@ bool kt_checker_vector(kt_checker *checker, const char *field, int sub, const ch
 void kt_checker_positive(kt_checker *checker, const char *field, double value);
 bool kt_checker_not_negative(kt_checker *checker, const char *field, const char *suffix, double value);
 /* A direction: finite and not zero. */
+bool kt_axis_is_fine(kt_vec3 axis);
 bool kt_checker_axis(kt_checker *checker, const char *field, kt_vec3 axis);
 void kt_checker_rotation(kt_checker *checker, const char *field, int sub, const char *suffix,
                          const kt_rotation *rotation);
@@ -93,8 +95,14 @@ int kt_checker_body(kt_checker *checker, const char *field, int sub, const char 
 int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char *name);
 /* The same for a joint of one coordinate. */
 int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, const char *name);
-/* Two ends, on two bodies. */
-void kt_checker_end(kt_checker *checker, const char *field, const kt_end *end); /* one end */
-void kt_checker_ends(kt_checker *checker, const kt_end ends[2]);
+/* An end; returns the index of its body, KT_BODY_WORLD, or KT_BODY_UNKNOWN after reporting it. `sub`: 0 or 1 in a list of
+ * two, else -1. */
+int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end *end);
+
+/* ---- check_key.c ------------------------------------------------------------------------------------------------- */
+
+/* The members of an item that the keys of its type stand for. `standard` is the struct that such an item starts from. Two
+ * ends must lie on two bodies. */
+void kt_checker_keys(kt_checker *checker, const kt_descriptor *descriptor, const void *object, const void *standard);
 
 #endif

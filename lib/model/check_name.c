@@ -1,5 +1,6 @@
 /* Rules of names and of what they refer to. */
 #include "model/check.h"
+#include "model/model.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -86,7 +87,7 @@ int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, con
     const char *type_name = kt_joint_type_name(type);
     if (type_name == NULL) /* reported with its body */
         return body;
-    if (type != KT_JOINT_REVOLUTE && type != KT_JOINT_PRISMATIC && type != KT_JOINT_SCREW) {
+    if (kt_joint_sizes[type].nq != 1) {
         kt_checker_fault(checker, field, sub,
                          "joint %s is %s; what is wanted has one coordinate: revolute, prismatic or screw",
                          kt_name_quote(name).text, type_name);
@@ -116,8 +117,7 @@ static void check_marker(kt_checker *checker, const char *field, int sub, int bo
                          kt_name_quote(owner->name).text, kt_name_quote(marker).text);
 }
 
-/* One end, under the key `field`; returns its body. */
-static int check_end(kt_checker *checker, const char *field, int sub, const kt_end *end) {
+int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end *end) {
     static const char *const at[3] = {".at", "[0].at", "[1].at"};
     static const char *const rotation[3] = {".rotation", "[0].rotation", "[1].rotation"};
     const int body = kt_checker_body(checker, field, sub, "body", end->body);
@@ -127,17 +127,4 @@ static int check_end(kt_checker *checker, const char *field, int sub, const kt_e
         check_marker(checker, field, sub, body, end->marker);
     kt_checker_rotation(checker, field, sub, rotation[sub + 1], &end->rotation);
     return body;
-}
-
-void kt_checker_end(kt_checker *checker, const char *field, const kt_end *end) {
-    (void)check_end(checker, field, -1, end);
-}
-
-void kt_checker_ends(kt_checker *checker, const kt_end ends[2]) {
-    int body[2];
-    for (int i = 0; i < 2; i++)
-        body[i] = check_end(checker, "between", i, &ends[i]);
-    if (body[0] == body[1] && body[0] != KT_BODY_UNKNOWN)
-        kt_checker_fault(checker, "between", -1, "both ends are on %s; it takes two bodies",
-                         body[0] == KT_BODY_WORLD ? "the world" : kt_name_quote(ends[0].body).text);
 }

@@ -66,6 +66,11 @@ bool kt_checker_not_negative(kt_checker *checker, const char *field, const char 
     return true;
 }
 
+bool kt_axis_is_fine(kt_vec3 axis) {
+    return kt_number_is_fine(axis.x) && kt_number_is_fine(axis.y) && kt_number_is_fine(axis.z) &&
+           (axis.x != 0.0 || axis.y != 0.0 || axis.z != 0.0);
+}
+
 bool kt_checker_axis(kt_checker *checker, const char *field, kt_vec3 axis) {
     if (!kt_checker_vector(checker, field, -1, "", axis))
         return false;

@@ -9,6 +9,12 @@
 
 #include <stdint.h>
 
+/* How many positions and velocities a joint of each type has. */
+typedef struct kt_joint_size {
+    int nq, nv;
+} kt_joint_size;
+extern const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT];
+
 typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define KT_JOINT_COUNTS(id, name, nq, nv) [id] = {nq, nv},
-static const struct { int q, v; } coordinates[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_COUNTS)};
+const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_COUNTS)};
 #undef KT_JOINT_COUNTS
 
 const kt_model *kt_model_absolute(const kt_model *model) { return model->absolute ? model->absolute->model : NULL; }
@@ -36,9 +36,9 @@ kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
     const kt_body_record *b = &model->body[body];
     return (kt_coordinates){.type = (kt_joint_type)b->type,
                             .q = b->q,
-                            .nq = coordinates[b->type].q,
+                            .nq = kt_joint_sizes[b->type].nq,
                             .v = b->v,
-                            .nv = coordinates[b->type].v};
+                            .nv = kt_joint_sizes[b->type].nv};
 }
 
 /* Coordinates are in the order of bodies, and bodies without any begin where the next ones do: the last that does not

@@ -171,8 +171,8 @@ typedef struct kt_effect_record {
     uint32_t name;         /* offset in the model's text; 0: none */
     kt_pose frame[2];
     kt_vec3 arm[2]; /* from the bodies' frames' origins to the ends, links' axes */
-    kt_effect_wrench_callback *push;
-    kt_effect_joint_force_callback *drive;
+    kt_effect_wrench_callback *wrench;
+    kt_effect_joint_force_callback *joint_force;
     void *user;
 #define KT_EFFECT_DECLARE(member) double member;
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)

@@ -28,7 +28,7 @@ static void evaluate(const kt_support *w, const kt_effect_record *effect, int32_
         end[i] = (kt_effect_frame){
             .axes = {m.axes[0], m.axes[1], m.axes[2]}, .point = m.point, .omega = m.omega, .velocity = m.velocity};
     }
-    kt_effect_kind_of(effect->type)->push(effect, w->x->model->number, end, w->x->t, wrench, NULL);
+    kt_effect_kind_of(effect->type)->wrench(effect, w->x->model->number, end, w->x->t, wrench, NULL);
     for (int i = 0; i < effect->ends; i++) {
         pushed[i].force = wrench[i].force;
         pushed[i].moment = wrench[i].moment + kt_cross(end[i].point, wrench[i].force);
@@ -56,9 +56,9 @@ static void drive(const kt_dual_motion *x, const kt_effect_record *effect, doubl
     const double q = x->q[link->q], v = x->v[link->v], *numbers = x->model->number;
     const size_t diagonal = (size_t)link->v * (x->model->n.v + 1);
     d_q[diagonal] -=
-        kt_derivative_of(kind->drive(effect, numbers, kt_dual_make(q, 1.0), kt_dual_make(v, 0.0), x->t, NULL));
+        kt_derivative_of(kind->joint_force(effect, numbers, kt_dual_make(q, 1.0), kt_dual_make(v, 0.0), x->t, NULL));
     d_v[diagonal] -=
-        kt_derivative_of(kind->drive(effect, numbers, kt_dual_make(q, 0.0), kt_dual_make(v, 1.0), x->t, NULL));
+        kt_derivative_of(kind->joint_force(effect, numbers, kt_dual_make(q, 0.0), kt_dual_make(v, 1.0), x->t, NULL));
 }
 
 void kt_dual_effects(const kt_dual_motion *x, double *d_q, double *d_v) {

@@ -72,27 +72,27 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
 /* The wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
 KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
                    const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
-    if (kind->push) {
-        kind->push(effect, model->number, end, t, wrench, balance);
+    if (kind->wrench) {
+        kind->wrench(effect, model->number, end, t, wrench, balance);
         return 0;
     }
     memset(wrench, 0, 2 * sizeof *wrench);
     if (balance)
         *balance = (kt_effect_balance){0.0, 0.0, 0.0};
-    return effect->push(effect->user, t, end, wrench, balance);
+    return effect->wrench(effect->user, t, end, wrench, balance);
 }
 
 /* The joint force of an effect. Returns the code of a callback, otherwise 0. */
 KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind, double q,
                     double v, double t, double *force, kt_effect_balance *balance) {
-    if (kind->drive) {
-        *force = kind->drive(effect, model->number, q, v, t, balance);
+    if (kind->joint_force) {
+        *force = kind->joint_force(effect, model->number, q, v, t, balance);
         return 0;
     }
     *force = 0.0;
     if (balance)
         *balance = (kt_effect_balance){0.0, 0.0, 0.0};
-    return effect->drive(effect->user, t, q, v, force, balance);
+    return effect->joint_force(effect->user, t, q, v, force, balance);
 }
 
 /* ---- batches ----------------------------------------------------------------------------------------------------- */

@@ -117,6 +117,24 @@ static bool same_markers(const kt_field *field, const void *object, const void *
 
 static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
 
+/* ---- shapes ------------------------------------------------------------------------------------------------------ */
+
+#define SHAPE_NAME(id, name) #name,
+static const char *const shape_names[] = {KT_SHAPE_LIST(SHAPE_NAME)};
+static const kt_choice shape_types = {"shape.type", shape_names, KT_SHAPE_TYPE_COUNT, KT_SHAPE_NONE + 1};
+
+static const kt_descriptor *describe_shape(int type) { return kt_shape_descriptor((kt_shape_type)type); }
+
+static const kt_field shape_fields[] = {
+    {.key = "type",
+     .kind = &kt_kind_choice,
+     .offset = offsetof(kt_shape, type),
+     .flags = KT_FIELD_REQUIRED,
+     .detail = &shape_types},
+};
+static const kt_table shape_table = {
+    .fields = shape_fields, .count = 1, .flow = true, .types = &shape_types, .describe = describe_shape};
+
 /* ---- a body ------------------------------------------------------------------------------------------------------ */
 
 #define AT(member) .offset = offsetof(kt_body, member)
@@ -127,10 +145,10 @@ static const kt_field fields[] = {
     {.key = "mass", .kind = &kt_kind_number, AT(mass), .same = same_mass},
     {.key = "com", .kind = &kt_kind_vector, AT(com), .same = same_com},
     {.key = "inertia", .kind = &kind_inertia, AT(inertia), .same = same_inertia},
-    {.key = "shape", .kind = &kt_kind_map, AT(shape), .detail = &kt_shape_table, .same = same_shape},
+    {.key = "shape", .kind = &kt_kind_map, AT(shape), .detail = &shape_table, .same = same_shape},
     {.key = "markers", .kind = &kind_markers},
 };
-static const kt_table body_table = {.where = "bodies", .fields = fields, .count = KT_COUNT_OF(fields)};
+static const kt_table body_table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
 static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
     const kt_scope scope = kt_item_scope("body", "bodies", index, node);

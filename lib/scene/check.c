@@ -9,14 +9,19 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Where a loop or effect bears the member of a description by another key. */
-static const char *const aliases[][2] = {{"axis2", "normal"}, {"torque", "force"}};
+typedef struct kt_checking {
+    kt_reader *reader;
+    const kt_description *description;
+} kt_checking;
 
-static const char *alias_of(const char *key) {
-    for (size_t i = 0; i < sizeof aliases / sizeof *aliases; i++)
-        if (strcmp(aliases[i][0], key) == 0)
-            return aliases[i][1];
-    return NULL;
+/* The key of a loop or effect that a fault is about; NULL where it is another item, or a key of every type. */
+static const kt_key *key_of(const kt_checking *c, const kt_place *place) {
+    const kt_descriptor *descriptor = NULL;
+    if (place->item == KT_ITEM_LOOP)
+        descriptor = kt_loop_descriptor(c->description->loops[place->index].type);
+    if (place->item == KT_ITEM_EFFECT)
+        descriptor = kt_effect_descriptor(c->description->effects[place->index].type);
+    return descriptor == NULL ? NULL : kt_descriptor_key(descriptor, place->field);
 }
 
 static kt_node *item_node(const kt_reader *r, const kt_place *place) {
@@ -45,17 +50,8 @@ static kt_node *child(kt_node *node, int sub) {
     return found;
 }
 
-/* Follows "joint.axis" from the item as far as the file goes. */
-static kt_node *follow(kt_node *node, const char *field, int sub) {
-    if (strcmp(field, "between") == 0 && kt_node_find(node, "between") == NULL) { /* a rolling wheel, or a contact */
-        static const char *const first[] = {"wheel", "point"}, *const second[] = {"on", "plane"};
-        for (int i = 0; i < 2 && sub >= 0; i++) {
-            kt_node *end = kt_node_find(node, sub == 0 ? first[i] : second[i]);
-            if (end != NULL)
-                return end;
-        }
-        return node;
-    }
+/* Follows "joint.axis" from the item as far as the file goes. also: what the last word may be written as; or NULL. */
+static kt_node *follow(kt_node *node, const char *field, const char *also, int sub) {
     while (*field != '\0') {
         size_t length = strcspn(field, ".");
         char key[32];
@@ -64,8 +60,8 @@ static kt_node *follow(kt_node *node, const char *field, int sub) {
         memcpy(key, field, length);
         key[length] = '\0';
         kt_node *next = kt_node_find(node, key);
-        if (next == NULL && alias_of(key) != NULL)
-            next = kt_node_find(node, alias_of(key));
+        if (next == NULL && also != NULL)
+            next = kt_node_find(node, also);
         if (next == NULL)
             return node;
         node = next;
@@ -76,13 +72,17 @@ static kt_node *follow(kt_node *node, const char *field, int sub) {
 
 enum { LONGEST_NAME = 255 };
 
+/* Whether the value of a field names a body. */
+static bool is_reference(const kt_place *place, const kt_key *key) {
+    if (key == NULL)
+        return place->item == KT_ITEM_HOLD || (place->item == KT_ITEM_BODY && strcmp(place->field, "parent") == 0);
+    return key->kind == KT_KEY_END || key->kind == KT_KEY_ENDS || key->kind == KT_KEY_BODY ||
+           key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
+}
+
 /* Whether a field names a body of which too little could be read to say that the name is wrong. */
-static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt_node *node) {
-    static const char *const fields[] = {"parent", "between", "coefficients", "joint", "hold"};
-    bool is_reference = false;
-    for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
-        is_reference = is_reference || strcmp(place->field, fields[i]) == 0;
-    if (!is_reference)
+static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *node) {
+    if (!is_reference(place, key))
         return false;
     char name[LONGEST_NAME + 1];
     const kt_node *text = node->kind == KT_NODE_MAP ? kt_node_find(node, "body") : node;
@@ -127,10 +127,11 @@ static bool leans_on_faulty(const kt_place *place, const kt_node *item) {
 
 /* Whether the fault is, or may come from, one of form. A key that stands there and can be read speaks for itself; one
  * that does not may stand there misspelt. */
-static bool is_known(const kt_reader *r, const kt_place *place, const kt_node *item, const kt_node *node) {
+static bool is_known(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *item,
+                     const kt_node *node) {
     static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
     size_t length = strcspn(place->field, ".");
-    if (node->faulty || refers_to_hidden(r, place, node) || leans_on_faulty(place, item))
+    if (node->faulty || refers_to_hidden(r, place, key, node) || leans_on_faulty(place, item))
         return true;
     if ((place->item == KT_ITEM_LOOP || place->item == KT_ITEM_EFFECT) && !has_type(item) &&
         strcmp(place->field, "name") != 0)
@@ -146,10 +147,12 @@ static bool is_known(const kt_reader *r, const kt_place *place, const kt_node *i
 }
 
 static void take_fault(void *user, const kt_place *place, const kt_error *error) {
-    kt_reader *r = user;
+    const kt_checking *c = user;
+    kt_reader *r = c->reader;
+    const kt_key *key = key_of(c, place);
     const kt_node *item = item_node(r, place);
-    const kt_node *node = follow(item_node(r, place), place->field, place->sub);
-    if (is_known(r, place, item, node))
+    const kt_node *node = follow(item_node(r, place), place->field, key != NULL ? key->also : NULL, place->sub);
+    if (is_known(r, place, key, item, node))
         return;
     kt_phrase where = {.length = 0};
     if (place->item == KT_ITEM_HOLD)
@@ -171,11 +174,12 @@ static bool is_tree_known(const kt_reader *r) {
 /* What only the whole mechanism shows is told by its compilation, where it comes so far; here only beside other faults,
  * as long as there is room for more and memory, of which it takes what a compilation does. */
 void kt_check_description(kt_reader *r, const kt_description *description) {
+    kt_checking c = {r, description};
     kt_error error;
-    if (kt_description_check(description, take_fault, r, &error) == KT_ERROR_MEMORY)
+    if (kt_description_check(description, take_fault, &c, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);
     else if (r->fault_count > 0 && r->fault_count < KT_FAULT_COUNT_MAX && is_tree_known(r)) {
-        const kt_status told = kt_model_check(description, take_fault, r, &error);
+        const kt_status told = kt_model_check(description, take_fault, &c, &error);
         (void)told; /* fault by fault, or not to be had */
     }
 }

@@ -19,9 +19,8 @@ typedef struct kt_emit_level {
 
 /* A struct of zeros writes nothing and only looks for what cannot be written. */
 typedef struct kt_emitter {
-    FILE *stream;               /* NULL: none */
-    const char *const *refused; /* see support.h; NULL: nothing is */
-    kt_error fault;             /* the first thing that cannot be written */
+    FILE *stream;   /* NULL: none */
+    kt_error fault; /* the first thing that cannot be written */
     int column;
     int depth;
     kt_emit_level levels[KT_EMIT_DEPTH_MAX];

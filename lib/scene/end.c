@@ -12,7 +12,7 @@ static const kt_field end_fields[] = {
     {.key = "at", .kind = &kt_kind_vector, .offset = offsetof(kt_end, at)},
     {.key = "rotation", .kind = &kt_kind_rotation, .offset = offsetof(kt_end, rotation)},
 };
-static const kt_table end_table = {.where = "end", .fields = end_fields, .count = KT_COUNT_OF(end_fields)};
+static const kt_table end_table = {.fields = end_fields, .count = KT_COUNT_OF(end_fields)};
 
 /* Splits `body.marker`; a name without a point is a body. */
 static bool split(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out) {

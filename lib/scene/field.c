@@ -1,60 +1,126 @@
-/* Mappings by table: one list of keys reads, writes, compares and suggests. */
+/* Mappings by table: one list of keys reads, writes, compares and suggests. Where a mapping has types, its keys are those
+ * of the table and those of the type's descriptor. */
 #include "scene/number.h"
 #include "scene/reader.h"
-#include "scene/support.h"
 
 #include <string.h>
 
 /* ---- words ------------------------------------------------------------------------------------------------------- */
 
-/* "a, b or c", without what is refused. */
-static void add_choices(const kt_reader *r, kt_phrase *phrase, const kt_choice *choice) {
-    int left = 0;
+/* "a, b or c" */
+static void add_choices(kt_phrase *phrase, const kt_choice *choice) {
     for (int i = choice->first; i < choice->count; i++)
-        left += !kt_support_is_refused(r->refused, choice->where, choice->names[i]);
-    for (int i = choice->first; i < choice->count; i++)
-        if (!kt_support_is_refused(r->refused, choice->where, choice->names[i]))
-            kt_phrase_add(phrase, "%s%s", choice->names[i], --left > 1 ? ", " : left == 1 ? " or " : "");
+        kt_phrase_add(phrase, "%s%s", choice->names[i],
+                      i + 2 < choice->count   ? ", "
+                      : i + 1 < choice->count ? " or "
+                                              : "");
 }
 
 static void report_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
     const char *word = node->of.text;
     kt_phrase phrase = {.length = 0};
-    if (kt_support_is_refused(r->refused, choice->where, word)) {
-        kt_phrase_add(&phrase, "'%s' is not supported yet; choose ", word);
-        add_choices(r, &phrase, choice);
-        kt_fault_at(r, KT_ERROR_UNSUPPORTED, scope, node, "%s", phrase.text);
-        return;
-    }
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
-    bool more = true;
-    for (int i = choice->first; more && i < choice->count; i++)
-        more = kt_nearest_try(&nearest, choice->names[i]);
-    const char *name;
-    for (size_t i = 0; more && (name = kt_support_refused_name(r->refused, choice->where, i)) != NULL; i++)
-        more = kt_nearest_try(&nearest, name);
+    for (int i = choice->first; i < choice->count; i++)
+        if (!kt_nearest_try(&nearest, choice->names[i]))
+            break;
     kt_phrase_add(&phrase, "%s is unknown; ", kt_name_quote(word).text);
     if (nearest.best != NULL)
         kt_phrase_add(&phrase, "did you mean '%s'? Choose ", nearest.best);
     else
         kt_phrase_add(&phrase, "choose ");
-    add_choices(r, &phrase, choice);
+    add_choices(&phrase, choice);
     kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", phrase.text);
 }
 
 int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
     if (node->kind != KT_NODE_TEXT || node->count == 0) {
         kt_phrase expected = {.length = 0};
-        add_choices(r, &expected, choice);
+        add_choices(&expected, choice);
         kt_fault_expected(r, scope, node, expected.text);
         return -1;
     }
-    if (!kt_support_is_refused(r->refused, choice->where, node->of.text))
-        for (int i = choice->first; i < choice->count; i++)
-            if (strcmp(node->of.text, choice->names[i]) == 0)
-                return i;
+    for (int i = choice->first; i < choice->count; i++)
+        if (strcmp(node->of.text, choice->names[i]) == 0)
+            return i;
     report_choice(r, scope, node, choice);
     return -1;
+}
+
+/* ---- the fields of a mapping ------------------------------------------------------------------------------------- */
+
+/* Those of the table, and those of a type. */
+typedef struct kt_fields {
+    kt_field field[KT_TABLE_COUNT_MAX];
+    int count;
+} kt_fields;
+
+static int find_field(const kt_fields *fields, const char *key) {
+    for (int i = 0; i < fields->count; i++)
+        if (strcmp(fields->field[i].key, key) == 0 ||
+            (fields->field[i].also != NULL && strcmp(fields->field[i].also, key) == 0))
+            return i;
+    return -1;
+}
+
+/* The name of a key within its mapping: of "joint.axis" the word behind the point. */
+static const char *word_of(const kt_key *key) {
+    const char *point = strchr(key->name, '.');
+    return point == NULL ? key->name : point + 1;
+}
+
+static const kt_key *key_of_type(const kt_table *table, int type, const char *word) {
+    const kt_descriptor *descriptor = table->describe(type);
+    for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++)
+        if (strcmp(word_of(&descriptor->keys[i]), word) == 0 ||
+            (descriptor->keys[i].also != NULL && strcmp(descriptor->keys[i].also, word) == 0))
+            return &descriptor->keys[i];
+    return NULL;
+}
+
+static void add_type(kt_fields *fields, const kt_table *table, int type) {
+    const kt_descriptor *descriptor = table->describe(type);
+    for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++) {
+        const kt_key *key = &descriptor->keys[i];
+        if (find_field(fields, word_of(key)) >= 0) /* of several types: the first */
+            continue;
+        fields->field[fields->count++] = (kt_field){.key = word_of(key),
+                                                    .also = key->also,
+                                                    .kind = kt_kind_of_key(key),
+                                                    .offset = key->offset,
+                                                    .flags = key->needed ? KT_FIELD_REQUIRED : 0,
+                                                    .detail = key};
+    }
+}
+
+static void list_fields(kt_fields *fields, const kt_table *table, int type) {
+    fields->count = 0;
+    for (int i = 0; i < table->count; i++)
+        fields->field[fields->count++] = table->fields[i];
+    if (table->describe != NULL)
+        add_type(fields, table, type);
+}
+
+/* Of a mapping whose type is not known: the keys of all types. */
+static void list_all_fields(kt_fields *fields, const kt_table *table) {
+    list_fields(fields, table, -1);
+    for (int type = table->types->first; type < table->types->count; type++)
+        add_type(fields, table, type);
+}
+
+static bool is_type(const kt_table *table, const kt_field *field) {
+    return table->types != NULL && field->detail == table->types;
+}
+
+/* The type that an object has; -1: none. */
+static int type_of(const kt_table *table, const void *object) {
+    for (int i = 0; i < table->count; i++) {
+        int type;
+        if (!is_type(table, &table->fields[i]))
+            continue;
+        memcpy(&type, kt_field_of(object, &table->fields[i]), sizeof type);
+        return type >= 0 && type < table->types->count ? type : -1;
+    }
+    return table->type;
 }
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
@@ -65,72 +131,68 @@ typedef struct kt_reading {
     const kt_scope *scope;
     const kt_table *table;
     void *object;
+    kt_fields fields;
     kt_node *values[KT_TABLE_COUNT_MAX]; /* of the fields; NULL: not there */
-    uint32_t lines[KT_TABLE_COUNT_MAX];
+    const kt_node *keys[KT_TABLE_COUNT_MAX];
     bool misspelt[KT_TABLE_COUNT_MAX]; /* an unknown key was probably meant for it */
-    unsigned type;                     /* its bit; ~0: no types, or the type could not be read */
-    bool type_is_known;
+    int type;                          /* -1: it could not be read */
+    bool type_is_known;                /* it could be read, or there are none to choose from */
 } kt_reading;
-
-static bool applies(const kt_field *field, unsigned type) { return field->types == 0 || (field->types & type) != 0; }
-
-/* The field of this key, rather one that the type has; -1: none. */
-static int find_field(const kt_table *table, const char *key, unsigned type) {
-    int found = -1;
-    for (int i = 0; i < table->count; i++)
-        if (strcmp(table->fields[i].key, key) == 0 && (found < 0 || applies(&table->fields[i], type)))
-            found = i;
-    return found;
-}
 
 static void report_unknown(kt_reading *reading, kt_node *key) {
     kt_reader *r = reading->r;
-    const kt_table *table = reading->table;
+    const kt_fields *fields = &reading->fields;
     const char *word = key->of.text;
-    if (kt_support_is_refused(r->refused, table->where, word)) {
-        kt_fault_at(r, KT_ERROR_UNSUPPORTED, reading->scope, key, "'%s' is not supported yet; remove it", word);
-        return;
-    }
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
     bool more = true;
-    for (int i = 0; more && i < table->count; i++)
-        if (applies(&table->fields[i], reading->type))
-            more = kt_nearest_try(&nearest, table->fields[i].key);
+    for (int i = 0; more && i < fields->count; i++) {
+        more = kt_nearest_try(&nearest, fields->field[i].key);
+        if (more && fields->field[i].also != NULL)
+            more = kt_nearest_try(&nearest, fields->field[i].also);
+    }
     kt_phrase mend = {.length = 0};
     if (nearest.best != NULL) {
         kt_phrase_add(&mend, "did you mean '%s'?", nearest.best);
-        reading->misspelt[find_field(table, nearest.best, reading->type)] = true;
+        reading->misspelt[find_field(fields, nearest.best)] = true;
     } else {
         kt_phrase_add(&mend, "it can be");
-        for (int i = 0, n = 0; i < table->count; i++)
-            if (find_field(table, table->fields[i].key, reading->type) == i && /* once, whatever types share it */
-                applies(&table->fields[i], reading->type) &&
-                !kt_support_is_refused(r->refused, table->where, table->fields[i].key))
-                kt_phrase_add(&mend, "%s %s", n++ > 0 ? "," : "", table->fields[i].key);
+        for (int i = 0; i < fields->count; i++) {
+            kt_phrase_add(&mend, "%s %s", i > 0 ? "," : "", fields->field[i].key);
+            if (fields->field[i].also != NULL)
+                kt_phrase_add(&mend, ", %s", fields->field[i].also);
+        }
     }
     kt_fault_at(r, KT_ERROR_SCENE, reading->scope, key, "unknown key %s; %s", kt_name_quote(word).text, mend.text);
 }
 
-/* A key that other types have. */
-static void report_misplaced(const kt_reading *reading, const kt_field *field, kt_node *key) {
+/* Reports a key that other types have; false where none has it. */
+static bool report_misplaced(const kt_reading *reading, kt_node *key) {
     const kt_table *table = reading->table;
-    kt_phrase owners = {.length = 0};
-    unsigned having = 0;
-    for (int i = 0; i < table->count; i++)
-        if (strcmp(table->fields[i].key, field->key) == 0)
-            having |= table->fields[i].types;
-    int left = 0;
-    for (int i = table->types->first; i < table->types->count; i++)
-        left += (having >> i & 1U) != 0;
-    int type = 0;
-    for (int i = table->types->first; i < table->types->count; i++) {
-        if ((having >> i & 1U) != 0)
-            kt_phrase_add(&owners, "%s%s", table->types->names[i], --left > 1 ? ", " : left == 1 ? " and " : "");
-        if ((reading->type >> i & 1U) != 0)
-            type = i;
-    }
+    const kt_choice *types = table->types;
+    int owners = 0;
+    if (types == NULL || reading->type < 0)
+        return false;
+    for (int i = types->first; i < types->count; i++)
+        owners += key_of_type(table, i, key->of.text) != NULL;
+    if (owners == 0)
+        return false;
+    kt_phrase phrase = {.length = 0};
+    for (int i = types->first; i < types->count; i++)
+        if (key_of_type(table, i, key->of.text) != NULL)
+            kt_phrase_add(&phrase, "%s%s", types->names[i], --owners > 1 ? ", " : owners == 1 ? " and " : "");
     kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "type %s has no key '%s'; it belongs to %s",
-                table->types->names[type], field->key, owners.text);
+                types->names[reading->type], key->of.text, phrase.text);
+    return true;
+}
+
+static void report_repeated(const kt_reading *reading, const kt_node *first, kt_node *key) {
+    if (strcmp(first->of.text, key->of.text) == 0)
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key,
+                    "the key '%s' is there already, in line %u; remove one of them", key->of.text,
+                    (unsigned)first->line);
+    else
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key,
+                    "'%s' and '%s' are the same; leave one of them out", first->of.text, key->of.text);
 }
 
 static void sort_key(kt_reading *reading, kt_node *key) {
@@ -141,47 +203,45 @@ static void sort_key(kt_reading *reading, kt_node *key) {
                     key->kind == KT_NODE_LIST ? "list" : "mapping");
         return;
     }
-    if (strcmp(key->of.text, "<<") == 0 && key->next->faulty) /* a merge key: its alias has been told */
+    if (strcmp(key->of.text, "<<") == 0 && key->next->faulty) /* a merge key, whose alias has been reported */
         return;
-    int found = find_field(reading->table, key->of.text, reading->type);
-    const kt_field *field = found < 0 ? NULL : &reading->table->fields[found];
-    if (field == NULL || kt_support_is_refused(reading->r->refused, reading->table->where, field->key))
-        report_unknown(reading, key);
-    else if (!applies(field, reading->type))
-        report_misplaced(reading, field, key);
-    else if (reading->values[found] != NULL)
-        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key,
-                    "the key '%s' is there already, in line %u; remove one of them", field->key,
-                    (unsigned)reading->lines[found]);
-    else {
+    const int found = find_field(&reading->fields, key->of.text);
+    if (found < 0) {
+        if (!report_misplaced(reading, key))
+            report_unknown(reading, key);
+    } else if (reading->values[found] != NULL) {
+        report_repeated(reading, reading->keys[found], key);
+    } else {
         reading->values[found] = key->next;
-        reading->lines[found] = key->line;
+        reading->keys[found] = key;
     }
 }
 
 static bool read_field(const kt_reading *reading, int i) {
-    const kt_field *field = &reading->table->fields[i];
+    const kt_field *field = &reading->fields.field[i];
     const kt_scope scope = {.outer = reading->scope, .key = field->key};
     kt_node *value = reading->values[i];
     return !value->faulty && field->kind->read(reading->r, &scope, value, field, reading->object);
 }
 
-/* One that an unknown key was probably meant for is not told again. */
+/* A key that an unknown one was probably meant for is not reported again. */
 static void report_missing(const kt_reading *reading, kt_node *map) {
     const kt_table *table = reading->table;
     kt_phrase missing = {.length = 0}, mend = {.length = 0};
     int count = 0;
-    for (int i = 0; i < table->count; i++) {
-        const kt_field *field = &table->fields[i];
-        bool wanted = field->types == 0 || (reading->type_is_known && applies(field, reading->type));
-        if (wanted && (field->flags & KT_FIELD_REQUIRED) != 0 && reading->values[i] == NULL && !reading->misspelt[i])
-            kt_phrase_add(&missing, "%s'%s'", count++ > 0 ? ", " : "", field->key);
+    for (int i = 0; i < (reading->type_is_known ? reading->fields.count : table->count); i++) {
+        const kt_field *field = &reading->fields.field[i];
+        if ((field->flags & KT_FIELD_REQUIRED) == 0 || reading->values[i] != NULL || reading->misspelt[i])
+            continue;
+        kt_phrase_add(&missing, "%s'%s'", count++ > 0 ? ", " : "", field->key);
+        if (field->also != NULL)
+            kt_phrase_add(&missing, " (or '%s')", field->also);
     }
     if (count == 0)
         return;
     if (table->types != NULL && kt_node_find(map, "type") == NULL) {
         kt_phrase_add(&mend, "its type is ");
-        add_choices(reading->r, &mend, table->types);
+        add_choices(&mend, table->types);
     } else {
         kt_phrase_add(&mend, "add %s", count > 1 ? "them" : "it");
     }
@@ -189,36 +249,23 @@ static void report_missing(const kt_reading *reading, kt_node *map) {
                 missing.text, count > 1 ? "are" : "is", mend.text);
 }
 
-static bool is_type(const kt_table *table, const kt_field *field) {
-    return table->types != NULL && field->detail == table->types;
-}
-
-/* The bit of the type that an object has; all bits where there are no types. */
-static unsigned type_of(const kt_table *table, const void *object) {
-    for (int i = 0; i < table->count; i++) {
-        int type;
-        if (!is_type(table, &table->fields[i]))
-            continue;
-        memcpy(&type, kt_field_of(object, &table->fields[i]), sizeof type);
-        return type >= 0 && type < table->types->count ? 1U << type : 0U;
-    }
-    return ~0U;
-}
-
-/* The type decides what the other keys mean, wherever it stands. */
+/* The type decides which other keys there are and what they mean, wherever it stands. */
 static void read_type(kt_reading *reading, const kt_node *map) {
     const kt_table *table = reading->table;
-    reading->type = ~0U;
     reading->type_is_known = table->types == NULL;
     for (int i = 0; i < table->count; i++) {
         if (!is_type(table, &table->fields[i]))
             continue;
+        reading->fields.field[i] = table->fields[i];
         reading->values[i] = kt_node_find(map, table->fields[i].key);
         reading->type_is_known = reading->values[i] != NULL && read_field(reading, i);
         reading->values[i] = NULL;
     }
+    reading->type = reading->type_is_known ? type_of(table, reading->object) : -1;
     if (reading->type_is_known)
-        reading->type = type_of(table, reading->object);
+        list_fields(&reading->fields, table, reading->type);
+    else
+        list_all_fields(&reading->fields, table);
 }
 
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object) {
@@ -232,12 +279,9 @@ bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_t
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
         sort_key(&reading, key);
     report_missing(&reading, map);
-    for (int i = 0; i < table->count && !r->out_of_memory; i++) {
-        const kt_field *field = &table->fields[i];
-        bool readable = reading.type_is_known || field->types == 0;
-        if (reading.values[i] != NULL && readable && !is_type(table, field))
+    for (int i = 0; i < (reading.type_is_known ? reading.fields.count : table->count) && !r->out_of_memory; i++)
+        if (reading.values[i] != NULL && !is_type(table, &reading.fields.field[i]))
             (void)read_field(&reading, i);
-    }
     return true;
 }
 
@@ -249,29 +293,27 @@ bool kt_field_same(const kt_field *field, const void *object, const void *standa
     return field->kind->same != NULL && field->kind->same(field, object, standard);
 }
 
-static bool is_written(const kt_field *field, unsigned type, const void *object, const void *standard) {
-    if (!applies(field, type) || (field->flags & KT_FIELD_READ_ONLY) != 0)
-        return false;
+static bool is_written(const kt_field *field, const void *object, const void *standard) {
     return (field->flags & KT_FIELD_REQUIRED) != 0 || !kt_field_same(field, object, standard);
 }
 
 bool kt_table_same(const kt_table *table, const void *object, const void *standard) {
-    unsigned type = type_of(table, object);
-    for (int i = 0; i < table->count; i++)
-        if (is_written(&table->fields[i], type, object, standard))
+    kt_fields fields;
+    list_fields(&fields, table, type_of(table, object));
+    for (int i = 0; i < fields.count; i++)
+        if (is_written(&fields.field[i], object, standard))
             return false;
     return true;
 }
 
 void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard) {
-    unsigned type = type_of(table, object);
+    kt_fields fields;
+    list_fields(&fields, table, type_of(table, object));
     kt_emit_map(e, table->flow);
-    for (int i = 0; i < table->count; i++) {
-        const kt_field *field = &table->fields[i];
-        if (!is_written(field, type, object, standard))
+    for (int i = 0; i < fields.count; i++) {
+        const kt_field *field = &fields.field[i];
+        if (!is_written(field, object, standard))
             continue;
-        if (kt_support_is_refused(e->refused, table->where, field->key))
-            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "'%s' is not supported yet", field->key);
         if ((field->flags & KT_FIELD_SECTION) != 0)
             kt_emit_section(e, field->key);
         else

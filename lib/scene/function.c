@@ -5,13 +5,6 @@
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-/* A value of the function: its unit is that of what the function gives. */
-static bool read_ordinate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_number(r, scope, node, (kt_quantity)r->quantity, kt_field_in(object, field));
-}
-
-static const kt_kind kind_ordinate = {read_ordinate, kt_number_write, kt_number_same};
-
 static bool take_numbers(kt_reader *r, size_t count, kt_function *out, double **numbers) {
     *numbers = kt_pool_take(&r->keep, count, sizeof **numbers);
     if (*numbers == NULL)
@@ -57,7 +50,7 @@ static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
-/* Written by write_function. */
+/* Written by kt_write_function. */
 static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {.read = read_table};
 
 /* ---- the forms --------------------------------------------------------------------------------------------------- */
@@ -65,22 +58,9 @@ static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {
 static const char *const interpolation_names[] = {"linear", "cubic", "monotone"};
 static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0};
 
-#define AT(member) .offset = offsetof(kt_function, member)
-static const kt_field sine_fields[] = {
-    {.key = "amplitude", .kind = &kind_ordinate, AT(amplitude), .flags = KT_FIELD_REQUIRED},
-    {.key = "frequency", .kind = &kt_kind_number, AT(frequency), .flags = KT_FIELD_REQUIRED},
-    {.key = "phase", .kind = &kt_kind_angle, AT(phase)},
-    {.key = "offset", .kind = &kind_ordinate, AT(offset)},
-};
-static const kt_table sine_table = {.where = "function.sine", .fields = sine_fields, .count = 4, .flow = true};
-
-static const kt_field ramp_fields[] = {
-    {.key = "from", .kind = &kind_ordinate, AT(from), .flags = KT_FIELD_REQUIRED},
-    {.key = "to", .kind = &kind_ordinate, AT(to), .flags = KT_FIELD_REQUIRED},
-    {.key = "start", .kind = &kt_kind_number, AT(start), .flags = KT_FIELD_REQUIRED},
-    {.key = "end", .kind = &kt_kind_number, AT(end), .flags = KT_FIELD_REQUIRED},
-};
-static const kt_table ramp_table = {.where = "function.ramp", .fields = ramp_fields, .count = 4, .flow = true};
+static const kt_descriptor *describe(int type) { return kt_function_descriptor((kt_function_type)type); }
+static const kt_table sine_table = {.describe = describe, .type = KT_FUNCTION_SINE, .flow = true};
+static const kt_table ramp_table = {.describe = describe, .type = KT_FUNCTION_RAMP, .flow = true};
 
 enum { FORM_COUNT = 4 };
 static const kt_field form_fields[] = {
@@ -88,12 +68,14 @@ static const kt_field form_fields[] = {
     {.key = "ramp", .kind = &kt_kind_map, .detail = &ramp_table},
     {.key = "polynomial", .kind = &kind_polynomial},
     {.key = "table", .kind = &kind_table},
-    {.key = "interpolation", .kind = &kt_kind_choice, AT(interpolation), .detail = &interpolations},
+    {.key = "interpolation",
+     .kind = &kt_kind_choice,
+     .offset = offsetof(kt_function, interpolation),
+     .detail = &interpolations},
 };
 static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE, KT_FUNCTION_RAMP, KT_FUNCTION_POLYNOMIAL,
                                                         KT_FUNCTION_TABLE};
-static const kt_table form_table = {
-    .where = "function", .fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
+static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
 
 /* The one form that the mapping has; NONE after reporting what is wrong. */
 static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
@@ -120,7 +102,7 @@ static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
     return form_types[found];
 }
 
-static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
+bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
     kt_function function = {.type = KT_FUNCTION_CONSTANT};
     r->quantity = (int)quantity;
     if (node->kind == KT_NODE_LIST)
@@ -139,16 +121,6 @@ static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt
     return true;
 }
 
-static bool read_plain(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return read_function(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
-}
-
-/* The position of the loop's joint, which has been read before: an angle where the joint turns. */
-static bool read_motion(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const kt_loop *loop = object;
-    return read_function(r, scope, node, kt_joint_quantity(r, loop->joint), kt_field_in(object, field));
-}
-
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 static void write_points(kt_emitter *e, const kt_function *function) {
@@ -158,10 +130,8 @@ static void write_points(kt_emitter *e, const kt_function *function) {
     kt_emit_end(e);
 }
 
-static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
+void kt_write_function(kt_emitter *e, const kt_function *function) {
     static const kt_function zero = {.type = KT_FUNCTION_NONE};
-    const kt_function *function = kt_field_of(object, field);
     if (function->type == KT_FUNCTION_CONSTANT) {
         kt_emit_number(e, function->value);
         return;
@@ -193,35 +163,3 @@ static void write_function(kt_emitter *e, const kt_field *field, const void *obj
     }
     kt_emit_end(e);
 }
-
-static bool same_function(const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_function *function = kt_field_of(object, field);
-    return function->type == KT_FUNCTION_NONE;
-}
-
-static bool read_three(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_function *functions = kt_field_in(object, field);
-    if (node->kind != KT_NODE_LIST || node->count != 3)
-        return kt_fault_expected(r, scope, node, "a list of three numbers or functions of time");
-    bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = read_function(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
-    }
-    return good;
-}
-
-static void write_three(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_function *functions = kt_field_of(object, field);
-    const kt_field each = {.key = field->key, .kind = field->kind};
-    kt_emit_list(e, true);
-    for (int i = 0; i < 3; i++)
-        write_function(e, &each, &functions[i], standard);
-    kt_emit_end(e);
-}
-
-const kt_kind kt_kind_functions = {read_three, write_three, same_function};
-const kt_kind kt_kind_function = {read_plain, write_function, same_function};
-const kt_kind kt_kind_motion = {read_motion, write_function, same_function};

@@ -5,7 +5,6 @@
 #include "scene/value.h"
 
 extern const kt_table kt_joint_table; /* kt_joint */
-extern const kt_table kt_shape_table; /* kt_shape */
 
 /* Sections, of a kt_scene. */
 extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects;

@@ -3,6 +3,7 @@
 #define KT_SCENE_READER_H
 
 #include "base/names.h"
+#include "kinetree/descriptor.h"
 #include "kinetree/scene.h"
 #include "scene/emit.h"
 #include "scene/node.h"
@@ -25,11 +26,10 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
 
 struct kt_reader {
-    kt_pool keep;               /* what the scene holds in the end */
-    kt_pool scratch;            /* nodes, messages */
-    bool out_of_memory;         /* then nothing else counts */
-    int64_t effort;             /* what may still be spent on looking for the names that were meant */
-    const char *const *refused; /* see support.h */
+    kt_pool keep;       /* what the scene holds in the end */
+    kt_pool scratch;    /* nodes, messages */
+    bool out_of_memory; /* then nothing else counts */
+    int64_t effort;     /* what may still be spent on looking for the names that were meant */
 
     kt_fault *faults;
     size_t fault_count, fault_room, fault_dropped;
@@ -38,6 +38,7 @@ struct kt_reader {
     kt_names names;                    /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
     bool names_are_known;              /* no body's name is unreadable */
     int quantity;                      /* kt_quantity of the values of the function that is being read */
+    int joint_quantity;                /* kt_quantity of the position of the joint that the item acts in */
 
     kt_node *root;
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes; /* as the arrays of the description */
@@ -96,37 +97,37 @@ typedef struct kt_kind {
 
 enum {
     KT_FIELD_REQUIRED = 1,
-    KT_FIELD_READ_ONLY = 2, /* another spelling of a key that is written */
-    KT_FIELD_SECTION = 4    /* written after a blank line */
+    KT_FIELD_SECTION = 2 /* written after a blank line */
 };
 
 /* A key of a mapping. */
 struct kt_field {
     const char *key;
+    const char *also; /* another spelling, which is read; NULL: none */
     const kt_kind *kind;
     size_t offset;      /* in the struct */
-    unsigned types;     /* where the mapping has types: those that have this key, one bit each; 0: all */
     unsigned flags;     /* KT_FIELD_ */
-    const void *detail; /* what the kind needs: a kt_table or a kt_choice */
+    const void *detail; /* what the kind needs: a kt_table or a kt_choice; of a key of a type its kt_key */
     bool (*same)(const kt_field *field, const void *object, const void *standard); /* NULL: the kind's */
 };
 
 /* The choices of a word, by value. */
 typedef struct kt_choice {
-    const char *where; /* "simulate.reduction": as support.h names it */
+    const char *where; /* "simulate.reduction" */
     const char *const *names;
     int count;
     int first; /* the smallest value that has a name in scene files */
 } kt_choice;
 
-/* A mapping, whose keys may depend on its type. */
+/* A mapping. With types, its keys are those of the table and those of its type's descriptor, in this order. */
 typedef struct kt_table {
-    const char *where; /* "simulate": as support.h names it */
     const kt_field *fields;
     int count;
-    bool flow;              /* written in one line */
-    const kt_choice *types; /* of its field `type`; NULL: no types */
-    const char *example;    /* "{linear: [...], angular: [...]}": where no mapping is found; NULL: none */
+    bool flow;                                  /* written in one line */
+    const kt_choice *types;                     /* of its field `type`; NULL: no types */
+    const kt_descriptor *(*describe)(int type); /* the descriptor of a type; NULL: the keys are those of the table */
+    int type;                                   /* the only one, where there are no types to choose from */
+    const char *example; /* "{linear: [...], angular: [...]}": where no mapping is found; NULL: none */
 } kt_table;
 
 enum { KT_TABLE_COUNT_MAX = 48 };
@@ -148,6 +149,9 @@ void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, co
 
 /* Whether the mapping would be written empty. */
 bool kt_table_same(const kt_table *table, const void *object, const void *standard);
+
+/* How a key of a type is read, written and compared. */
+const kt_kind *kt_kind_of_key(const kt_key *key);
 
 /* The scope of an item of a section: a body, loop or effect. */
 kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node);

@@ -89,7 +89,7 @@ static const kt_field euler_fields[] = {
     {.key = "angles", .kind = &kind_angles, .offset = offsetof(kt_rotation, value), .flags = KT_FIELD_REQUIRED},
 };
 static const kt_table euler_table = {
-    .where = "rotation.euler", .fields = euler_fields, .count = 2, .example = "{sequence: 313, angles: [a, b, c]}"};
+    .fields = euler_fields, .count = 2, .example = "{sequence: 313, angles: [a, b, c]}"};
 
 #define VALUE .offset = offsetof(kt_rotation, value)
 enum { AXIS_FIELD = 6, ANGLE_FIELD = 7 };
@@ -109,7 +109,7 @@ static const kt_rotation_type form_types[] = {
     KT_ROTATION_QUATERNION, KT_ROTATION_RPY,    KT_ROTATION_EULER,      KT_ROTATION_VECTOR,
     KT_ROTATION_CGR,        KT_ROTATION_MATRIX, KT_ROTATION_AXIS_ANGLE, KT_ROTATION_AXIS_ANGLE,
 };
-static const kt_table form_table = {.where = "rotation", .fields = form_fields, .count = KT_COUNT_OF(form_fields)};
+static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields)};
 
 /* The one form that the mapping has; NONE after reporting that there is none, or more than one. */
 static kt_rotation_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {

@@ -7,9 +7,7 @@
 
 #include "scene/file.h"
 #include "scene/number.h"
-#include "scene/parse.h"
 #include "scene/part.h"
-#include "scene/support.h"
 
 #include <locale.h>
 #include <stdio.h>
@@ -54,7 +52,7 @@ static const kt_field fields[] = {
     {.key = "simulate", .kind = &kt_kind_simulate, AT(run), .flags = KT_FIELD_SECTION},
     {.key = "output", .kind = &kt_kind_map, AT(run), .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
 };
-static const kt_table table = {.where = "", .fields = fields, .count = KT_COUNT_OF(fields)};
+static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
 /* Of another version nothing else can be said. */
 static bool check_version(kt_reader *r, kt_node *root) {
@@ -132,8 +130,8 @@ kt_scene kt_scene_default(void) {
 
 enum { EFFORT = 50000000 }; /* operations on suggestions: about a tenth of a second */
 
-kt_status kt_scene_parse_without(const char *const *refused, const char *path, const char *text, size_t size,
-                                 kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
+                         void *user, kt_error *error) {
     if (path == NULL)
         path = "scene";
     if (scene == NULL || (text == NULL && size > 0))
@@ -146,7 +144,7 @@ kt_status kt_scene_parse_without(const char *const *refused, const char *path, c
         return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
-    kt_reader r = {.effort = EFFORT, .refused = refused, .names_are_known = true};
+    kt_reader r = {.effort = EFFORT, .names_are_known = true};
     read_scene(&r, text == NULL ? "" : text, size, &read);
     if (!r.out_of_memory && r.fault_count == 0)
         (void)kt_scene_mark(&r, path, &read);
@@ -167,11 +165,6 @@ kt_status kt_scene_parse_without(const char *const *refused, const char *path, c
     }
     kt_pool_free(r.scratch.chunks);
     return status;
-}
-
-kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
-                         void *user, kt_error *error) {
-    return kt_scene_parse_without(kt_support_refused, path, text, size, scene, report, user, error);
 }
 
 kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
@@ -196,9 +189,9 @@ void kt_scene_free(kt_scene *scene) {
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 /* First without a stream, so that nothing is written of a scene that cannot be. */
-static kt_status emit(const kt_scene *scene, const char *const *refused, FILE *stream, kt_error *error) {
+static kt_status emit(const kt_scene *scene, FILE *stream, kt_error *error) {
     const kt_scene standard = kt_scene_default();
-    kt_emitter trial = {.refused = refused}, emitter = {.refused = refused, .stream = stream};
+    kt_emitter trial = {.stream = NULL}, emitter = {.stream = stream};
     kt_table_write(&trial, &table, scene, &standard);
     if (trial.fault.code != KT_OK)
         return kt_error_set(error, trial.fault.code, "scene", "%s", trial.fault.message);
@@ -208,7 +201,7 @@ static kt_status emit(const kt_scene *scene, const char *const *refused, FILE *s
     return KT_OK;
 }
 
-kt_status kt_scene_write_without(const char *const *refused, const kt_scene *scene, FILE *stream, kt_error *error) {
+kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
     if (scene == NULL || stream == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "scene", "scene and stream cannot be NULL");
     kt_status status = kt_description_check(&scene->description, NULL, NULL, error);
@@ -220,12 +213,8 @@ kt_status kt_scene_write_without(const char *const *refused, const kt_scene *sce
     if (plain == (locale_t)0)
         return kt_error_set(error, KT_ERROR_MEMORY, "scene", "there is not enough memory to write the scene");
     locale_t before = uselocale(plain);
-    status = emit(scene, refused, stream, error);
+    status = emit(scene, stream, error);
     (void)uselocale(before);
     freelocale(plain);
     return status;
-}
-
-kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
-    return kt_scene_write_without(kt_support_refused, scene, stream, error);
 }

@@ -64,8 +64,7 @@ static const kt_field tolerance_fields[] = {
     {.key = "relative", .kind = &kt_kind_number, .offset = offsetof(kt_run, relative), .flags = KT_FIELD_REQUIRED},
     {.key = "absolute", .kind = &kt_kind_number, .offset = offsetof(kt_run, absolute), .flags = KT_FIELD_REQUIRED},
 };
-static const kt_table tolerance_table = {
-    .where = "simulate.tolerance", .fields = tolerance_fields, .count = 2, .flow = true};
+static const kt_table tolerance_table = {.fields = tolerance_fields, .count = 2, .flow = true};
 
 static bool read_tolerance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
@@ -132,8 +131,7 @@ static const kt_field simulate_fields[] = {
     {.key = "metric", .kind = &kt_kind_choice, AT(metric), .detail = &metrics},
     {.key = "plan", .kind = &kt_kind_choice, AT(plan), .detail = &plans},
 };
-static const kt_table simulate_table = {
-    .where = "simulate", .fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
+static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
 
 /* A method without an error estimate needs a step and can do nothing with a tolerance. */
 static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
@@ -325,4 +323,4 @@ static const kt_field output_fields[] = {
     {.key = "record", .kind = &kind_record, AT(record)},
     {.key = "markers", .kind = &kind_markers},
 };
-const kt_table kt_output_table = {.where = "output", .fields = output_fields, .count = KT_COUNT_OF(output_fields)};
+const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(output_fields)};

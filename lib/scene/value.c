@@ -2,7 +2,6 @@
 #include "scene/value.h"
 
 #include "scene/number.h"
-#include "scene/support.h"
 
 #include <string.h>
 
@@ -274,8 +273,6 @@ static void write_choice(kt_emitter *e, const kt_field *field, const void *objec
     memcpy(&value, kt_field_of(object, field), sizeof value);
     if (value < choice->first || value >= choice->count)
         kt_emit_refuse(e, KT_ERROR_ARGUMENT, "%s is %d, which stands for nothing", choice->where, value);
-    else if (kt_support_is_refused(e->refused, choice->where, choice->names[value]))
-        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "'%s' is not supported yet", choice->names[value]);
     else
         kt_emit_word(e, choice->names[value]);
 }

@@ -26,12 +26,15 @@ bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char
 bool kt_read_quaternion(kt_reader *r, const kt_scope *scope, kt_node *node, double out[4]);
 bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rotation *out);
 bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out);
+/* A function of time; `quantity` is that of its values. */
+bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out);
 
 /* Scales q to unit norm unless it has it to rounding, so that doing it again changes no bit. */
 void kt_quaternion_settle(double q[4]);
 
 void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation);
 void kt_write_end(kt_emitter *e, const kt_end *end);
+void kt_write_function(kt_emitter *e, const kt_function *function);
 
 /* Equal in every bit: -0 is not 0. */
 bool kt_same_bits(const void *a, const void *b, size_t size);
@@ -52,10 +55,9 @@ extern const kt_kind kt_kind_choice;
 extern const kt_kind kt_kind_flag; /* bool */
 /* A struct within the struct, with its kt_table as detail. */
 extern const kt_kind kt_kind_map;
-extern const kt_kind kt_kind_rotation; /* kt_rotation */
-extern const kt_kind kt_kind_end;      /* kt_end */
-extern const kt_kind kt_kind_ends;     /* kt_end[2] */
-/* kt_function, of plain numbers; three of them, in a list; of angles; the one that drives the joint of a kt_loop. */
-extern const kt_kind kt_kind_function, kt_kind_functions, kt_kind_motion;
+extern const kt_kind kt_kind_rotation;                   /* kt_rotation */
+extern const kt_kind kt_kind_end;                        /* kt_end */
+extern const kt_kind kt_kind_ends;                       /* kt_end[2] */
+extern const kt_kind kt_kind_position, kt_kind_velocity; /* the initial coordinates of a kt_joint */
 
 #endif

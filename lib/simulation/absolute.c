@@ -142,7 +142,7 @@ static kt_wrench joint_wrench(const kt_model *absolute, const kt_absolute_joint 
                               const double *free_q) {
     const kt_pose joint = kt_pose_compose(pose_of(absolute, j->parent, free_q), j->frame);
     const kt_pose relative = kt_pose_compose(kt_pose_invert(joint), pose_of(absolute, j->body, free_q));
-    kt_wrench w = kt_joint_kinds[j->type]->push(&j->axes, &relative, tau);
+    kt_wrench w = kt_joint_kinds[j->type]->wrench(&j->axes, &relative, tau);
     w.moment = kt_mat3_apply(joint.rotation, w.moment);
     w.force = kt_mat3_apply(joint.rotation, w.force);
     return w;

@@ -6,49 +6,31 @@
  */
 #include "study/accuracy.h"
 
+#include "kinetree/descriptor.h"
 #include "kinetree/joint.h"
 
 #include <math.h>
 
 static const double turn = 6.28318530717958647692;
 
-/* What a velocity coordinate of a joint measures. */
-typedef enum quantity {
-    NOTHING = 0,
-    CIRCLE,   /* an angle, whole turns of which are the same position */
-    ANGLE,    /* an angle that counts its turns */
-    LENGTH,   /* by itself */
-    PLACE,    /* a component of a translation */
-    ROTATION, /* a component of a rotation vector */
-} quantity;
-
-static const quantity quantities[KT_JOINT_TYPE_COUNT][KT_JOINT_NV_MAX] = {
-    [KT_JOINT_REVOLUTE] = {CIRCLE},
-    [KT_JOINT_PRISMATIC] = {LENGTH},
-    [KT_JOINT_SCREW] = {ANGLE},
-    [KT_JOINT_CYLINDRICAL] = {CIRCLE, LENGTH},
-    [KT_JOINT_PLANAR] = {PLACE, PLACE, CIRCLE},
-    [KT_JOINT_UNIVERSAL] = {CIRCLE, CIRCLE},
-    [KT_JOINT_SPHERICAL] = {ROTATION, ROTATION, ROTATION},
-    [KT_JOINT_FREE] = {PLACE, PLACE, PLACE, ROTATION, ROTATION, ROTATION},
-};
-
 static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }
 
+static bool is_length(kt_coordinate_kind kind) { return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_PLACE; }
+
 /* The largest over one joint. of_rates: whole turns count. */
-static double measure_joint(const quantity *kinds, int count, double length, bool of_rates, const double *d) {
+static double measure_joint(kt_joint_type type, int count, double length, bool of_rates, const double *d) {
     double largest = 0.0;
     for (int k = 0; k < count;) {
-        const quantity kind = kinds[k];
-        const bool is_vector = kind == PLACE || kind == ROTATION;
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
+        const bool is_vector = kind == KT_COORDINATE_PLACE || kind == KT_COORDINATE_ROTATION;
         double square = 0.0;
         do {
-            const double x = kind == CIRCLE && !of_rates ? remainder(d[k], turn) : d[k];
+            const double x = kind == KT_COORDINATE_ANGLE && !of_rates ? remainder(d[k], turn) : d[k];
             square += x * x;
             k++;
-        } while (is_vector && k < count && kinds[k] == kind);
+        } while (is_vector && k < count && kt_joint_coordinate_kind(type, k) == kind);
         const double size = sqrt(square);
-        largest = larger(kind == LENGTH || kind == PLACE ? size / length : size, largest);
+        largest = larger(is_length(kind) ? size / length : size, largest);
     }
     return largest;
 }
@@ -57,7 +39,7 @@ static double measure(const kt_model *model, double length, bool of_rates, const
     double largest = 0.0;
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
-        largest = larger(measure_joint(quantities[at.type], at.nv, length, of_rates, d + at.v), largest);
+        largest = larger(measure_joint(at.type, at.nv, length, of_rates, d + at.v), largest);
     }
     return largest;
 }
@@ -78,9 +60,9 @@ kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         for (int k = 0; k < at.nv; k++) {
-            const quantity kind = quantities[at.type][k];
-            lengths = lengths || kind == LENGTH || kind == PLACE;
-            angles = angles || !(kind == LENGTH || kind == PLACE);
+            const bool length = is_length(kt_joint_coordinate_kind(at.type, k));
+            lengths = lengths || length;
+            angles = angles || !length;
         }
     }
     return angles && lengths ? KT_ACCURACY_MIXED : lengths ? KT_ACCURACY_METRE : KT_ACCURACY_RADIAN;

@@ -113,7 +113,7 @@ static void elastic_bar(linkage *l, kt_effect *effect, elastic *spring) {
     effect->name = "spring";
     effect->type = KT_EFFECT_CUSTOM;
     effect->joint = "bar";
-    effect->drive = drive;
+    effect->joint_force = drive;
     effect->user = spring;
     l->description.effects = effect;
     l->description.effect_count = 1;

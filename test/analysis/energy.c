@@ -114,7 +114,7 @@ KT_TEST(functions_of_time_and_own_effects_supply_energy) {
     s.description.effect_count = 2;
     kt_check_equal_int("motor and damper", energetics_of(&s), KT_ENERGY_SUPPLIED);
     effects[0].type = KT_EFFECT_CUSTOM;
-    effects[0].push = push;
+    effects[0].wrench = push;
     effects[0].end_count = 2;
     kt_check_equal_int("the caller's", energetics_of(&s), KT_ENERGY_SUPPLIED);
     static const double line[2] = {1.0, 1.0};

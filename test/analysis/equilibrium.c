@@ -94,7 +94,7 @@ KT_TEST(force_that_saturates_leads_to_rest_from_afar) {
     l.body[0].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     effect.type = KT_EFFECT_CUSTOM;
     effect.joint = "slider";
-    effect.drive = pull;
+    effect.joint_force = pull;
     l.description.effects = &effect;
     l.description.effect_count = 1;
     kt_worst worst = kt_worst_make("position");

@@ -42,7 +42,7 @@ static bool open_stand(stand *d) {
     d->effects[0].name = "spring";
     d->effects[0].type = KT_EFFECT_CUSTOM;
     d->effects[0].joint = "crank";
-    d->effects[0].drive = drive;
+    d->effects[0].joint_force = drive;
     d->effects[0].user = &d->c;
     d->effects[1].type = KT_EFFECT_MOTOR;
     d->effects[1].joint = "crank";

@@ -168,7 +168,7 @@ KT_TEST(joints_of_motions_have_one_coordinate) {
     PASSES_LOOP("screw", DRIVE, l->joint = "screw");
     PASSES_LOOP("revolute", DRIVE, l->joint = "rocker");
     REFUSES_LOOP(DRIVE, l->function.type = KT_FUNCTION_NONE, -1, "position", "loop 'drive'",
-                 "position is missing; give the joint's motion in time");
+                 "position is missing; give a number or a function of time");
 }
 
 KT_TEST(couplings_are_checked) {
@@ -225,7 +225,7 @@ KT_TEST(effects_are_checked) {
     REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0), -1, "lower", "effect 'oil'",
                    "there is neither lower nor upper; give at least one of them");
     REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_TORQUE, e->value[0] = e->value[1] = kt_function_constant(1.0)), -1,
-                   "value", "effect 'oil'", "value has a component missing; give three numbers or functions");
+                   "value", "effect 'oil'", "value has a component missing; give three numbers or functions of time");
     REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_BUSHING, e->dampings[3] = -1.0), -1, "damping", "effects[0]",
                    "damping[3] is -1; it cannot be negative");
     REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_ATTRACTION, e->strength = nan_value), -1, "strength", "effects[0]",

@@ -81,13 +81,16 @@ static kt_effect_end moved(const kt_effect_end *end, kt_vec3 linear, kt_vec3 ang
 }
 
 static const kt_effect_kind *kind_of(const kt_effect_record *r) { return kt_effect_kinds[r->type]; }
+static int ends_of(const kt_effect_record *r) {
+    return kt_descriptor_end_count(kt_effect_descriptor((kt_effect_type)r->type));
+}
 
 static double energy_at(const kt_effect_record *r, const kt_effect_end end[2], const kt_vec3 linear[2],
                         const kt_vec3 angular[2], double h) {
     kt_wrench wrench[2];
     kt_effect_balance balance;
     const kt_effect_end there[2] = {moved(&end[0], linear[0], angular[0], h), moved(&end[1], linear[1], angular[1], h)};
-    kind_of(r)->push(r, NULL, there, 0.0, wrench, &balance);
+    kind_of(r)->wrench(r, NULL, there, 0.0, wrench, &balance);
     return balance.energy;
 }
 
@@ -130,10 +133,10 @@ static rate joint_energy_rate(const kt_effect_record *r, double q, double v) {
     for (int k = 0; k < 2; k++)
         for (int i = -3; i <= 3; i++) {
             const double s = (k + 1) * 0.5 * step;
-            (void)kind_of(r)->drive(r, NULL, q + i * s * v, v, 0.0, &balance);
+            (void)kind_of(r)->joint_force(r, NULL, q + i * s * v, v, 0.0, &balance);
             sum[k] += (i < 0 ? -weight[-i] : weight[i]) / s * balance.energy;
         }
-    const double force = kind_of(r)->drive(r, NULL, q, v, 0.0, &balance);
+    const double force = kind_of(r)->joint_force(r, NULL, q, v, 0.0, &balance);
     return rate_of(sum[0], sum[1], 0.5 * step, balance.energy, fabs(force));
 }
 
@@ -162,7 +165,7 @@ static void check_gradient(kt_random *random, kt_effect_type type, kt_worst *wor
     random_ends(random, &r, end);
     for (int k = 0; k < 2; k++)
         end[k].velocity = end[k].omega = zero;
-    kind_of(&r)->push(&r, NULL, end, 0.0, wrench, &balance);
+    kind_of(&r)->wrench(&r, NULL, end, 0.0, wrench, &balance);
     for (int i = 0; i < 12; i++) {
         kt_vec3 linear[2] = {zero, zero}, angular[2] = {zero, zero};
         const int k = i / 6;
@@ -195,7 +198,8 @@ KT_TEST(joint_forces_are_the_slope_of_the_energy) {
             const kt_effect_record r = random_record(&random, types[i], true);
             const double q = random_position(&random, &r);
             const rate slope = joint_energy_rate(&r, q, 1.0);
-            kt_worst_near(&worst, kind_of(&r)->drive(&r, NULL, q, 0.0, 0.0, NULL), -slope.value, slope.error, "%d", n);
+            kt_worst_near(&worst, kind_of(&r)->joint_force(&r, NULL, q, 0.0, 0.0, NULL), -slope.value, slope.error,
+                          "%d", n);
         }
         kt_check_worst(&worst);
     }
@@ -229,20 +233,20 @@ static void check_power(kt_random *random, kt_effect_type type, kt_worst *power,
     kt_effect_balance balance;
     double sum, size;
     rate rise;
-    if (kind->ends == 0) {
+    if (ends_of(&r) == 0) {
         const double q = random_position(random, &r), v = kt_random_normal(random);
-        sum = kind->drive(&r, NULL, q, v, 0.0, &balance) * v;
+        sum = kind->joint_force(&r, NULL, q, v, 0.0, &balance) * v;
         rise = joint_energy_rate(&r, q, v);
         size = fabs(sum);
     } else {
         kt_effect_end end[2];
         kt_wrench wrench[2];
         random_ends(random, &r, end);
-        kind->push(&r, NULL, end, 0.0, wrench, &balance);
+        kind->wrench(&r, NULL, end, 0.0, wrench, &balance);
         const kt_vec3 linear[2] = {end[0].velocity, end[1].velocity}, angular[2] = {end[0].omega, end[1].omega};
-        sum = power_of(&end[0], wrench[0]) + (kind->ends == 2 ? power_of(&end[1], wrench[1]) : 0.0);
+        sum = power_of(&end[0], wrench[0]) + (ends_of(&r) == 2 ? power_of(&end[1], wrench[1]) : 0.0);
         rise = energy_rate(&r, end, linear, angular, pull_of(wrench));
-        size = power_size(&end[0], wrench[0]) + (kind->ends == 2 ? power_size(&end[1], wrench[1]) : 0.0);
+        size = power_size(&end[0], wrench[0]) + (ends_of(&r) == 2 ? power_size(&end[1], wrench[1]) : 0.0);
     }
     const bool stores = balance.energy != 0.0 || rise.value != 0.0;
     kt_worst_near(power, sum, balance.supplied - balance.dissipated - rise.value,
@@ -267,7 +271,7 @@ KT_TEST(power_is_supplied_less_dissipated_less_stored) {
 KT_TEST(pairs_leave_neither_force_nor_moment) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++) {
-        if (kt_effect_kinds[type]->ends != 2)
+        if (kt_descriptor_end_count(kt_effect_descriptor((kt_effect_type)type)) != 2)
             continue;
         kt_worst net = kt_worst_make(kt_effect_type_name((kt_effect_type)type));
         for (int n = 0; n < 300; n++) {
@@ -275,7 +279,7 @@ KT_TEST(pairs_leave_neither_force_nor_moment) {
             kt_effect_end end[2];
             kt_wrench w[2];
             random_ends(&random, &r, end);
-            kind_of(&r)->push(&r, NULL, end, 0.0, w, NULL);
+            kind_of(&r)->wrench(&r, NULL, end, 0.0, w, NULL);
             const kt_vec3 moment = kt_vec3_add(kt_vec3_add(w[0].moment, kt_vec3_cross(end[0].point, w[0].force)),
                                                kt_vec3_add(w[1].moment, kt_vec3_cross(end[1].point, w[1].force)));
             const double size =
@@ -305,15 +309,15 @@ KT_TEST(coincidence_and_rest_are_defined) {
             const double at = sizes[n % 8], speed = sizes[n / 8];
             kt_effect_balance balance;
             double force = 0.0;
-            if (kind_of(&r)->ends == 0) {
-                force = kind_of(&r)->drive(&r, NULL, at, speed, 0.0, &balance);
+            if (ends_of(&r) == 0) {
+                force = kind_of(&r)->joint_force(&r, NULL, at, speed, 0.0, &balance);
             } else {
                 kt_effect_end end[2] = {{.axes = kt_mat3_identity()}, {.axes = kt_mat3_identity()}};
                 kt_wrench w[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
                 end[1].point = kt_vec3_make(at, -at, 0.5 * at);
                 end[1].velocity = kt_vec3_make(speed, 0.0, -speed);
                 end[0].omega = kt_vec3_make(0.0, speed, speed);
-                kind_of(&r)->push(&r, NULL, end, 0.0, w, &balance);
+                kind_of(&r)->wrench(&r, NULL, end, 0.0, w, &balance);
                 for (int k = 0; k < 3; k++)
                     force += *component(&w[0].force, k) + *component(&w[1].moment, k) + *component(&w[0].moment, k);
             }

@@ -12,13 +12,14 @@ KT_TEST(a_damper_opposes_the_speed_and_turns_its_power_into_heat) {
     for (int i = 0; i < 4; i++) {
         const double v = speeds[i];
         kt_effect_balance balance;
-        const double force = kt_effect_kinds[KT_EFFECT_JOINT_DAMPER]->drive(&damper, NULL, 0.3, v, 1.0, &balance);
+        const double force = kt_effect_kinds[KT_EFFECT_JOINT_DAMPER]->joint_force(&damper, NULL, 0.3, v, 1.0, &balance);
         kt_check_near("force", force, -2.5 * v, EPS * fabs(v));
         kt_check_near("dissipated", balance.dissipated, -force * v, 4.0 * EPS * v * v);
         kt_check_near("energy", balance.energy, 0.0, 0.0);
         kt_check_near("supplied", balance.supplied, 0.0, 0.0);
         kt_check_near("without a balance",
-                      kt_effect_kinds[KT_EFFECT_JOINT_DAMPER]->drive(&damper, NULL, 0.3, v, 1.0, NULL), force, 0.0);
+                      kt_effect_kinds[KT_EFFECT_JOINT_DAMPER]->joint_force(&damper, NULL, 0.3, v, 1.0, NULL), force,
+                      0.0);
     }
 }
 
@@ -34,7 +35,7 @@ KT_TEST(a_motor_gives_its_function_of_time_and_supplies_the_power) {
         for (int speed = -1; speed <= 1; speed++) {
             kt_effect_balance balance;
             const double force =
-                kt_effect_kinds[KT_EFFECT_MOTOR]->drive(&motor, numbers, 0.1, 1.25 * speed, t, &balance);
+                kt_effect_kinds[KT_EFFECT_MOTOR]->joint_force(&motor, numbers, 0.1, 1.25 * speed, t, &balance);
             kt_check_near("force", force, expected[i], 16.0 * EPS);
             kt_check_near("supplied", balance.supplied, expected[i] * 1.25 * speed, 16.0 * EPS);
             kt_check_near("dissipated", balance.dissipated, 0.0, 0.0);
@@ -46,9 +47,10 @@ KT_TEST(a_motor_gives_its_function_of_time_and_supplies_the_power) {
 KT_TEST(every_effect_acts_on_ends_or_on_a_joint) {
     for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++) {
         const kt_effect_kind *kind = kt_effect_kinds[type];
+        const int ends = kt_descriptor_end_count(kt_effect_descriptor((kt_effect_type)type));
         kt_check_true(kt_effect_type_name((kt_effect_type)type), kind != NULL);
-        kt_check_true("  pushes ends, or drives a joint", (kind->push != NULL) == (kind->ends > 0));
-        kt_check_true("  and not both", (kind->drive != NULL) == (kind->ends == 0));
-        kt_check_true("  one or two ends", kind->ends >= 0 && kind->ends <= 2);
+        kt_check_true("  a wrench on ends, or a joint force", (kind->wrench != NULL) == (ends > 0));
+        kt_check_true("  and not both", (kind->joint_force != NULL) == (ends == 0));
+        kt_check_true("  one or two ends", ends >= 0 && ends <= 2);
     }
 }

@@ -93,9 +93,9 @@ KT_TEST(exponent_of_a_contact_is_a_number_from_one_on) {
 
 KT_TEST(force_has_three_components_in_a_frame_that_there_is) {
     kt_effect force = of_type(KT_EFFECT_FORCE);
-    check_told(force, "value has a component missing; give three numbers or functions\n"
-                      "value has a component missing; give three numbers or functions\n"
-                      "value has a component missing; give three numbers or functions\n");
+    check_told(force, "value has a component missing; give three numbers or functions of time\n"
+                      "value has a component missing; give three numbers or functions of time\n"
+                      "value has a component missing; give three numbers or functions of time\n");
     for (int k = 0; k < 3; k++)
         force.value[k] = (kt_function){.type = KT_FUNCTION_CONSTANT, .value = 1.0};
     check_told(force, "");

@@ -108,15 +108,16 @@ KT_TEST(stops_push_back_continuously) {
     int wrong = 0;
     for (int n = 0; n < 10000; n++) {
         const double depth = pow(10.0, kt_random_uniform(&random, -20.0, 2.0)), v = 10.0 * kt_random_normal(&random);
-        const double above = kind->drive(&r, NULL, 0.5 + depth, v, 0.0, NULL);
-        const double below = kind->drive(&r, NULL, -1.0 - depth, v, 0.0, NULL);
+        const double above = kind->joint_force(&r, NULL, 0.5 + depth, v, 0.0, NULL);
+        const double below = kind->joint_force(&r, NULL, -1.0 - depth, v, 0.0, NULL);
         const double x = (0.5 + depth) - 0.5, y = -1.0 - (-1.0 - depth);
         wrong += above > 0.0 || below < 0.0 || -above > 2e3 * x || below > 2e3 * y;
     }
     kt_check_equal_int("forces that pull, or are too large", wrong, 0);
-    kt_check_near("between the stops", kind->drive(&r, NULL, 0.4, 5.0, 0.0, NULL), 0.0, 0.0);
-    kt_check_near("far inside", kind->drive(&r, NULL, 100.5, 0.3, 0.0, NULL), -1e5 - 6.0, 6.0 * 6.0 / 1e5);
-    kt_check_near("and on the way back", kind->drive(&r, NULL, 100.5, -0.3, 0.0, NULL), -1e5 + 6.0, 6.0 * 6.0 / 1e5);
+    kt_check_near("between the stops", kind->joint_force(&r, NULL, 0.4, 5.0, 0.0, NULL), 0.0, 0.0);
+    kt_check_near("far inside", kind->joint_force(&r, NULL, 100.5, 0.3, 0.0, NULL), -1e5 - 6.0, 6.0 * 6.0 / 1e5);
+    kt_check_near("and on the way back", kind->joint_force(&r, NULL, 100.5, -0.3, 0.0, NULL), -1e5 + 6.0,
+                  6.0 * 6.0 / 1e5);
 }
 
 /* Under a load of half the friction a joint creeps at v0 artanh(1 / 2), and not faster. */

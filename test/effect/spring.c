@@ -30,7 +30,7 @@ static kt_effect_record random_spring(kt_random *random) {
 
 static void push(const kt_effect_record *spring, const kt_effect_end end[2], kt_wrench wrench[2],
                  kt_effect_balance *balance) {
-    kt_effect_kinds[KT_EFFECT_SPRING]->push(spring, NULL, end, 0.0, wrench, balance);
+    kt_effect_kinds[KT_EFFECT_SPRING]->wrench(spring, NULL, end, 0.0, wrench, balance);
 }
 
 static double *component(kt_vec3 *u, int k) { return k == 0 ? &u->x : k == 1 ? &u->y : &u->z; }

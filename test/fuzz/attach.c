@@ -175,9 +175,9 @@ static void draw_custom(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
         m->push[i].force = kt_bytes_chance(bytes) ? (double)NAN : (double)INFINITY;
     effect->end_count = kt_bytes_pick(bytes, 3);
     if (effect->end_count > 0)
-        effect->push = push;
+        effect->wrench = push;
     else
-        effect->drive = drive;
+        effect->joint_force = drive;
     m->custom = true;
 }
 

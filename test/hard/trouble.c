@@ -249,7 +249,7 @@ static void burst_at_half(kt_hard *h, const kt_hard_motion *motion, double value
     effect.name = "burst";
     effect.type = KT_EFFECT_CUSTOM;
     effect.joint = h->bodies[0].name;
-    effect.drive = drive;
+    effect.joint_force = drive;
     effect.user = &b;
     h->description.effects = &effect;
     h->description.effect_count = 1;

@@ -12,7 +12,7 @@ from claims import claim, finish, note
 from folders import FOLDERS
 
 # Faces with another name than their folder's.
-FACES = {"status": "base", "description": "model", "kinetree": None}
+FACES = {"status": "base", "description": "model", "descriptor": "model", "kinetree": None}
 
 LONG, TOO_LONG = 400, 500
 

@@ -144,7 +144,7 @@ static bool burden(tangle *g, kt_effect effects[BURDENS]) {
     effects[3].type = KT_EFFECT_CUSTOM;
     effects[3].between[0] = (kt_end){.body = "b5", .marker = "tip"};
     effects[3].end_count = 1;
-    effects[3].push = tug;
+    effects[3].wrench = tug;
     kt_tree_free(&g->tree);
     g->tree.description.effects = effects;
     g->tree.description.effect_count = BURDENS;

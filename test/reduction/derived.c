@@ -45,11 +45,11 @@ static kt_effect own_effect(owner *o, bool on_body) {
     effect.user = o;
     if (on_body) {
         effect.between[0].body = "bar";
-        effect.push = push;
+        effect.wrench = push;
         effect.end_count = 1;
     } else {
         effect.joint = "bar";
-        effect.drive = drive;
+        effect.joint_force = drive;
     }
     return effect;
 }

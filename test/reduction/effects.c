@@ -135,7 +135,7 @@ static int turn(void *user, double t, double q, double v, double *force, kt_effe
 
 static kt_effect *add_pull(stage *s, own *o) {
     kt_effect *effect = add(s, KT_EFFECT_CUSTOM);
-    effect->push = pull;
+    effect->wrench = pull;
     effect->user = o;
     effect->end_count = 2;
     effect->between[0].body = "c";
@@ -149,7 +149,7 @@ static kt_effect *add_turn(stage *s, const char *joint, own *o) {
     kt_effect *effect = add(s, KT_EFFECT_CUSTOM);
     effect->name = "mine";
     effect->joint = joint;
-    effect->drive = turn;
+    effect->joint_force = turn;
     effect->user = o;
     return effect;
 }
@@ -162,7 +162,7 @@ KT_TEST(custom_effects_push_as_the_library_s_own_do) {
     (void)add_pull(&mine, &spring);
     (void)add_turn(&mine, "b", &damper);
     kt_effect *wind = add(&mine, KT_EFFECT_CUSTOM);
-    wind->push = blow;
+    wind->wrench = blow;
     wind->end_count = 1;
     wind->between[0].body = "e";
     wind->between[0].at = kt_vec3_make(0.2, 0.1, 0.0);
@@ -212,7 +212,7 @@ KT_TEST(custom_effects_see_the_world_s_coordinates) {
     stage_describe(&s);
     static own spring = {.stiffness = 1.0};
     kt_effect *effect = add(&s, KT_EFFECT_CUSTOM);
-    effect->push = well;
+    effect->wrench = well;
     effect->user = &spring;
     effect->end_count = 1;
     effect->between[0].body = "ball";
@@ -228,15 +228,15 @@ KT_TEST(custom_effects_see_the_world_s_coordinates) {
 }
 
 KT_TEST(wrong_custom_effects_are_told) {
-    static const char *const messages[] = {"neither push nor drive", "both push and drive", "end_count is 3",
-                                           "both ends are on"};
+    static const char *const messages[] = {"neither wrench nor joint_force", "both wrench and joint_force",
+                                           "end_count is 3", "both ends are on"};
     for (int i = 0; i < 4; i++) {
         static stage s;
         kt_error error = {0};
         stage_describe(&s);
         kt_effect *effect = add(&s, KT_EFFECT_CUSTOM);
-        effect->push = i > 0 ? pull : NULL;
-        effect->drive = i == 1 ? turn : NULL;
+        effect->wrench = i > 0 ? pull : NULL;
+        effect->joint_force = i == 1 ? turn : NULL;
         effect->end_count = i == 2 ? 3 : 2;
         kt_check_equal_int("status", kt_model_compile(&s.description, NULL, &s.model, &error), KT_ERROR_MODEL);
         kt_check_contains("message", error.message, messages[i]);
@@ -311,7 +311,7 @@ KT_TEST(recoverable_callback_makes_the_step_smaller_and_goes_on) {
     kt_simulation *simulation = NULL;
     run.relative = run.absolute = 1e-3;
     stage_describe(&s);
-    add_turn(&s, "b", &o)->drive = refuse_jumps;
+    add_turn(&s, "b", &o)->joint_force = refuse_jumps;
     if (stage_build(&s) && fine("simulation", kt_simulation_create(s.model, &run, NULL, &simulation, &error), &error) &&
         fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error)) {
         kt_check_above("refused", o.calls, 1);

@@ -1,7 +1,4 @@
 /* The catalogue of wrong scenes: wrong/NAME.yaml, and in wrong/NAME.txt what reading must say of it, to the letter.
- *
- * A file whose first line says "# everything is supported" is read with all that the tables of keys know, others with
- * what the library supports now.
  */
 #include "collect.h"
 
@@ -12,8 +9,6 @@
 
 #include "check.h"
 #include "scene/file.h"
-#include "scene/parse.h"
-#include "scene/support.h"
 
 enum { NAMES_MAX = 400 };
 
@@ -80,7 +75,6 @@ static char *expand(char *text) {
 static kt_collected faults;
 
 static void check_scene(const char *name) {
-    static const char everything[] = "# everything is supported";
     size_t size = 0, expected_size = 0;
     char *text = load(name, ".yaml", &size), *expected = expand(load(name, ".txt", &expected_size));
     const kt_scene untouched = kt_scene_default();
@@ -95,9 +89,7 @@ static void check_scene(const char *name) {
     memcpy(&scene, &untouched, sizeof scene); /* with its padding */
     memset(&faults, 0, sizeof faults);
     snprintf(faults.path, sizeof faults.path, "%s.yaml", name);
-    bool all = strncmp(text, everything, sizeof everything - 1) == 0;
-    kt_status status = kt_scene_parse_without(all ? NULL : kt_support_refused, faults.path, text, size, &scene,
-                                              kt_collect, &faults, &error);
+    kt_status status = kt_scene_parse(faults.path, text, size, &scene, kt_collect, &faults, &error);
     kt_check_text(name, faults.text, expected);
     kt_check_equal_int("faults without a place, out of order or cut", faults.strange, 0);
     kt_check_true("the call fails with the first fault",

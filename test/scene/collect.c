@@ -1,8 +1,6 @@
 #include "collect.h"
 
 #include "check.h"
-#include "scene/parse.h"
-#include "scene/support.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,17 +42,16 @@ void kt_collect(void *user, const kt_error *fault) {
         c->text[c->length] = '\0';
 }
 
-kt_status kt_collect_parse(kt_collected *faults, bool everything, const char *text, kt_scene *scene) {
+kt_status kt_collect_parse(kt_collected *faults, const char *text, kt_scene *scene) {
     kt_error error;
     memset(faults, 0, sizeof *faults);
     strcpy(faults->path, "test.yaml");
-    return kt_scene_parse_without(everything ? NULL : kt_support_refused, faults->path, text, strlen(text), scene,
-                                  kt_collect, faults, &error);
+    return kt_scene_parse(faults->path, text, strlen(text), scene, kt_collect, faults, &error);
 }
 
-bool kt_parse_right(bool everything, const char *text, kt_scene *scene) {
+bool kt_parse_right(const char *text, kt_scene *scene) {
     static kt_collected faults;
-    kt_status status = kt_collect_parse(&faults, everything, text, scene);
+    kt_status status = kt_collect_parse(&faults, text, scene);
     if (status == KT_OK && faults.count == 0)
         return true;
     kt_note("%.400s", faults.text);
@@ -62,14 +59,14 @@ bool kt_parse_right(bool everything, const char *text, kt_scene *scene) {
     return false;
 }
 
-char *kt_write_text(bool everything, const kt_scene *scene) {
+char *kt_write_text(const kt_scene *scene) {
     char *text = NULL;
     size_t size = 0;
     kt_error error;
     FILE *stream = open_memstream(&text, &size);
     if (stream == NULL)
         return NULL;
-    kt_status status = kt_scene_write_without(everything ? NULL : kt_support_refused, scene, stream, &error);
+    kt_status status = kt_scene_write(scene, stream, &error);
     (void)fclose(stream);
     if (status == KT_OK)
         return text;

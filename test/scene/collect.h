@@ -20,16 +20,16 @@ typedef struct kt_collected {
 
 void kt_collect(void *user, const kt_error *fault);
 
-/* Reads text. All that the tables of keys know is allowed where `everything`, else what the library supports. */
-kt_status kt_collect_parse(kt_collected *faults, bool everything, const char *text, kt_scene *scene);
+/* Reads text. */
+kt_status kt_collect_parse(kt_collected *faults, const char *text, kt_scene *scene);
 
 /* Reads text that must be right: returns whether it is, and shows the faults where it is not. */
-bool kt_parse_right(bool everything, const char *text, kt_scene *scene);
+bool kt_parse_right(const char *text, kt_scene *scene);
 
 /* Equal in every byte. */
 bool kt_same_bytes(const void *a, const void *b, size_t size);
 
 /* Writes into memory that the caller frees; NULL after showing why not. */
-char *kt_write_text(bool everything, const kt_scene *scene);
+char *kt_write_text(const kt_scene *scene);
 
 #endif

@@ -22,7 +22,7 @@ typedef struct kt_invented {
     char text[64];
 } kt_invented;
 
-/* Fills *out, which must stay where it is. `everything`: with loops, effects and what else is not supported yet.
+/* Fills *out, which must stay where it is. `everything`: with loops, effects and settings of the run.
  */
 void kt_invent(kt_invented *out, kt_random *random, bool everything);
 

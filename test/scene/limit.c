@@ -45,7 +45,7 @@ static kt_collected faults;
 /* Parses and releases g; the first fault is in faults.first. */
 static kt_status parse(growing *g) {
     kt_scene scene;
-    kt_status status = kt_collect_parse(&faults, false, g->text, &scene);
+    kt_status status = kt_collect_parse(&faults, g->text, &scene);
     if (status == KT_OK)
         kt_scene_free(&scene);
     free(g->text);
@@ -279,16 +279,16 @@ KT_TEST(chain_of_100000_bodies_is_read) {
             add(&g, "%d", i - 1);
         add(&g, ", joint: {type: revolute, axis: y, at: [1, 0, 0]}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}\n");
     }
-    kt_status status = kt_collect_parse(&faults, false, g.text, &scene);
+    kt_status status = kt_collect_parse(&faults, g.text, &scene);
     free(g.text);
     if (!kt_check_equal_int("status", status, KT_OK))
         return;
     kt_check_equal_int("bodies", scene.description.body_count, COUNT);
     kt_check_text("first", scene.description.bodies[0].name, "link99999");
     kt_check_text("its parent", scene.description.bodies[0].parent, "link99998");
-    char *written = kt_write_text(false, &scene);
+    char *written = kt_write_text(&scene);
     kt_scene again;
-    if (kt_check_true("it is written", written != NULL) && kt_parse_right(false, written, &again)) {
+    if (kt_check_true("it is written", written != NULL) && kt_parse_right(written, &again)) {
         kt_check_text("last", again.description.bodies[COUNT - 1].name, "link0");
         kt_scene_free(&again);
     }

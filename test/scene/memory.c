@@ -9,7 +9,6 @@
 #include "check.h"
 #include "collect.h"
 #include "interpose.h"
-#include "scene/parse.h"
 #include "scene/pool.h"
 
 static char right[] = "kinetree: 1\n"
@@ -99,7 +98,7 @@ static kt_status parse(void *user) {
     kt_scene scene, rest = kt_scene_default();
     kt_error error = {KT_OK, "", ""};
     memcpy(&scene, &rest, sizeof scene);
-    kt_status status = kt_scene_parse_without(NULL, "x", text, strlen(text), &scene, NULL, NULL, &error);
+    kt_status status = kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error);
     if (status == KT_OK)
         kt_scene_free(&scene);
     else
@@ -186,7 +185,7 @@ typedef struct writing {
 
 static kt_status write_scene(void *user) {
     const writing *job = user;
-    return kt_scene_write_without(NULL, job->scene, job->stream, NULL);
+    return kt_scene_write(job->scene, job->stream, NULL);
 }
 
 KT_TEST(each_failing_allocation_is_an_error_of_writing) {
@@ -194,7 +193,7 @@ KT_TEST(each_failing_allocation_is_an_error_of_writing) {
     writing job = {&scene, fopen("/dev/null", "w")};
     if (!kt_check_true("a stream", job.stream != NULL))
         return;
-    if (kt_parse_right(true, right, &scene)) {
+    if (kt_parse_right(right, &scene)) {
         kt_check_equal_int("once, for the stream's buffer", write_scene(&job), KT_OK);
         check_calls("writing", write_scene, &job, KT_OK, 1.0);
         kt_scene_free(&scene);

@@ -202,9 +202,9 @@ KT_TEST(locale_plays_no_part) {
         return;
     snprintf(sample, sizeof sample, "%g", 1.5);
     kt_check_text("printf in this locale", sample, "1,5");
-    if (kt_parse_right(false, text, &scene)) {
+    if (kt_parse_right(text, &scene)) {
         kt_check_near("mass", scene.description.bodies[0].mass, 1.5, 0.0);
-        written = kt_write_text(false, &scene);
+        written = kt_write_text(&scene);
         kt_check_text("written", written, text);
         kt_scene_free(&scene);
     }

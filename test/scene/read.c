@@ -1,4 +1,4 @@
-/* Every key of scene-files.md that is supported, and what reading makes of it. */
+/* Every key of scene-files.md, and what reading makes of it. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -85,7 +85,7 @@ static void check_run(const kt_run *run) {
 
 KT_TEST(scene_of_the_contract_is_read) {
     kt_scene scene;
-    if (!kt_parse_right(false, contract, &scene))
+    if (!kt_parse_right(contract, &scene))
         return;
     const kt_description *d = &scene.description;
     kt_check_text("name", d->name, "four-bar linkage");
@@ -106,7 +106,7 @@ KT_TEST(what_is_not_there_is_the_default) {
     kt_scene scene;
     const kt_scene rest = kt_scene_default();
     const kt_body body = kt_body_default();
-    if (!kt_parse_right(false, "kinetree: 1\nbodies: [{name: a}]\n", &scene))
+    if (!kt_parse_right("kinetree: 1\nbodies: [{name: a}]\n", &scene))
         return;
     kt_check_true("no name", scene.description.name == NULL);
     CHECK_VECTOR("no gravity", scene.description.gravity, 0, 0, 0);
@@ -120,7 +120,7 @@ KT_TEST(what_is_not_there_is_the_default) {
     kt_check_true("nothing of a shape's", !a->com_of_shape && !a->inertia_of_shape);
     kt_check_equal_int("markers", a->marker_count, 0);
     kt_scene_free(&scene);
-    if (!kt_parse_right(false, "kinetree: 1\n", &scene))
+    if (!kt_parse_right("kinetree: 1\n", &scene))
         return;
     kt_check_equal_int("bodies of a scene without any", scene.description.body_count, 0);
     kt_scene_free(&scene);
@@ -140,9 +140,9 @@ KT_TEST(one_scene_reads_alike_in_every_spelling) {
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         kt_scene scene;
-        if (!kt_parse_right(false, texts[i], &scene))
+        if (!kt_parse_right(texts[i], &scene))
             continue;
-        char *written = kt_write_text(false, &scene);
+        char *written = kt_write_text(&scene);
         kt_check_text(texts[i], written, "kinetree: 1\nname: a\n\nbodies:\n  - name: b\n    mass: 2\n");
         free(written);
         kt_scene_free(&scene);
@@ -163,7 +163,7 @@ KT_TEST(shapes_take_their_keys) {
         "0]}}}\n"
         "  - {name: f, shape: {type: cylinder, radius: 1, length: 2}}\n";
     kt_scene scene;
-    if (!kt_parse_right(false, text, &scene))
+    if (!kt_parse_right(text, &scene))
         return;
     const kt_body *b = scene.description.bodies;
     kt_check_equal_int("point", b[0].shape.type, KT_SHAPE_POINT);
@@ -207,7 +207,7 @@ KT_TEST(com_and_inertia_are_the_shapes_where_they_are_missing) {
         kt_scene scene;
         snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, %s%s%s}\n", table[i].keys,
                  table[i].has_shape ? ", " : "", table[i].has_shape ? shape : "");
-        if (!kt_parse_right(false, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         kt_check_equal_int(table[i].keys, scene.description.bodies[0].com_of_shape, table[i].com_of_shape);
         kt_check_equal_int(table[i].keys, scene.description.bodies[0].inertia_of_shape, table[i].inertia_of_shape);
@@ -217,8 +217,7 @@ KT_TEST(com_and_inertia_are_the_shapes_where_they_are_missing) {
 
 KT_TEST(inertia_has_three_or_six_numbers) {
     kt_scene scene;
-    if (!kt_parse_right(false, "kinetree: 1\nbodies:\n  - {name: a, mass: 1, inertia: [4, 5, 6, 0.1, 0.2, 0.3]}\n",
-                        &scene))
+    if (!kt_parse_right("kinetree: 1\nbodies:\n  - {name: a, mass: 1, inertia: [4, 5, 6, 0.1, 0.2, 0.3]}\n", &scene))
         return;
     const kt_sym3 i = scene.description.bodies[0].inertia;
     const double seen[] = {i.xx, i.yy, i.zz, i.xy, i.xz, i.yz};
@@ -228,8 +227,7 @@ KT_TEST(inertia_has_three_or_six_numbers) {
 
 KT_TEST(bodies_stand_in_any_order) {
     kt_scene scene;
-    if (!kt_parse_right(false, "kinetree: 1\nbodies: [{name: b, parent: a}, {name: a, parent: c}, {name: c}]\n",
-                        &scene))
+    if (!kt_parse_right("kinetree: 1\nbodies: [{name: b, parent: a}, {name: a, parent: c}, {name: c}]\n", &scene))
         return;
     kt_check_text("first", scene.description.bodies[0].name, "b");
     kt_check_text("its parent", scene.description.bodies[0].parent, "a");
@@ -244,7 +242,7 @@ KT_TEST(every_method_is_known_by_its_name) {
         char text[200];
         kt_scene scene;
         snprintf(text, sizeof text, "kinetree: 1\nsimulate: {integrator: %s, step: 0.25}\n", kt_method_at(i)->name);
-        if (!kt_parse_right(false, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         kt_check_text("integrator", scene.run.integrator, kt_method_at(i)->name);
         CHECK_NUMBERS("step", &scene.run.step, 0.25);
@@ -254,12 +252,12 @@ KT_TEST(every_method_is_known_by_its_name) {
 
 KT_TEST(tolerances_are_one_number_or_two) {
     kt_scene scene;
-    if (kt_parse_right(false, "kinetree: 1\nsimulate: {tolerance: 1e-6}\n", &scene)) {
+    if (kt_parse_right("kinetree: 1\nsimulate: {tolerance: 1e-6}\n", &scene)) {
         CHECK_NUMBERS("relative", &scene.run.relative, 1e-6);
         CHECK_NUMBERS("absolute", &scene.run.absolute, 1e-6);
         kt_scene_free(&scene);
     }
-    if (kt_parse_right(false, "kinetree: 1\nsimulate: {tolerance: {relative: 0, absolute: 1e-8}}\n", &scene)) {
+    if (kt_parse_right("kinetree: 1\nsimulate: {tolerance: {relative: 0, absolute: 1e-8}}\n", &scene)) {
         CHECK_NUMBERS("relative", &scene.run.relative, 0);
         CHECK_NUMBERS("absolute", &scene.run.absolute, 1e-8);
         kt_scene_free(&scene);
@@ -268,8 +266,7 @@ KT_TEST(tolerances_are_one_number_or_two) {
 
 KT_TEST(records_are_bits) {
     kt_scene scene;
-    if (!kt_parse_right(false,
-                        "kinetree: 1\noutput: {record: [reaction, constraint, energy, acceleration, velocity, "
+    if (!kt_parse_right("kinetree: 1\noutput: {record: [reaction, constraint, energy, acceleration, velocity, "
                         "position]}\n",
                         &scene))
         return;
@@ -313,7 +310,7 @@ KT_TEST(fault_that_compiling_finds_is_put_where_it_stands) {
 KT_TEST(fault_of_nothing_in_the_scene_is_not_put_anywhere) {
     kt_scene scene;
     kt_error error, before;
-    if (!kt_parse_right(false, "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n", &scene))
+    if (!kt_parse_right("kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n", &scene))
         return;
     static const char *const elsewhere[] = {"", "t = 0 s", "body 'b'", "loop 'a'", "body 'a"};
     for (size_t i = 0; i < sizeof elsewhere / sizeof elsewhere[0]; i++) {

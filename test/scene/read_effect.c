@@ -21,7 +21,7 @@ KT_TEST(effects_in_joints_take_their_keys) {
              "  - {type: joint_limit, joint: slide, lower: -1, upper: 2, stiffness: 3, damping: 4}\n"
              "  - {type: joint_limit, joint: crank, upper: 90 deg, stiffness: 3}\n";
     kt_scene scene;
-    if (!kt_parse_right(false, text, &scene))
+    if (!kt_parse_right(text, &scene))
         return;
     const kt_effect *e = scene.description.effects;
     kt_check_equal_int("type", e[0].type, KT_EFFECT_JOINT_SPRING);
@@ -58,7 +58,7 @@ KT_TEST(effects_on_bodies_take_their_keys) {
              "  - {type: contact, point: crank.tip, radius: 0.1, plane: slide, axis: -x, stiffness: 2, exponent: 3, "
              "dissipation: 4, friction: 5, slip: 6}\n";
     kt_scene scene;
-    if (!kt_parse_right(false, text, &scene))
+    if (!kt_parse_right(text, &scene))
         return;
     const kt_effect *e = scene.description.effects;
     for (int i = 0; i < 6; i++) {
@@ -96,7 +96,7 @@ KT_TEST(effects_have_defaults) {
                                     "  - {type: drag, on: crank, linear: 1}\n";
     const kt_effect rest = kt_effect_default();
     kt_scene scene;
-    if (!kt_parse_right(false, text, &scene))
+    if (!kt_parse_right(text, &scene))
         return;
     const kt_effect *e = scene.description.effects;
     CHECK_NUMBERS("rest", &e[0].rest, 0);

@@ -56,7 +56,7 @@ KT_TEST(joints_take_their_coordinates) {
         char text[400];
         kt_scene scene;
         snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: %s}\n", table[i].text);
-        if (!kt_parse_right(false, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         const kt_joint *joint = &scene.description.bodies[0].joint;
         kt_check_equal_int(table[i].text, joint->type, table[i].type);
@@ -83,7 +83,7 @@ KT_TEST(axes_are_letters_or_lists) {
         snprintf(text, sizeof text,
                  "kinetree: 1\nbodies:\n  - {name: a, joint: {type: universal, axis: %s, axis2: [1, 1, 1]}}\n",
                  table[i].text);
-        if (!kt_parse_right(false, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         const kt_joint *joint = &scene.description.bodies[0].joint;
         CHECK_VECTOR(table[i].text, joint->axis, table[i].x, table[i].y, table[i].z);
@@ -116,7 +116,7 @@ KT_TEST(rotations_are_kept_as_they_are_given) {
                  "kinetree: 1\nbodies:\n  - {name: a, joint: {type: fixed, rotation: %s}, "
                  "shape: {type: box, size: [1, 2, 3], at: [4, 5, 6], rotation: %s}}\n",
                  table[i].text, table[i].text);
-        if (!kt_parse_right(false, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         const kt_rotation *rotation = &scene.description.bodies[0].joint.rotation;
         kt_check_equal_int(table[i].text, rotation->type, table[i].type);
@@ -142,15 +142,15 @@ KT_TEST(quaternions_are_normalised) {
             text, sizeof text,
             "kinetree: 1\nbodies:\n  - {name: a, joint: {type: spherical, position: [%.17g, %.17g, %.17g, %.17g]}}\n",
             off * q[0], off * q[1], off * q[2], off * q[3]);
-        if (!kt_parse_right(false, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         const double *p = scene.description.bodies[0].joint.position;
         /* Five roundings of eps / 2 in each component. */
         kt_worst_near(&norm, sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), 1.0, 8e-16, "%d", i);
         for (int k = 0; k < 4; k++)
             kt_worst_near(&norm, p[k], q[k], 1.2e-15, "component %d of %d", k, i);
-        char *written = kt_write_text(false, &scene);
-        if (written != NULL && kt_parse_right(false, written, &again)) {
+        char *written = kt_write_text(&scene);
+        if (written != NULL && kt_parse_right(written, &again)) {
             moved += !kt_same_bytes(p, again.description.bodies[0].joint.position, 4 * sizeof *p);
             kt_scene_free(&again);
         }

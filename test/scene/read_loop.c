@@ -7,8 +7,6 @@
 #include "check.h"
 #include "collect.h"
 #include "expect.h"
-#include "scene/parse.h"
-#include "scene/support.h"
 
 #define HEAD                                                                                                           \
     "kinetree: 1\n"                                                                                                    \
@@ -33,7 +31,7 @@ KT_TEST(loops_take_their_keys) {
         "  - {name: i, type: distance, between: [crank, slide], length: 2}\n"
         "initial: {hold: [slide, crank]}\n";
     kt_scene scene;
-    if (!kt_parse_right(true, text, &scene))
+    if (!kt_parse_right(text, &scene))
         return;
     const kt_loop *l = scene.description.loops;
     kt_check_equal_int("loops", scene.description.loop_count, 9);
@@ -83,7 +81,7 @@ KT_TEST(every_loop_between_two_ends_has_its_name) {
         kt_scene scene;
         snprintf(text, sizeof text, HEAD "loops: [{name: l, type: %s, between: [crank, slide]%s}]\n", types[i],
                  values[i] == KT_LOOP_SCREW ? ", pitch: 1" : "");
-        if (!kt_parse_right(true, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         kt_check_equal_int(types[i], scene.description.loops[0].type, values[i]);
         kt_scene_free(&scene);
@@ -117,7 +115,7 @@ KT_TEST(functions_give_angles_where_the_joint_turns) {
         kt_scene scene;
         snprintf(text, sizeof text, HEAD "loops: [{name: l, type: motion, position: %s, joint: %s}]\n", row->text,
                  i % 2 == 0 ? "crank" : "bolt");
-        if (!kt_parse_right(true, text, &scene))
+        if (!kt_parse_right(text, &scene))
             continue;
         const kt_function *f = &scene.description.loops[0].function;
         kt_check_equal_int(row->text, f->type, row->function.type);
@@ -143,7 +141,7 @@ KT_TEST(effects_take_their_keys) {
              "  - {type: motor, joint: crank, torque: 3}\n"
              "  - {type: motor, joint: slide, force: {polynomial: [1, 2]}}\n";
     kt_scene scene;
-    if (!kt_parse_right(true, text, &scene))
+    if (!kt_parse_right(text, &scene))
         return;
     const kt_effect *e = scene.description.effects;
     kt_check_equal_int("effects", scene.description.effect_count, 5);
@@ -167,77 +165,10 @@ KT_TEST(effects_take_their_keys) {
     kt_scene_free(&scene);
 }
 
-/* A scene that has what an entry of the list names: a section, a key of one, or a word that is a key's value. */
-static void write_refused(char *text, size_t size, const char *entry) {
-    char parts[3][40] = {"", "", ""};
-    int count = 0;
-    for (const char *part = entry; count < 3 && *part != '\0'; count++) {
-        size_t length = strcspn(part, ".");
-        snprintf(parts[count], sizeof parts[count], "%.*s", (int)length, part);
-        part += length + (part[length] == '.');
-    }
-    bool list = strcmp(parts[0], "loops") == 0 || strcmp(parts[0], "effects") == 0;
-    if (count == 1)
-        snprintf(text, size, "kinetree: 1\n%s: []\n", parts[0]);
-    else if (list)
-        snprintf(text, size, "kinetree: 1\n%s: [{name: x, %s: %s}]\n", parts[0], parts[1], parts[2]);
-    else
-        snprintf(text, size, "kinetree: 1\n%s: {%s: %s}\n", parts[0], parts[1], count == 3 ? parts[2] : "x");
-}
-
-/* Entries of each kind, together and alone, so that what is within a section is reached; and the list as it is. */
-KT_TEST(what_is_not_supported_yet_is_never_ignored) {
-    static const char *const entries[] = {"loops", "effects.type.spring", "simulate.plan", "simulate.reduction.svd",
-                                          NULL};
-    for (size_t i = 0; entries[i] != NULL; i++) {
-        const char *const alone[] = {entries[i], NULL}, *const * lists[] = {entries, alone};
-        char text[300];
-        write_refused(text, sizeof text, entries[i]);
-        for (int k = 0; k < 2; k++) {
-            kt_scene scene;
-            kt_error error = {KT_OK, "", ""};
-            kt_check_equal_int(entries[i],
-                               kt_scene_parse_without(lists[k], NULL, text, strlen(text), &scene, NULL, NULL, &error),
-                               KT_ERROR_UNSUPPORTED);
-            kt_check_contains("message", error.message, "is not supported yet");
-        }
-    }
-    for (size_t n = 0; kt_support_refused_name(kt_support_refused, "", n) != NULL; n++)
-        kt_check_true("a section is one word", strchr(kt_support_refused_name(kt_support_refused, "", n), '.') == NULL);
-    kt_check_true("this was all", true);
-}
-
-/* A word that is nearest to one that is refused is not sent there without being told that this is refused. */
-KT_TEST(word_like_a_refused_one_is_compared_with_it_too) {
-    static const char text[] = "kinetree: 1\nsimulate: {reduction: svdd}\n";
-    static const char *const lists[][2] = {
-        {NULL, NULL}, {"simulate.reduction.svd", NULL}, {"simulate.other.svd", NULL}};
-    static const char *const messages[] = {
-        "simulate.reduction: 'svdd' is unknown; did you mean 'svd'? Choose qr, partition or svd",
-        "simulate.reduction: 'svdd' is unknown; did you mean 'svd'? Choose qr or partition",
-        "simulate.reduction: 'svdd' is unknown; did you mean 'svd'? Choose qr, partition or svd"};
-    for (int i = 0; i < 3; i++) {
-        kt_scene scene;
-        kt_error error = {KT_OK, "", ""};
-        kt_check_equal_int("status",
-                           kt_scene_parse_without(lists[i], NULL, text, strlen(text), &scene, NULL, NULL, &error),
-                           KT_ERROR_SCENE);
-        kt_check_text("message", error.message, messages[i]);
-    }
-    static const char *const places[] = {"simulate.reduction.svd", "loops", "simulate.reduction.gauss", NULL};
-    kt_check_text("the first at its place", kt_support_refused_name(places, "simulate.reduction", 0), "svd");
-    kt_check_text("the second", kt_support_refused_name(places, "simulate.reduction", 1), "gauss");
-    kt_check_true("no third", kt_support_refused_name(places, "simulate.reduction", 2) == NULL);
-    kt_check_true("none of another name", kt_support_refused_name(places, "simulate.reductions", 0) == NULL);
-}
-
-/* Keys that are refused are not offered. */
-KT_TEST(unknown_key_is_offered_what_is_supported) {
-    static const char *const refused[] = {"output.markers", NULL};
+KT_TEST(unknown_key_is_offered_those_there_are) {
     static const char text[] = "kinetree: 1\noutput: {xyzzy: 1}\n";
     kt_scene scene;
     kt_error error = {KT_OK, "", ""};
-    kt_check_equal_int("status", kt_scene_parse_without(refused, NULL, text, strlen(text), &scene, NULL, NULL, &error),
-                       KT_ERROR_SCENE);
-    kt_check_text("message", error.message, "output: unknown key 'xyzzy'; it can be interval, record");
+    kt_check_equal_int("status", kt_scene_parse(NULL, text, strlen(text), &scene, NULL, NULL, &error), KT_ERROR_SCENE);
+    kt_check_text("message", error.message, "output: unknown key 'xyzzy'; it can be interval, record, markers");
 }

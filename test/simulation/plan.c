@@ -221,7 +221,7 @@ KT_TEST(effects_stand_by_their_types) {
     effects[6] = kt_effect_default();
     effects[6].type = KT_EFFECT_CUSTOM;
     effects[6].between[0].body = "bar";
-    effects[6].push = push;
+    effects[6].wrench = push;
     effects[6].end_count = 1;
     l.description.effects = effects;
     for (int count = 2; count <= 6; count++) {

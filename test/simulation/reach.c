@@ -219,7 +219,7 @@ KT_TEST(driven_loop_that_can_be_closed_is_not_blamed_for_a_pole) {
     loop.function = kt_function_polynomial(turning, 2);
     effect.type = KT_EFFECT_CUSTOM;
     effect.joint = "block";
-    effect.drive = drive_to_a_pole;
+    effect.joint_force = drive_to_a_pole;
     description.bodies = bodies;
     description.body_count = 2;
     description.loops = &loop;

@@ -62,7 +62,7 @@ static bool make_stand(stand *s, owner *o, kt_run run, bool own) {
     s->effect.name = "hand";
     s->effect.type = KT_EFFECT_CUSTOM;
     s->effect.joint = s->lone.body.name;
-    s->effect.drive = drive_nothing;
+    s->effect.joint_force = drive_nothing;
     s->effect.user = o;
     s->lone.description.effects = &s->effect;
     s->lone.description.effect_count = 1;

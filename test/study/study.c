@@ -181,7 +181,7 @@ KT_TEST(study_survives_an_effect_that_fails) {
             effect.name = "hand";
             effect.type = KT_EFFECT_CUSTOM;
             effect.joint = "bob";
-            effect.drive = drive;
+            effect.joint_force = drive;
             effect.user = &c;
             b.description.effects = &effect;
             b.description.effect_count = 1;

@@ -1,0 +1,100 @@
+/* The types of joints, loops, effects, shapes and functions of time as data: which keys an item of each type has in scene
+ * files, with units, defaults and a line of help, the type's formula, and a scene that shows it.
+ *
+ * Scene files are read, written and checked by these keys. A program may make its forms and its own formats from them.
+ * All of it is constant and needs no memory.
+ */
+#ifndef KINETREE_DESCRIPTOR_H
+#define KINETREE_DESCRIPTOR_H
+
+#include "kinetree/description.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a key holds: the type of the member that lies at its offset. */
+typedef enum kt_key_kind {
+    KT_KEY_NUMBER = 0, /* double */
+    KT_KEY_SIX,        /* double[6]: along and about x, y, z */
+    KT_KEY_VECTOR,     /* kt_vec3: components in a frame */
+    KT_KEY_AXIS,       /* kt_vec3: a direction of any length; x, -x, y ... in scene files */
+    KT_KEY_ROTATION,   /* kt_rotation */
+    KT_KEY_FLAG,       /* bool */
+    KT_KEY_FRAME,      /* kt_frame: world, body */
+    KT_KEY_END,        /* kt_end */
+    KT_KEY_ENDS,       /* kt_end[2] */
+    KT_KEY_BODY,       /* kt_end: a body, whose point another key may give */
+    KT_KEY_POINT,      /* kt_vec3: the point of that end; or one of its body's markers */
+    KT_KEY_JOINT,      /* const char *: the name of a joint of one coordinate */
+    KT_KEY_TERMS,      /* kt_loop.terms: names of such joints, a number each */
+    KT_KEY_FUNCTION,   /* kt_function */
+    KT_KEY_FUNCTIONS,  /* kt_function[3] */
+    KT_KEY_DISTANCE, /* kt_effect.length: the distance of both ends at the start where kt_effect.initial_length is true */
+    KT_KEY_POSITION,  /* kt_joint.position: as many numbers as the type has positions */
+    KT_KEY_VELOCITY,  /* kt_joint.velocity */
+    KT_KEY_LIST,      /* kt_function.numbers: coefficients of a polynomial */
+    KT_KEY_ROWS,      /* kt_function.numbers: rows [t, y] of a table */
+    KT_KEY_METHOD,    /* kt_function.interpolation */
+    KT_KEY_KIND_COUNT /* how many */
+} kt_key_kind;
+
+/* Which numbers a key may hold. All are finite; a default may be infinite. */
+typedef enum kt_key_range {
+    KT_RANGE_ANY = 0,      /* all */
+    KT_RANGE_NOT_NEGATIVE, /* 0 or more */
+    KT_RANGE_POSITIVE,     /* more than 0; a function of time, at all times */
+} kt_key_range;
+
+/* One key. */
+typedef struct kt_key {
+    const char *name; /* "stiffness"; keys of joints and shapes begin with "joint." and "shape." */
+    kt_key_kind kind; /* what it holds */
+    size_t offset;    /* of its member in kt_joint, kt_loop, kt_effect, kt_shape or kt_function */
+    const char *unit; /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
+    const char *help; /* what it is, without the unit */
+    const char
+        *standard;      /* what it is where it is left out, in words; NULL: the value that the struct's _default has */
+    const char *also;   /* another name that is read for it; NULL: none */
+    kt_key_range range; /* of its numbers */
+    bool needed;        /* it has no default */
+} kt_key;
+
+/* One type. */
+typedef struct kt_descriptor {
+    const char *name;    /* in scene files */
+    const char *help;    /* what it is, in a line */
+    const char *formula; /* some lines, without a line end after the last */
+    const char *example; /* a scene, but for its first lines (`kinetree: 1` and `gravity`) and its last (`simulate`) */
+    const kt_key *keys;  /* in the order in which they are written */
+    int key_count;       /* length of keys */
+} kt_descriptor;
+
+/* The descriptor of a type; NULL for a value that is none, and for KT_EFFECT_CUSTOM, which scene files do not have. */
+KT_API const kt_descriptor *kt_joint_descriptor(kt_joint_type type);
+KT_API const kt_descriptor *kt_loop_descriptor(kt_loop_type type);
+KT_API const kt_descriptor *kt_effect_descriptor(kt_effect_type type);
+KT_API const kt_descriptor *kt_shape_descriptor(kt_shape_type type);
+KT_API const kt_descriptor *kt_function_descriptor(kt_function_type type);
+
+/* The first key of this name, or of this kind; NULL if the type has none, or if descriptor is NULL. O(keys). */
+KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name);
+KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
+
+/* What a coordinate of a joint measures. */
+typedef enum kt_coordinate_kind {
+    KT_COORDINATE_NONE = 0, /* the joint has no such coordinate */
+    KT_COORDINATE_ANGLE,    /* an angle; whole turns of it are the same position */
+    KT_COORDINATE_TURNS,    /* an angle that counts its turns */
+    KT_COORDINATE_LENGTH,   /* a length by itself */
+    KT_COORDINATE_PLACE,    /* a component of a translation */
+    KT_COORDINATE_ROTATION, /* a component of a rotation: of a quaternion, and of an angular velocity */
+} kt_coordinate_kind;
+
+/* Of position k, or velocity k, of a joint of this type. O(1). */
+KT_API kt_coordinate_kind kt_joint_coordinate_kind(kt_joint_type type, int k);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,214 @@
+/* The check of an item by the keys of its type: each member that a key stands for, by what the key holds. */
+#include "model/check.h"
+#include "model/describe.h"
+#include "model/model.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* One item. */
+typedef struct kt_checked {
+    kt_checker *checker;
+    const void *object, *standard; /* the item, and the struct that its kind of item starts from */
+    int end_body[2], end_count;    /* the bodies of the ends so far */
+} kt_checked;
+
+static const void *member(const void *object, const kt_key *key) { return (const char *)object + key->offset; }
+
+/* An infinite default stands for "none". */
+static void check_number(kt_checked *c, const kt_key *key) {
+    const double *x = member(c->object, key), *standard = member(c->standard, key);
+    if (isinf(*standard) && *x == *standard)
+        return;
+    if (key->range == KT_RANGE_POSITIVE)
+        kt_checker_positive(c->checker, key->name, *x);
+    else if (key->range == KT_RANGE_NOT_NEGATIVE)
+        (void)kt_checker_not_negative(c->checker, key->name, "", *x);
+    else
+        (void)kt_checker_number(c->checker, key->name, *x);
+}
+
+static void check_six(kt_checked *c, const kt_key *key) {
+    static const char *const place[6] = {"[0]", "[1]", "[2]", "[3]", "[4]", "[5]"};
+    const double *x = member(c->object, key);
+    for (int i = 0; i < 6; i++)
+        (void)kt_checker_not_negative(c->checker, key->name, place[i], x[i]);
+}
+
+/* A default of zero stands for an axis that is not given. */
+static void check_axis(kt_checked *c, const kt_key *key) {
+    const kt_vec3 *axis = member(c->object, key), *standard = member(c->standard, key);
+    const bool is_zero = axis->x == 0.0 && axis->y == 0.0 && axis->z == 0.0;
+    const bool may_be_zero = standard->x == 0.0 && standard->y == 0.0 && standard->z == 0.0;
+    if (!is_zero || !may_be_zero)
+        (void)kt_checker_axis(c->checker, key->name, *axis);
+}
+
+static void check_vector(kt_checked *c, const kt_key *key) {
+    const kt_vec3 *v = member(c->object, key);
+    const double x[3] = {v->x, v->y, v->z};
+    if (!kt_checker_values(c->checker, key->name, -1, "", x, 3))
+        return;
+    for (int i = 0; i < 3 && key->range == KT_RANGE_POSITIVE; i++)
+        if (!(x[i] > 0.0)) {
+            kt_checker_fault(c->checker, key->name, -1, "%s[%d] is %g; it must be greater than 0", key->name, i, x[i]);
+            return;
+        }
+}
+
+static void check_frame(kt_checked *c, const kt_key *key) {
+    const kt_frame *frame = member(c->object, key);
+    if (*frame != KT_FRAME_WORLD && *frame != KT_FRAME_BODY)
+        kt_checker_fault(c->checker, key->name, -1, "%s is %d; take KT_FRAME_WORLD or KT_FRAME_BODY", key->name,
+                         (int)*frame);
+}
+
+/* Two ends, under one key or two, lie on two bodies. */
+static void check_end(kt_checked *c, const kt_key *key, const kt_end *end, int sub) {
+    const int k = c->end_count++;
+    c->end_body[k] = kt_checker_end(c->checker, key->name, sub, end);
+    if (k == 1 && c->end_body[0] == c->end_body[1] && c->end_body[0] != KT_BODY_UNKNOWN)
+        kt_checker_fault(c->checker, key->name, -1, "both ends are on %s; it takes two bodies",
+                         c->end_body[0] == KT_BODY_WORLD ? "the world" : kt_name_quote(end->body).text);
+}
+
+/* A sum of distinct joints of one coordinate, not all of them times zero. */
+static void check_terms(kt_checked *c, const kt_key *key) {
+    kt_checker *checker = c->checker;
+    const kt_loop *loop = c->object;
+    if (loop->term_count < 1 || loop->terms == NULL) {
+        kt_checker_fault(checker, key->name, -1, "%s are missing; give each joint its own", key->name);
+        return;
+    }
+    const int stamp = ++checker->stamp;
+    double most = 0.0;
+    bool fine = true;
+    for (int i = 0; i < loop->term_count; i++) {
+        const kt_term *term = &loop->terms[i];
+        const int body = kt_checker_scalar_joint(checker, key->name, i, term->joint);
+        if (body >= 0 && checker->mark[body] == stamp)
+            kt_checker_fault(checker, key->name, i, "joint %s stands twice; add up its %s",
+                             kt_name_quote(term->joint).text, key->name);
+        if (body >= 0)
+            checker->mark[body] = stamp;
+        if (!kt_number_is_fine(term->coefficient)) {
+            char suffix[KT_NAME_TEXT_SIZE + 8];
+            snprintf(suffix, sizeof suffix, " of %s", kt_name_quote(term->joint == NULL ? "" : term->joint).text);
+            fine = kt_checker_value(checker, key->name, i, suffix, -1, term->coefficient);
+        }
+        most = fmax(most, fabs(term->coefficient));
+    }
+    if (fine && !(most >= 1.0 / KT_NUMBER_MOST))
+        kt_checker_fault(checker, key->name, -1, "%s are all zero, or next to it; give one that is not", key->name);
+}
+
+static void check_function(kt_checked *c, const kt_key *key) {
+    const kt_function *function = member(c->object, key);
+    if (function->type == KT_FUNCTION_NONE && key->needed)
+        kt_checker_fault(c->checker, key->name, -1, "%s is missing; give a number or a function of time", key->name);
+    else if (key->range == KT_RANGE_POSITIVE)
+        kt_checker_positive_function(c->checker, key->name, function);
+    else
+        (void)kt_checker_function(c->checker, key->name, function);
+}
+
+static void check_functions(kt_checked *c, const kt_key *key) {
+    const kt_function *functions = member(c->object, key);
+    for (int k = 0; k < 3; k++) {
+        if (functions[k].type == KT_FUNCTION_NONE)
+            kt_checker_fault(c->checker, key->name, -1,
+                             "%s has a component missing; give three numbers or functions of time", key->name);
+        else
+            (void)kt_checker_function(c->checker, key->name, &functions[k]);
+    }
+}
+
+/* A quaternion among the initial coordinates; four zeros stand for no rotation. */
+static void check_quaternion(kt_checked *c, const kt_key *key, const double *q) {
+    const kt_quat quat = {q[0], q[1], q[2], q[3]};
+    const double norm = sqrt(kt_quat_norm_squared(quat)); /* numbers are within 1e50; tiny ones are far from 1 anyway */
+    if (q[0] == 0.0 && q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0)
+        return;
+    if (!(fabs(norm - 1.0) <= 1e-3))
+        kt_checker_fault(c->checker, key->name, -1,
+                         "%s: the quaternion [%g, %g, %g, %g] has norm %.6g; it must be 1 within 0.001", key->name,
+                         q[0], q[1], q[2], q[3], norm);
+}
+
+static void check_coordinates(kt_checked *c, const kt_key *key) {
+    const kt_joint_size *size = &kt_joint_sizes[((const kt_joint *)c->object)->type];
+    const int count = key->kind == KT_KEY_POSITION ? size->nq : size->nv;
+    const double *x = member(c->object, key);
+    bool fine;
+    if (count == 1)
+        fine = kt_checker_number(c->checker, key->name, x[0]);
+    else
+        fine = kt_checker_values(c->checker, key->name, -1, "", x, count);
+    if (fine && key->kind == KT_KEY_POSITION && size->nq > size->nv)
+        check_quaternion(c, key, x + size->nq - 4);
+}
+
+static void check_key(kt_checked *c, const kt_key *key) {
+    const void *at = member(c->object, key);
+    switch (key->kind) {
+    case KT_KEY_NUMBER:
+        check_number(c, key);
+        break;
+    case KT_KEY_DISTANCE:
+        if (!((const kt_effect *)c->object)->initial_length)
+            check_number(c, key);
+        break;
+    case KT_KEY_SIX:
+        check_six(c, key);
+        break;
+    case KT_KEY_VECTOR:
+        check_vector(c, key);
+        break;
+    case KT_KEY_AXIS:
+        check_axis(c, key);
+        break;
+    case KT_KEY_ROTATION:
+        kt_checker_rotation(c->checker, key->name, -1, "", at);
+        break;
+    case KT_KEY_FRAME:
+        check_frame(c, key);
+        break;
+    case KT_KEY_END:
+    case KT_KEY_BODY:
+        check_end(c, key, at, -1);
+        break;
+    case KT_KEY_ENDS:
+        check_end(c, key, at, 0);
+        check_end(c, key, (const kt_end *)at + 1, 1);
+        break;
+    case KT_KEY_JOINT:
+        (void)kt_checker_scalar_joint(c->checker, key->name, -1, *(const char *const *)at);
+        break;
+    case KT_KEY_TERMS:
+        check_terms(c, key);
+        break;
+    case KT_KEY_FUNCTION:
+        check_function(c, key);
+        break;
+    case KT_KEY_FUNCTIONS:
+        check_functions(c, key);
+        break;
+    case KT_KEY_POSITION:
+    case KT_KEY_VELOCITY:
+        check_coordinates(c, key);
+        break;
+    case KT_KEY_FLAG:  /* both values are right */
+    case KT_KEY_POINT: /* part of an end */
+    case KT_KEY_LIST:  /* of functions: check_function.c */
+    case KT_KEY_ROWS:
+    case KT_KEY_METHOD:
+    case KT_KEY_KIND_COUNT:
+        break;
+    }
+}
+
+void kt_checker_keys(kt_checker *checker, const kt_descriptor *descriptor, const void *object, const void *standard) {
+    kt_checked c = {.checker = checker, .object = object, .standard = standard};
+    for (int i = 0; i < descriptor->key_count; i++)
+        check_key(&c, &descriptor->keys[i]);
+}

@@ -1,0 +1,40 @@
+/* What the files of joints, loops, effects, shapes and functions share to describe themselves (kinetree/descriptor.h).
+ *
+ * A file that is compiled several times, for instruction sets and for derivatives, describes its type in one of them:
+ * what stands within #if KT_DESCRIBES.
+ */
+#ifndef KT_MODEL_DESCRIBE_H
+#define KT_MODEL_DESCRIBE_H
+
+#include "base/isa.h"
+#include "kinetree/descriptor.h"
+
+#include <stddef.h>
+
+#if defined(KT_ISA)
+#define KT_DESCRIBES_baseline 1
+#define KT_DESCRIBES_v3 0
+#define KT_DESCRIBES_v4 0
+#define KT_DESCRIBES_dual 0
+#define KT_DESCRIBES KT_PASTE(KT_DESCRIBES_, KT_ISA)
+#else
+#define KT_DESCRIBES 1
+#endif
+
+/* Members of a descriptor: the array `keys` of its file. */
+#define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
+
+/* Keys that several types have. */
+#define KT_BETWEEN_KEY(object)                                                                                         \
+    { "between", KT_KEY_ENDS, offsetof(object, between), "", "the two ends, on two bodies", .needed = true }
+#define KT_JOINT_KEY(object, words)                                                                                    \
+    { "joint", KT_KEY_JOINT, offsetof(object, joint), "", words, .needed = true }
+
+/* Whether items of a type have the member at this offset. A type that does not exist (NULL) has none. */
+bool kt_descriptor_reads(const kt_descriptor *descriptor, size_t offset);
+
+/* How many ends a type has: 0, 1 or 2; and how many functions of time. */
+int kt_descriptor_end_count(const kt_descriptor *descriptor);
+int kt_descriptor_function_count(const kt_descriptor *descriptor);
+
+#endif

@@ -1,0 +1,262 @@
+/* The keys of joints, shapes, loops and effects: how each kind of key is read, written and compared. What a number may be
+ * written as follows from the key's unit. */
+#include "scene/part.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+/* Of "rad|m" the first if the joint that the item acts in, which has been read before, is one of rotation. Within a
+ * function of time y stands for the unit of its value. */
+static kt_quantity quantity_of(const kt_reader *r, const kt_field *field) {
+    const kt_key *key = field->detail;
+    const char *unit = key->unit, *second = strchr(unit, '|');
+    if (strcmp(unit, "y") == 0)
+        return (kt_quantity)r->quantity;
+    if (second != NULL && r->joint_quantity != KT_QUANTITY_ANGLE)
+        return KT_QUANTITY_NUMBER;
+    const size_t length = second != NULL ? (size_t)(second - unit) : strlen(unit);
+    if (length == 3 && strncmp(unit, "rad", length) == 0)
+        return KT_QUANTITY_ANGLE;
+    return length == 5 && strncmp(unit, "rad/s", length) == 0 ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER;
+}
+
+static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_number(r, scope, node, quantity_of(r, field), kt_field_in(object, field));
+}
+
+/* Where there is no distance it is the initial one, which reading begins with. */
+static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    ((kt_effect *)object)->initial_length = false;
+    return read_number(r, scope, node, field, object);
+}
+
+static bool same_distance(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_effect *)object)->initial_length;
+}
+
+static bool read_six(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_numbers(r, scope, node, 6, KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
+}
+
+static void write_six(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_emit_numbers(e, kt_field_of(object, field), 6);
+}
+
+static bool same_six(const kt_field *field, const void *object, const void *standard) {
+    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 6 * sizeof(double));
+}
+
+/* Where the default is zero, zero means that no axis is given; to write it is a slip. */
+static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const kt_key *key = field->detail;
+    const kt_vec3 *axis = kt_field_in(object, field), before = *axis;
+    const bool may_be_missing = before.x == 0.0 && before.y == 0.0 && before.z == 0.0;
+    if (!kt_kind_axis.read(r, scope, node, field, object))
+        return false;
+    if (!may_be_missing || axis->x != 0.0 || axis->y != 0.0 || axis->z != 0.0)
+        return true;
+    return kt_fault_at(r, KT_ERROR_MODEL, scope, node,
+                       "a zero axis has no direction; give one, such as [0, 0, 1], or leave the key out for %s",
+                       key->standard);
+}
+
+static void write_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_kind_axis.write(e, field, object, standard);
+}
+
+static bool same_axis(const kt_field *field, const void *object, const void *standard) {
+    return kt_kind_axis.same(field, object, standard);
+}
+
+static const char *const frame_names[] = {"world", "body"};
+static const kt_choice frames = {"effects.frame", frame_names, 2, 0};
+
+static bool read_frame(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const int value = kt_choice_read(r, scope, node, &frames);
+    if (value < 0)
+        return false;
+    memcpy(kt_field_in(object, field), &value, sizeof value);
+    return true;
+}
+
+static void write_frame(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const kt_frame *frame = kt_field_of(object, field);
+    kt_emit_word(e, frame_names[*frame]);
+}
+
+static bool same_frame(const kt_field *field, const void *object, const void *standard) {
+    return kt_kind_choice.same(field, object, standard);
+}
+
+/* ---- ends -------------------------------------------------------------------------------------------------------- */
+
+/* A body and its point are one end, and two keys. A marker of the end is the point already. */
+static void write_body(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_end end;
+    memcpy(&end, kt_field_of(object, field), sizeof end);
+    end.at = kt_vec3_make(0.0, 0.0, 0.0);
+    kt_write_end(e, &end);
+}
+
+static bool read_body(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_end(r, scope, node, kt_field_in(object, field));
+}
+
+/* A vector; or a marker, MARKER or BODY.MARKER, of the body that the other key has named. */
+static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_end *on = &((kt_effect *)object)->between[0], point;
+    (void)field;
+    if (on->marker != NULL || on->at.x != 0.0 || on->at.y != 0.0 || on->at.z != 0.0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'on' says where already; leave one of them out");
+    if (node->kind == KT_NODE_LIST)
+        return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &on->at);
+    if (node->kind != KT_NODE_TEXT || on->body == NULL)
+        return kt_fault_expected(r, scope, node, "a list of three numbers, or a marker");
+    if (!kt_read_end(r, scope, node, &point))
+        return false;
+    if (point.body == NULL || (point.marker != NULL && strcmp(point.body, on->body) != 0))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is not on %s; name a marker of that body",
+                           kt_name_quote(node->of.text).text, kt_name_quote(on->body).text);
+    on->marker = point.marker != NULL ? point.marker : point.body;
+    return true;
+}
+
+static void write_point(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_kind_vector.write(e, field, object, standard);
+}
+
+static bool same_point(const kt_field *field, const void *object, const void *standard) {
+    return ((const kt_effect *)object)->between[0].marker != NULL || kt_kind_vector.same(field, object, standard);
+}
+
+/* ---- joints ------------------------------------------------------------------------------------------------------ */
+
+static bool read_joint(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const char **joint = kt_field_in(object, field);
+    if (!kt_read_name(r, scope, node, "a name", joint))
+        return false;
+    r->joint_quantity = (int)kt_joint_quantity(r, *joint);
+    return true;
+}
+
+static void write_joint(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_kind_name.write(e, field, object, standard);
+}
+
+/* Joints named twice are left to kt_description_check. What the terms add up to is an angle where one of them turns. */
+static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_loop *loop = object;
+    if (node->kind != KT_NODE_MAP || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a mapping of joints to numbers (crank: 1)");
+    kt_term *terms = kt_pool_take(&r->keep, node->count, sizeof *terms);
+    if (terms == NULL)
+        return kt_reader_out_of_memory(r);
+    bool good = true;
+    int i = 0;
+    r->joint_quantity = KT_QUANTITY_NUMBER;
+    for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
+        const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
+        good = kt_read_name(r, scope, key, "the name of a joint", &terms[i].joint) && good;
+        good = kt_read_number(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
+        if (kt_joint_quantity(r, terms[i].joint) == KT_QUANTITY_ANGLE)
+            r->joint_quantity = KT_QUANTITY_ANGLE;
+    }
+    loop->terms = terms;
+    loop->term_count = i;
+    return good;
+}
+
+static void write_terms(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_loop *loop = object;
+    kt_emit_map(e, true);
+    for (int i = 0; i < loop->term_count; i++) {
+        kt_emit_name(e, loop->terms[i].joint);
+        kt_emit_number(e, loop->terms[i].coefficient);
+    }
+    kt_emit_end(e);
+}
+
+/* ---- functions of time ------------------------------------------------------------------------------------------- */
+
+static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_function(r, scope, node, quantity_of(r, field), kt_field_in(object, field));
+}
+
+static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_write_function(e, kt_field_of(object, field));
+}
+
+static bool same_function(const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const kt_function *function = kt_field_of(object, field);
+    return function->type == KT_FUNCTION_NONE;
+}
+
+static bool read_functions(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_function *functions = kt_field_in(object, field);
+    if (node->kind != KT_NODE_LIST || node->count != 3)
+        return kt_fault_expected(r, scope, node, "a list of three numbers or functions of time");
+    bool good = true;
+    int i = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        good = kt_read_function(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
+    }
+    return good;
+}
+
+static void write_functions(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const kt_function *functions = kt_field_of(object, field);
+    kt_emit_list(e, true);
+    for (int i = 0; i < 3; i++)
+        kt_write_function(e, &functions[i]);
+    kt_emit_end(e);
+}
+
+/* ---- all kinds --------------------------------------------------------------------------------------------------- */
+
+const kt_kind *kt_kind_of_key(const kt_key *key) {
+    static const kt_kind number = {read_number, kt_number_write, kt_number_same};
+    static const kt_kind distance = {read_distance, kt_number_write, same_distance};
+    static const kt_kind six = {read_six, write_six, same_six}, axis = {read_axis, write_axis, same_axis};
+    static const kt_kind frame = {read_frame, write_frame, same_frame};
+    static const kt_kind body = {.read = read_body, .write = write_body};
+    static const kt_kind point = {read_point, write_point, same_point};
+    static const kt_kind joint = {.read = read_joint, .write = write_joint};
+    static const kt_kind terms = {.read = read_terms, .write = write_terms};
+    static const kt_kind function = {read_function, write_function, same_function};
+    static const kt_kind functions = {read_functions, write_functions, same_function};
+    static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
+        [KT_KEY_NUMBER] = &number,
+        [KT_KEY_SIX] = &six,
+        [KT_KEY_VECTOR] = &kt_kind_vector,
+        [KT_KEY_AXIS] = &axis,
+        [KT_KEY_ROTATION] = &kt_kind_rotation,
+        [KT_KEY_FLAG] = &kt_kind_flag,
+        [KT_KEY_FRAME] = &frame,
+        [KT_KEY_END] = &kt_kind_end,
+        [KT_KEY_ENDS] = &kt_kind_ends,
+        [KT_KEY_BODY] = &body,
+        [KT_KEY_POINT] = &point,
+        [KT_KEY_JOINT] = &joint,
+        [KT_KEY_TERMS] = &terms,
+        [KT_KEY_FUNCTION] = &function,
+        [KT_KEY_FUNCTIONS] = &functions,
+        [KT_KEY_DISTANCE] = &distance,
+        [KT_KEY_POSITION] = &kt_kind_position,
+        [KT_KEY_VELOCITY] = &kt_kind_velocity,
+    }; /* KT_KEY_LIST, _ROWS and _METHOD are read by function.c */
+    return kinds[key->kind];
+}
