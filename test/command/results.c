@@ -35,6 +35,26 @@ static const char ball[] = "kinetree: 1\n"
                            "    inertia: [1, 2, 3]\n"
                            "simulate: {duration: 1}\n";
 
+/* What is fixed to the world, and what is fixed to that, weighs nothing: the block's energy stays m g y = 20 N y. */
+KT_TEST(bodies_fixed_to_the_world_have_no_energy) {
+    static const char rest[] = "bodies:\n"
+                               "  - {name: tower, joint: {type: fixed, at: [0, 100, 0]}, mass: 1e6}\n"
+                               "  - {name: bell, parent: tower, joint: {type: fixed, at: [0, 7, 0]}, mass: 10}\n";
+    char text[1024];
+    snprintf(text, sizeof text, "%.*s%s%s", (int)(strstr(falling, "bodies:\n") - falling), falling, rest,
+             strstr(falling, "bodies:\n") + strlen("bodies:\n"));
+    kt_write_file("t.yaml", text);
+    json_t *root = kt_json(kt_shell("$K run t.yaml --quiet --out /dev/null --summary -").out);
+    const double y = kt_json_at(root, "position.block");
+    kt_check_near("y", y, -5.0, 1e-14);
+    kt_check_near("potential energy", kt_json_at(root, "energy.potential"), 20.0 * y, 1e-13);
+    kt_check_near("total energy", kt_json_at(root, "energy.total"), 0.0, 1e-13);
+    json_decref(root);
+    root = kt_json(kt_shell("$K run t.yaml --formulation absolute --quiet --out /dev/null --summary -").out);
+    kt_check_near("free bodies", kt_json_at(root, "energy.potential"), 20.0 * y, 1e-12);
+    json_decref(root);
+}
+
 KT_TEST(header_names_every_column) {
     kt_write_file("b.yaml", ball);
     kt_ran ran = kt_shell("$K run b.yaml --quiet --out - --interval 1 --markers arm.tip "

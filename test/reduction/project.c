@@ -283,3 +283,84 @@ KT_TEST(failed_projection_names_the_loop_and_leaves_the_state) {
     }
     linkage_free(&l);
 }
+
+/* ---- dead points ------------------------------------------------------------------------------------------------- */
+
+/* A cart on a wheel that rolls, a lift on it that is driven to y = t - 1/4, and a rod from there to the origin, whose
+ * length L is driven: L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 it is at x: towards x = 0 the rod loses
+ * the cart's direction, of which it has x / L, and asks for rate - 1 along it. */
+typedef struct cart {
+    double lift[2], rod[3];
+    linkage l;
+} cart;
+
+static bool make_cart(cart *c, double x, double rate) {
+    const kt_vec3 origin = kt_vec3_make(0.0, 0.0, 0.0);
+    const double length = sqrt(1.0 + x * x), bend = 16.0 * (1.25 - length + 0.25 * rate); /* L(0) = 1.25 */
+    linkage *l = &c->l;
+    linkage_begin(l);
+    kt_body *body = linkage_bar(l, "cart", NULL, origin, kt_vec3_make(1.0, 0.0, 0.0), 1.0, 0.0);
+    body->joint.type = KT_JOINT_PRISMATIC;
+    body->joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    (void)linkage_bar(l, "wheel", "cart", kt_vec3_make(0.0, 0.5, 0.0), kt_vec3_make(0.3, 0.0, 0.0), 0.0, 0.0);
+    body = linkage_bar(l, "lift", "cart", kt_vec3_make(0.0, 1.0, 0.0), kt_vec3_make(0.0, 1.0, 0.0), -0.25, 0.0);
+    body->joint.type = KT_JOINT_PRISMATIC;
+    body->joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    kt_loop *loop = linkage_close(l, "roll", KT_LOOP_ROLLING, "wheel", origin, NULL, origin);
+    loop->radius = 0.5;
+    loop->axis = kt_vec3_make(0.0, 0.0, 1.0);
+    loop->axis2 = kt_vec3_make(0.0, 1.0, 0.0);
+    loop = linkage_close(l, "lift", KT_LOOP_MOTION, NULL, origin, NULL, origin);
+    loop->joint = "lift";
+    loop->between[0] = loop->between[1] = kt_end_default();
+    c->lift[0] = -0.25;
+    c->lift[1] = 1.0;
+    loop->function = kt_function_polynomial(c->lift, 2);
+    loop = linkage_close(l, "rod", KT_LOOP_DISTANCE, "lift", origin, NULL, origin);
+    c->rod[0] = 1.25;
+    c->rod[1] = rate - 0.5 * bend;
+    c->rod[2] = bend;
+    loop->function = kt_function_polynomial(c->rod, 3);
+    return linkage_compile(l);
+}
+
+/* Whether the projection says that it is a dead point; -1 where something else is wrong. *size: of the direction that is
+ * about to be lost, over what is usual. */
+static int project_cart(double x, double rate, double *size) {
+    static cart c;
+    int dead = -1;
+    if (make_cart(&c, x, rate)) {
+        kt_error e = {0};
+        const kt_model *m = c.l.model;
+        double q[3], v[3] = {0.0, 0.0, 0.0};
+        q[kt_body_coordinates(m, kt_body_find(m, "cart")).q] = x;
+        q[kt_body_coordinates(m, kt_body_find(m, "wheel")).q] = 0.0;
+        q[kt_body_coordinates(m, kt_body_find(m, "lift")).q] = 0.0;
+        const kt_status status = kt_state_project(m, c.l.data, 0.25, q, v, NULL, &e);
+        kt_note("x = %g, rate %g: %s: %s", x, rate, e.where, e.message);
+        if (status == KT_OK)
+            dead = 0;
+        else if (status == KT_ERROR_CONSTRAINT && strstr(e.message, "a dead point"))
+            dead = 1;
+        *size = c.l.data->last[0] / m->group[0].usual[KT_ROWS_ALL];
+    }
+    linkage_free(&c.l);
+    return dead;
+}
+
+KT_TEST(a_dead_point_is_one_where_a_ten_thousandth_of_a_direction_is_left) {
+    double size = 0.0, per_x;
+    kt_check_equal_int("1 mm beside", project_cart(1e-3, 1.5, &size), 0);
+    per_x = size / 1e-3;
+    kt_check_equal_int("a little less", project_cart(0.99e-4 / per_x, 1.5, &size), 1);
+    kt_check_near("size", size, 0.99e-4, 1e-10); /* 1e-6, the square of 1 mm, of it */
+    kt_check_equal_int("a little more", project_cart(1.01e-4 / per_x, 1.5, &size), 0);
+    kt_check_near("size", size, 1.01e-4, 1e-10);
+}
+
+KT_TEST(a_dead_point_is_one_where_a_tenth_of_a_drive_is_missed) {
+    double size;
+    kt_check_equal_int("missed by 0.099", project_cart(1e-6, 0.901, &size), 0);
+    kt_check_equal_int("missed by 0.101", project_cart(1e-6, 0.899, &size), 1);
+    kt_check_equal_int("followed", project_cart(1e-6, 1.0, &size), 0);
+}
