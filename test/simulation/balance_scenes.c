@@ -98,6 +98,31 @@ static bool keep_ledger(stage *s, const char *integrator, double step, double to
     return kt_check_true("there are records", fine && l->count > 1);
 }
 
+/* ---- forces with kinks ------------------------------------------------------------------------------------------- */
+
+/* The rocker runs against a stop, again and again. All other forces in this file are smooth, and their bounds a few
+ * tolerances a joule; a step over a kink is of first order, and its estimate of the error may be zero by chance. Measured:
+ * 5 to 350 tolerances, of 14 J. */
+KT_TEST(balance_of_a_four_bar_against_a_stop_closes_to_a_multiple_of_the_tolerance) {
+    stage s;
+    kt_worst drift = kt_worst_make("drift, relative");
+    if (!stage_open(&s, "four-bar"))
+        return;
+    add_damper(&s, "coupler", 0.1);
+    add_motor(&s, "crank", kt_function_constant(3.0));
+    kt_effect *stop = add_effect(&s, KT_EFFECT_JOINT_LIMIT, "rocker");
+    stop->upper = 1.9;
+    stop->stiffness = 2e3;
+    for (int i = 6; i <= 12; i++) {
+        ledger l;
+        const double tolerance = pow(10.0, -i);
+        if (keep_ledger(&s, "dop853", 0.0, tolerance, 2.0, &l))
+            kt_worst_below(&drift, l.drift / 14.0, 1e3 * tolerance, "tolerance %g", tolerance);
+    }
+    kt_check_worst(&drift);
+    stage_close(&s);
+}
+
 /* ---- loops at rest ----------------------------------------------------------------------------------------------- */
 
 KT_TEST(balance_of_a_motor_driven_four_bar_closes_with_the_order) {
