@@ -73,6 +73,7 @@ class Draw:
             {"polynomial": [float(x) * size for x in self.rng.uniform(-1, 1, 4)]},
             {"table": [[x, self.between(-0.5, 0.5) * size] for x in (-1.0, -0.4, 0.3, 0.8, 1.5)], "interpolation": "cubic"},
             {"table": [[x, self.between(-0.5, 0.5) * size] for x in (-1.0, 0.5, 1.5)], "interpolation": "linear"},
+            {"table": [[x, self.between(-0.5, 0.5) * size] for x in (-1.0, -0.3, 0.6, 1.5)], "interpolation": "monotone"},
         ])  # fmt: skip
         if value is not None:
             shift = value - function(f, 0.0)[0]

@@ -70,6 +70,23 @@ def rotation(spec):
 # Functions of time: value and two derivatives
 
 
+def pchip_slopes(x, y):
+    """Fritsch and Butland's slopes at the rows of a monotone table."""
+    h, e = np.diff(x), np.diff(y) / np.diff(x)
+    if len(e) == 1:
+        return np.array([e[0], e[0]])
+
+    def end(h0, h1, e0, e1):
+        p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1)
+        if np.sign(p) != np.sign(e0):
+            return 0.0
+        return 3.0 * e0 if np.sign(e1) != np.sign(e0) and abs(p) > 3.0 * abs(e0) else p
+
+    w1, w2 = 2.0 * h[1:] + h[:-1], h[1:] + 2.0 * h[:-1]
+    inner = [0.0 if a * b <= 0.0 else (u + v) / (u / a + v / b) for u, v, a, b in zip(w1, w2, e[:-1], e[1:])]
+    return np.array([end(h[0], h[1], e[0], e[1]), *inner, end(h[-1], h[-2], e[-1], e[-2])])
+
+
 def function(spec, t):
     if not isinstance(spec, dict):
         return np.array([spec, 0.0, 0.0])
@@ -93,6 +110,10 @@ def function(spec, t):
     slope = (y[k + 1] - y[k]) / h
     if spec.get("interpolation", "linear") == "linear":
         return np.array([y[k] + slope * s, slope, 0.0])
+    if spec["interpolation"] == "monotone":
+        p = pchip_slopes(x, y)
+        c = np.polynomial.polynomial.Polynomial([y[k], p[k], (3.0 * slope - 2.0 * p[k] - p[k + 1]) / h, (p[k] + p[k + 1] - 2.0 * slope) / h**2])
+        return np.array([c(s), c.deriv()(s), c.deriv(2)(s)])
     # Natural cubic spline by its second derivatives m: h_(i-1) m_(i-1) + 2 (h_(i-1) + h_i) m_i + h_i m_(i+1) = 6 (slopes' step).
     n, step = len(x), np.diff(x)
     A, b = np.eye(n), np.zeros(n)
