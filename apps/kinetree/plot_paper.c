@@ -157,7 +157,6 @@ static void trace_polygon(cairo_t *c, double x, double y, double radius, int cor
         const double angle = pi * (2.0 * i / corners + 0.5 * turn);
         cairo_line_to(c, x + radius * sin(angle), y - radius * cos(angle));
     }
-    cairo_close_path(c);
 }
 
 void kt_paper_trace_mark(cairo_t *c, double x, double y, int mark) {
@@ -236,14 +235,43 @@ static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int heig
     return status;
 }
 
-/* Numbers without what follows their second decimal: a hundredth of a point is less than any screen shows. */
+/* What is left of the text behind a 'Z' once a move to where the pen is already is taken out: cairo writes one behind
+ * each closed shape, and another move to the next one. */
+static const char *skip_move(const char *text) {
+    if (strncmp(text, " M ", 3) != 0)
+        return text;
+    const char *end = text + 3;
+    end += strspn(end, "-.0123456789 ");
+    return *end == 'M' ? end - 1 : *end == '"' ? end : text;
+}
+
+/* The length of a property that says what holds without it, 0 if it is none; mitres that long do not occur. */
+static size_t default_length(const char *text) {
+    static const char *const defaults[] = {"stroke-linecap:butt;", "stroke-opacity:1;", "stroke-miterlimit:10;",
+                                           "fill-rule:nonzero;", "fill-opacity:1;"};
+    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++)
+        if (strncmp(text, defaults[i], strlen(defaults[i])) == 0)
+            return strlen(defaults[i]);
+    return 0;
+}
+
+/* Shapes in fewer words: numbers go without what follows their second decimal, for a hundredth of a point is less than
+ * any screen shows. */
 static void write_short(FILE *file, const char *text) {
     int decimals = -1; /* -1: not behind a point */
-    for (; *text != '\0'; text++) {
-        const bool digit = *text >= '0' && *text <= '9';
-        decimals = *text == '.' ? 0 : digit && decimals >= 0 ? decimals + 1 : -1;
+    while (*text != '\0') {
+        const size_t left_out = default_length(text);
+        if (left_out > 0) {
+            text += left_out;
+            continue;
+        }
+        const char letter = *text++;
+        const bool digit = letter >= '0' && letter <= '9';
+        decimals = letter == '.' ? 0 : digit && decimals >= 0 ? decimals + 1 : -1;
         if (decimals <= 2)
-            putc(*text, file);
+            putc(letter, file);
+        if (letter == 'Z')
+            text = skip_move(text);
     }
 }
 
