@@ -14,7 +14,8 @@ from folders import FOLDERS
 # Faces with another name than their folder's.
 FACES = {"status": "base", "description": "model", "descriptor": "model", "kinetree": None}
 
-LONG, TOO_LONG = 400, 500
+LONG, TOO_LONG = 600, 800
+LARGEST_PICTURE = 60_000  # bytes
 
 
 def face_folder(name):
@@ -77,6 +78,16 @@ def unbuilt(root, folder, pattern):
             yield f"{path.relative_to(root)}: in no meson.build"
 
 
+def picture_problems(path, pages):
+    text = path.read_text()
+    if len(text) > LARGEST_PICTURE:
+        yield f"{path.name}: {len(text)} bytes"
+    if "<text" not in text or "glyph" in text:
+        yield f"{path.name}: its text is drawn as shapes"
+    if path.name not in pages:
+        yield f"{path.name}: no page shows it"
+
+
 def main():
     root = pathlib.Path(sys.argv[1])
     faces = sorted((root / "include/kinetree").glob("*.h"))
@@ -107,6 +118,11 @@ def main():
 
     claim("library_is_plain_ascii",
           [f"{path.relative_to(root)}" for path in library if not path.read_bytes().isascii()])
+
+    pages = "".join(path.read_text() for path in [root / "README.md", *(root / "include/pages").glob("*.md")])
+    pictures = [path for path in sorted((root / "apps/pictures").iterdir()) if path.suffix == ".svg"]
+    claim("pictures_are_shown_and_small_and_keep_text_as_text",
+          [problem for path in pictures for problem in picture_problems(path, pages)] if pictures else ["no pictures"])
 
     lengths = {path.relative_to(root): path.read_text().count("\n") for path in everything}
     for path, length in sorted(lengths.items(), key=lambda item: -item[1]):
