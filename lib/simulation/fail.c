@@ -42,6 +42,16 @@ static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error 
            look_ahead(simulation, 1.0, found) != KT_OK;
 }
 
+int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {
+    const int i = (int)at, nq = (int)simulation->size.nq;
+    for (int body = 1; body < kt_model_body_count(simulation->model); body++) {
+        const kt_coordinates c = kt_body_coordinates(simulation->model, body);
+        if ((i >= c.q && i < c.q + c.nq) || (i >= nq + c.v && i < nq + c.v + c.nv))
+            return body;
+    }
+    return 0;
+}
+
 /* where: room for KT_WHERE_SIZE + 32. */
 static void add_time(const kt_simulation *simulation, char *where) {
     const kt_error *cause = &simulation->cause;

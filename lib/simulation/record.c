@@ -33,7 +33,8 @@ static double record_time(const kt_simulation *simulation, int64_t k) {
 
 int64_t kt_simulation_record_count(const kt_simulation *simulation) { return simulation->record_count; }
 
-bool kt_simulation_owes_records(const kt_simulation *simulation) {
+/* Whether kt_simulation_run has not yet handed over all records before the current time. */
+static bool owes_records(const kt_simulation *simulation) {
     const int64_t k = simulation->memory.next_record;
     return k < simulation->record_count && record_time(simulation, k) < kt_integrator_time(simulation->integrator);
 }
@@ -104,7 +105,9 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     return kt_kinematics_update(simulation->face, simulation->user_data, record->q, record->v, record->a, error);
 }
 
-kt_status kt_simulation_report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
+/* All that is asked for of the state in y, whose accelerations are in `a`, where `accelerated`; data hold of it what
+ * `held` says. The kinematics come last: they stay in the data. */
+static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
@@ -123,12 +126,13 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     if (accelerates && kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau,
                                                 simulation->external, simulation->a, error) != 0)
         return error->code;
-    const kt_status status = kt_simulation_report(simulation, accelerates, record, error);
+    const kt_status status = report(simulation, accelerates, record, error);
     simulation->held = KT_CACHED_NOTHING;
     return status;
 }
 
-kt_record kt_record_empty(int64_t index, double time) {
+/* A record of no state yet. */
+static kt_record empty_record(int64_t index, double time) {
     kt_record record = {0};
     record.index = index;
     record.time = time;
@@ -139,7 +143,7 @@ kt_record kt_record_empty(int64_t index, double time) {
 
 static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     const int64_t k = simulation->memory.next_record;
-    kt_record record = kt_record_empty(k, record_time(simulation, k));
+    kt_record record = empty_record(k, record_time(simulation, k));
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
@@ -191,4 +195,66 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         if (status != KT_OK)
             return status;
     }
+}
+
+/* ---- the present state, for sensors ------------------------------------------------------------------------------ */
+
+/* A record of now, made of what the last step has left and what the next one needs. After a step the integrator may know
+ * f(t, y) (the last stage of a method with fsal); if not, it is evaluated now, as the first stage of the next step, which
+ * finds it there. The data then hold what that evaluation went through, from which kinematics and reactions follow; or
+ * they hold the poses that the projection ended with. */
+
+/* The accelerations of the present state in `a`. */
+static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
+    const double *slope;
+    kt_status status = kt_simulation_inputs_commit(simulation, from);
+    if (status == KT_OK)
+        status = kt_integrator_derivative(simulation->integrator, &slope, from);
+    if (status != KT_OK)
+        return status;
+    if (simulation->slope != slope && simulation->held == KT_CACHED_EVALUATION)
+        simulation->held = KT_CACHED_NOTHING; /* another evaluation came after that one */
+    memcpy(simulation->a, slope + simulation->size.nq, simulation->size.nv * sizeof(double));
+    return KT_OK;
+}
+
+/* The same where records within the last step are yet to be handed over: these need the integrator as it is. */
+static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *from) {
+    const double t = kt_integrator_time(simulation->integrator);
+    simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;
+    simulation->external = simulation->memory.next.wrenches ? simulation->wrench_next : NULL;
+    return kt_simulation_accelerate(simulation, t, simulation->y, simulation->tau, simulation->external, simulation->a,
+                                    from) == 0
+               ? KT_OK
+               : from->code;
+}
+
+static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
+    kt_status status = KT_OK;
+    memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+    if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
+        status =
+            owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);
+    else if (simulation->held == KT_CACHED_EVALUATION)
+        simulation->held = KT_CACHED_NOTHING; /* of some stage of the last step */
+    if (status == KT_OK)
+        status = report(simulation, accelerates, record, from);
+    kt_simulation_inputs_use(simulation);
+    simulation->held = status == KT_OK && simulation->kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
+    return status;
+}
+
+kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error) {
+    kt_record now = empty_record(-1, kt_integrator_time(simulation->integrator));
+    kt_error from = {0};
+    simulation->cause.code = KT_OK;
+    const kt_status status = sense(simulation, &now, &from);
+    if (status != KT_OK) {
+        if (simulation->cause.code == KT_OK)
+            simulation->cause = from; /* which names the body */
+        return kt_simulation_fail(simulation, &from, error);
+    }
+    *record = now;
+    return KT_OK;
 }

@@ -142,7 +142,7 @@ void kt_simulation_export(kt_simulation *simulation, double t, const double *y, 
 /* The free state y of a closed state of the face (absolute formulation only). */
 KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                                 double *y, kt_error *error);
-/* The reactions and multipliers of a record, as kt_simulation_report; leaves the kinematics of its motion in data. */
+/* The reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Makes the pushes that wait those of the next step. */
@@ -164,17 +164,6 @@ bool kt_simulation_is_recoverable(kt_status status);
  * all else. */
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
-
-/* A record of no state yet. */
-kt_record kt_record_empty(int64_t index, double time);
-
-/* All that is asked for of the state in y, whose accelerations are in `a`, where `accelerated`; data hold of it what
- * `held` says. The kinematics come last: they stay in the data. */
-KT_CHECKED kt_status kt_simulation_report(kt_simulation *simulation, bool accelerated, kt_record *record,
-                                          kt_error *error);
-
-/* Whether kt_simulation_run has not yet handed over all records before the current time. */
-bool kt_simulation_owes_records(const kt_simulation *simulation);
 
 /* Leaves out the records before the current time: nobody asked for them while it passed. */
 void kt_simulation_skip_records(kt_simulation *simulation);
