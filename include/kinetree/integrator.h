@@ -1,4 +1,5 @@
-/* Explicit Runge-Kutta methods for y' = f(t, y), y in R^n: tableaus, fixed and adaptive steps, dense output.
+/* Methods for ordinary differential equations y' = f(t, y), y in R^n: explicit and stabilised Runge-Kutta methods,
+ * fixed and adaptive steps, dense output, linear stability.
  *
  * A method is a constant struct of coefficients, kt_method. An integrator lives in the caller's memory and allocates
  * nothing; it owns the current time and state, and what the step-size control remembers. Two threads may use two
@@ -86,9 +87,9 @@ typedef struct kt_method {
     const char *title;  /* for people: "Runge-Kutta 4, Kutta 1901" */
     const char *source; /* where the coefficients are published */
 
-    /* NULL: explicit, as a caller's own table must be. For a stabilised method the stages follow from a recurrence, and a
-     * step takes as many of them, up to KT_STABILISED_STAGES_MAX, as the fastest decay of the right-hand side needs; its
-     * table is that of the member with the fewest. */
+    /* NULL: explicit, as a caller's own table must be. For a stabilised method the stages follow from a recurrence, and
+     * a step takes as many of them, up to KT_STABILISED_STAGES_MAX, as the fastest decay of the right-hand side needs;
+     * its table is that of the member with the fewest. */
     const kt_method_family *family;
 
     int stages;             /* s */
@@ -114,14 +115,14 @@ typedef struct kt_method {
 /* The number of built-in methods. */
 KT_API int kt_method_count(void);
 
-/* The built-in method at 0 <= index < kt_method_count(), in order of rising order; NULL outside. Static storage. */
+/* The built-in method at 0 <= index < kt_method_count(), by rising order; NULL outside. Static storage. */
 KT_API const kt_method *kt_method_at(int index);
 
 /* The built-in method of this name (KT_METHOD_LIST); NULL if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
-/* The names of the built-in methods, or of the adaptive ones among them, in one line: "euler, midpoint, heun". Writes as
- * many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
+/* The names of the built-in methods, or of the adaptive ones among them, in one line: "euler, midpoint, heun". Writes
+ * as many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
 /* "explicit", "stabilised". Static storage. */
@@ -139,8 +140,8 @@ KT_API int kt_method_dense_order(const kt_method *method);
 
 /* Checks a table: sizes; finite entries; row sums c_i = sum_j a_ij; for every rooted tree t of up to `order` nodes
  * the order condition sum_i b_i Phi_i(t) = 1 / gamma(t) (HNW II.2, theorem 2.13); the embedded weights to their
- * order; the dense output to its order for all theta (HNW II.6). A residual passes that rounding of the coefficients
- * to double explains: nodes * eps * (the sum of the absolute values of the terms).
+ * order; the dense output to its order for all theta (HNW II.6). A residual passes if rounding
+ * the coefficients to double explains it: nodes * eps * (the sum of the absolute values of the terms).
  *
  * Errors: KT_ERROR_ARGUMENT, naming the first condition that fails and its residual.
  *
@@ -155,7 +156,8 @@ typedef struct kt_complex {
 } kt_complex;
 
 /* What a method makes of y' = lambda y: y1 = R(h lambda) y0, R a polynomial; Hairer and Wanner, Solving ODE II, IV.2.
- * A tableau has R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 + w1 z). Plain; copy it. */
+ * An explicit method has R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 + w1 z). Plain;
+ * copy it. */
 typedef struct kt_stability {
     const kt_method_family *family;               /* of the method: which of the two it is */
     int degree;                                   /* of R */
@@ -229,15 +231,15 @@ KT_API double kt_stability_worst(const kt_method *method, const kt_complex *eige
 typedef struct kt_integrator kt_integrator;
 
 /* Callbacks return 0: go on; > 0: recoverable, a smaller step may help (adaptive: the try is rejected; fixed: an
- * error); < 0: stop. A stopped step leaves the integrator as it was and may be taken again. A caller who wants its
- * own words in the message keeps them behind `user`.
+ * error); < 0: stop. A stopped step leaves the integrator as it was and may be taken again. A caller who wants a
+ * message of its own keeps it behind `user`.
  *
  * rhs: dydt = f(t, y), n values, of its arguments alone. It is never asked for a t beyond the limit given to
  * kt_integrator_step (as long as 0 <= c_i <= 1, as in all built-in methods).
  *
  * project (or NULL): after each accepted try, before it is committed, may move y onto a manifold. *changed is true on
  * entry; set it to false only if not one bit of y was moved: then a method with fsal reuses its last stage as the
- * slope of the next step, otherwise the slope is evaluated again. A projection to 1e-16 after each step so costs one
+ * slope of the next step, otherwise the slope is evaluated again. A projection to 1e-16 after each step costs one
  * evaluation a step with fsal methods; a callback that leaves y alone while its defect is well below the tolerance
  * saves it, and state and slope still belong together to the last bit. */
 typedef struct kt_integrator_callbacks {
@@ -251,7 +253,7 @@ typedef struct kt_integrator_callbacks {
 
 /* How an integrator steps. */
 typedef struct kt_integrator_options {
-    double step; /* > 0: fixed step, s; 0: adaptive, and then the rest counts */
+    double step; /* > 0: fixed step, s; 0: adaptive, and the options below apply */
 
     /* Tolerances: a try passes if sqrt(mean((err_i / (absolute_i + relative max(|y0_i|, |y1_i|)))^2)) <= 1. */
     double relative_tolerance, absolute_tolerance; /* relative: 0, or at least KT_TOLERANCE_LEAST */
@@ -268,8 +270,8 @@ typedef struct kt_integrator_options {
     uint64_t max_steps; /* accepted and rejected, since the start; 0: no limit */
 
     /* The last so many of the n equations are quadratures: f does not depend on them. They are integrated and
-     * interpolated like the rest, but have no part in the error and in the choice of steps: not one bit of the others
-     * changes by their being there. Less than n. */
+     * interpolated like the rest, but have no part in the error and in the choice of steps: they change not one
+     * bit of the others. Less than n. */
     size_t quadratures;
 } kt_integrator_options;
 
@@ -282,7 +284,7 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
  * stabilised method. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
-/* Lays an integrator out in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
+/* Initialises an integrator in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
  * options and, if the method is none of the built-in ones, the method. Needs kt_integrator_start next.
  *
  * Errors: KT_ERROR_ARGUMENT (options, n, the method, adaptive without an estimate), KT_ERROR_MEMORY (size too small).
@@ -366,8 +368,8 @@ typedef struct kt_integrator_counts {
 /* What has been done since the start. */
 KT_API kt_integrator_counts kt_integrator_counts_get(const kt_integrator *integrator);
 
-/* All that an integrator remembers besides y, previous_y, history and what can be computed again from them. Without padding,
- * and plain: it may be written out as it stands. */
+/* All that an integrator remembers besides y, previous_y, history and what can be computed again from them. Without
+ * padding, and plain: it may be written out as it stands. */
 typedef struct kt_integrator_memory {
     double t;                    /* current time */
     double previous_t;           /* where the last step began */
@@ -384,18 +386,18 @@ typedef struct kt_integrator_memory {
     kt_integrator_counts counts; /* as kt_integrator_counts_get has them */
 } kt_integrator_memory;
 
-/* A look at it. Valid until the next call that takes a non-const integrator. */
+/* The memory of an integrator. Valid until the next call that takes a non-const integrator. */
 KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
 
-/* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method (its
- * `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age. O(1). */
+/* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method
+ * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */
 KT_API void kt_integrator_save(const kt_integrator *integrator, kt_integrator_memory *memory, double *y,
                                double *previous_y, double *history);
 
-/* Takes a checkpoint back, into an integrator placed with the same method, n and options: every later step has the
+/* Restores a checkpoint, in an integrator initialised with the same method, n and options: every later step has the
  * same bits as without the break. With previous_y the last step can be interpolated again (its stages are evaluated
  * anew, once); with NULL not.
  *

@@ -46,10 +46,11 @@ extern "C" {
 
 /* What is recorded, as bits, in the order in which records are written. X(id, bit, name in scene files)
  *
- * KT_RECORD_BALANCE asks for the energies and for the works that effects, pushes and driven loops have done, which are
- * then integrated with the motion, by the same method, as two equations more. These two have no part in the choice of
- * steps: the motion has the same bits whether its balance is kept or not, and a balance that drifts shows how well the
- * steps, chosen for the motion, follow the powers. Who does not ask pays nothing. */
+ * KT_RECORD_BALANCE asks for the energies and for the works of effects, of torques and wrenches that are set, and of
+ * driven loops, which are then integrated with the motion, by the same method, as two equations more. These two have no
+ * part in the choice of steps: the motion has the same bits whether its balance is kept or not, and a balance that
+ * drifts shows how well the steps, chosen for the motion, follow the powers. A run that does not ask for it pays
+ * nothing. */
 #define KT_RECORD_LIST(X)                                                                                              \
     X(KT_RECORD_POSITION, 1, position)         /* q */                                                                 \
     X(KT_RECORD_VELOCITY, 2, velocity)         /* v */                                                                 \
@@ -93,7 +94,7 @@ typedef struct kt_run {
 /* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
-/* A duration below this, s, is none that numbers could divide into steps and records. */
+/* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
 #define KT_DURATION_LEAST 1e-280
 
 /* Whether the times and tolerances of a run can be kept: finite and not negative, the duration 0 or not below
@@ -146,7 +147,7 @@ KT_API int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step 
 /* A mechanism in motion: its state, its clock, and all that a step writes. */
 typedef struct kt_simulation kt_simulation;
 
-/* An instant at which a right-hand side of the caller's is asked for. All of it is the simulation's. */
+/* An instant at which the caller's right-hand side is evaluated. Everything in it belongs to the simulation. */
 typedef struct kt_instant {
     const kt_model *model;     /* what is stepped: in the absolute formulation kt_model_absolute of the caller's */
     kt_data *data;             /* scratch, of that model */
@@ -158,11 +159,12 @@ typedef struct kt_instant {
 
 /* v' = a (nv) instead of kt_acceleration_evaluate, at any stage of a step, of its arguments alone. `rate` (nv) comes
  * filled with v and may be changed: positions move as q' = kt_position_rate(q, rate), v follows a. Returns 0; > 0:
- * cannot be had here, a smaller step may help; < 0: stop. The words in *error, where it fills them, are told. */
+ * a cannot be computed here, a smaller step may help; < 0: stop. The message in *error, if it writes one, is reported.
+ * */
 typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt_error *error, void *user);
 
 /* Moves the state q (nq), v (nv), which are at->q and at->v, as kt_state_project does: after each accepted step, and
- * for records between steps. *changed comes false. Returns as a right-hand side does. */
+ * for records between steps. *changed is false on entry. Returns as a right-hand side does. */
 typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
 
 /* What a scene file does not say. */
@@ -172,8 +174,8 @@ typedef struct kt_simulation_options {
     double max_step;         /* s, adaptive; 0: no limit */
     uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
-    bool unprojected;        /* loops are left to drift open: what projection costs, and what it is worth */
-    bool kinematics;         /* a record's data answer the queries of kinematics, as they do where run has markers */
+    bool unprojected; /* nothing is projected and loops drift open: shows what projection costs, and what it is worth */
+    bool kinematics;  /* a record's data answer the queries of kinematics, as they do where run has markers */
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
                                          those of the engine's all the same, and the start is assembled by the engine */
     kt_projection
@@ -184,13 +186,13 @@ typedef struct kt_simulation_options {
 /* All zero: the engine's own equations and projection, no limits. */
 KT_API kt_simulation_options kt_simulation_options_default(void);
 
-/* Bytes that a simulation takes: its data, its integrator, its state; 0 where run or options are wrong, which _place
- * then says in words. Where `run` or `options` are NULL, the defaults stand. */
+/* Bytes that a simulation takes: its data, its integrator, its state; 0 if run or options are wrong, which
+ * kt_simulation_init then reports. If `run` or `options` are NULL, the defaults apply. */
 KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 
-/* Lays a simulation out in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled. The
- * model must outlive it, and so must a table of the caller's; all else in run and options is read here and never again.
- * Nothing is to be released.
+/* Initialises a simulation in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled.
+ * The model must outlive it, and so must a table of the caller's; all else in run and options is read here and never
+ * again. Nothing is to be released.
  * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a step that is needed, times that are not finite, a formulation
  * that the model was not compiled for), KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do
  * not close).
@@ -207,7 +209,7 @@ KT_API KT_CHECKED kt_status kt_simulation_init(const kt_model *model, const kt_r
 KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt_run *run,
                                                  const kt_simulation_options *options, kt_simulation **simulation,
                                                  kt_error *error);
-/* Releases what _create made; does nothing with what was placed, nor with NULL. */
+/* Releases a simulation of kt_simulation_create. Does nothing for one in the caller's memory, nor for NULL. */
 KT_API void kt_simulation_free(kt_simulation *simulation);
 
 /* Time, s; positions (nq) and velocities (nv), valid until the next call that takes a simulation that is not const. */
@@ -235,10 +237,10 @@ KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation
  * steps end at multiples of it, and a t_limit between two multiples is a stop of its own. On failure the state is to
  * the bit what it was. Errors, each naming the time and, where one is to blame, the body: KT_ERROR_NOT_FINITE,
  * KT_ERROR_SINGULAR, KT_ERROR_STEP (too small, no progress, or max_steps used up), KT_ERROR_ARGUMENT (t_limit is not
- * after the current time), KT_ERROR_EFFECT, KT_ERROR_CALLBACK, and KT_ERROR_CONSTRAINT, naming the loops that do not close. Where
- * loops change with time and cannot be closed from now on (out of reach, or contradicting each other) it is this, with
- * the gaps that are left a step later, or where steps are not fixed an interval between records; finding that takes at
- * most 800 steps of closing loops more, once, as the step fails. */
+ * after the current time), KT_ERROR_EFFECT, KT_ERROR_CALLBACK, and KT_ERROR_CONSTRAINT, naming the loops that do not
+ * close. Where loops change with time and cannot be closed from now on (out of reach, or contradicting each other) it
+ * is this, with the gaps that are left a step later, or where steps are not fixed an interval between records; finding
+ * that takes at most 800 steps of closing loops more, once, as the step fails. */
 KT_API KT_CHECKED kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
 /* Steps until t_end exactly. On failure the state is that of the last step that succeeded. Errors: as for a step. */
@@ -316,9 +318,9 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * whose kinematics are then swept once more. Not for recorders, whose record it would overwrite. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
-/* How far the velocities in loops were off after a step, before the projection put them right: the largest change of one
- * since the start. Fixed steps that fit the motion keep it far below the velocities themselves; one of a tenth of them
- * or more means that the steps are much too long, that a step has leapt over a dead point of the drives, where no
+/* How far the velocities in loops were off after a step, before the projection put them right: the largest change of
+ * one since the start. Fixed steps that fit the motion keep it far below the velocities themselves; one of a tenth of
+ * them or more means that the steps are much too long, that a step has leapt over a dead point of the drives, where no
  * velocities fit them, or that the speed of a drive jumps. */
 typedef struct kt_velocity_correction {
     double share; /* over the largest velocity in the loops since the start, both in radians, or in lengths of the
@@ -327,14 +329,14 @@ typedef struct kt_velocity_correction {
     int body;     /* the joint of this body moves at that velocity; 0: none */
 } kt_velocity_correction;
 
-/* The largest since the start, or the last kt_simulation_set_state. Nothing with a projection of the caller's, and where
- * unprojected. O(bodies). */
+/* The largest since the start, or the last kt_simulation_set_state. Nothing with a projection of the caller's, and
+ * where unprojected. O(bodies). */
 KT_API kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *simulation);
 
 /* What has been done since the start. */
 typedef struct kt_simulation_counts {
     uint64_t steps;           /* accepted */
-    uint64_t rejected;        /* tried in vain */
+    uint64_t rejected;        /* tries that failed */
     uint64_t evaluations;     /* of the right-hand side; those for records' accelerations are not counted */
     uint64_t factorizations;  /* of loop matrices: one a group at each evaluation and each projection */
     kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts what ended at its
@@ -353,8 +355,8 @@ KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 /* Writes a checkpoint into `block`, which is aligned as a double is. Equal states give equal bytes. */
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
-/* Takes a checkpoint back: all that follows has the same bits as without the break. Errors: KT_ERROR_ARGUMENT for a
- * block of another model or method or one that is none, KT_ERROR_NOT_FINITE; the simulation is then as before. */
+/* Restores a checkpoint: all that follows has the same bits as without the break. Errors: KT_ERROR_ARGUMENT for a
+ * block of another model or method, or that is no checkpoint, KT_ERROR_NOT_FINITE; the simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
 
 #ifdef __cplusplus

@@ -42,7 +42,7 @@ extern "C" {
     X(KT_ERROR_FILE, 9, "a file cannot be read or written")                                                            \
     X(KT_ERROR_SCENE, 10, "the scene file is wrong")                                                                   \
     X(KT_ERROR_UNSUPPORTED, 11, "not supported yet")                                                                   \
-    X(KT_ERROR_EFFECT, 12, "an effect cannot be had in this state")
+    X(KT_ERROR_EFFECT, 12, "an effect cannot be computed in this state")
 
 /* How a call ended. Values are pinned: a code keeps its number in every version. */
 typedef enum kt_status {

@@ -4,7 +4,8 @@
 
 #include <stddef.h>
 
-/* `bytes` at a multiple of KT_ALIGNMENT, to be released with kt_aligned_release alone; NULL where there is no memory. */
+/* `bytes` at a multiple of KT_ALIGNMENT, to be released with kt_aligned_release alone; NULL where there is no memory.
+ * */
 void *kt_aligned_allocate(size_t bytes);
 
 /* NULL is allowed. */

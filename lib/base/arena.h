@@ -8,8 +8,8 @@
  *
  *     KT_ARENA_LAYOUT(lay_out, kt_thing, KT_THING_FIELDS, const kt_thing_sizes *s)
  *
- * defines lay_out(memory, s): it returns the bytes of struct and arrays, and sets the pointers of the object at `memory`
- * unless that is NULL. The counts of the list are written in the names of the parameters.
+ * defines lay_out(memory, s): it returns the bytes of struct and arrays, and sets the pointers of the object at
+ * `memory` unless that is NULL. The counts of the list are written in the names of the parameters.
  */
 #ifndef KT_BASE_ARENA_H
 #define KT_BASE_ARENA_H
@@ -62,8 +62,8 @@ static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
 
 /* ---- the caller's memory, and the library's own ------------------------------------------------------------------ */
 
-/* Whether a caller's memory will do: KT_ERROR_MEMORY at `where`, with what it must be. `query` is the call that tells the
- * size. */
+/* Whether a caller's memory will do: KT_ERROR_MEMORY at `where`, with what it must be. `query` is the call that tells
+ * the size. */
 kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                          kt_error *error);
 
@@ -71,8 +71,8 @@ kt_status kt_arena_check(const char *where, const char *query, const void *memor
 kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,
                          kt_error *error);
 
-/* Memory that an object will own, aligned as kt_arena_check asks; NULL, with KT_ERROR_MEMORY in *error, if there is none.
- * `what` names the object in the message: "modes". */
+/* Memory that an object will own, aligned as kt_arena_check asks; NULL, with KT_ERROR_MEMORY in *error, if there is
+ * none. `what` names the object in the message: "modes". */
 void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error);
 
 /* The end of a kt_*_create: `memory` is that of kt_arena_allocate, `status` that of initialising an object in it whose

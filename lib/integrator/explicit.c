@@ -19,12 +19,13 @@
  *
  *     R(z) = 1 + z b' (I - z A)^-1 1 = 1 + sum_k z^k b' A^(k-1) 1
  *
- * whose coefficients up to the order p are 1/k!, and are set to that. Where |R| = 1 to rounding over a whole interval, as
- * on the imaginary axis near 0, comparing |R| with 1 tells nothing. So the limits come from what is left when the part
- * that is 1 identically is taken out:
+ * whose coefficients up to the order p are 1/k!, and are set to that. Where |R| = 1 to rounding over a whole interval,
+ * as on the imaginary axis near 0, comparing |R| with 1 tells nothing. So the limits come from what is left when the
+ * part that is 1 identically is taken out:
  *
  *     real axis:       (1 - R(-x)) / x, which must lie in [0, 2 / x]
- *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k); the first e_k that is not zero decides near 0, and the limit is
+ *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k); the first e_k that is not zero decides near 0, and the limit
+ * is
  *                      the first sign change of the sum over y^(2k) of that k
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2.
@@ -186,9 +187,9 @@ static double error_norm(const kt_integrator *it, double h) {
 
 /* ---- dense output ------------------------------------------------------------------------------------------------ */
 
-/* All slopes that the dense output needs, in their slots. Those that are missing are evaluated here: f1 where the method
- * is not fsal or a projection moved y1 (the next step then has it), the stages of the dense output; and, after a failed
- * step or a restore, the stages of the last step themselves. */
+/* All slopes that the dense output needs, in their slots. Those that are missing are evaluated here: f1 where the
+ * method is not fsal or a projection moved y1 (the next step then has it), the stages of the dense output; and, after a
+ * failed step or a restore, the stages of the last step themselves. */
 static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_method *m = it->method;
     const kt_integrator_memory *memory = &it->memory;

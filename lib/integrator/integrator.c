@@ -8,8 +8,8 @@
 
 KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrator_sizes *s)
 
-/* Slopes lie one cache line more than whole ones apart, so that the same component of all of them does not fall into one
- * set of the cache where n is a power of two. */
+/* Slopes lie one cache line more than whole ones apart, so that the same component of all of them does not fall into
+ * one set of the cache where n is a power of two. */
 static kt_integrator_sizes measure(const kt_method *method, size_t n) {
     const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
     kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line};

@@ -183,8 +183,9 @@ struct kt_method_family {
 
     /* One step. `prepare` (NULL: nothing to do) finds what all tries of the step need besides f(t, y), which is in slot
      * 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and `trial`, `error`
-     * then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history: nothing can fail any
-     * more. `longest_step` (NULL: any) bounds an adaptive step, and `report` tells of a try with KT_TRY_TOO_LONG. */
+     * then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history: nothing can fail
+     * any more. `longest_step` (NULL: any) bounds an adaptive step, and `report` tells of a try with KT_TRY_TOO_LONG.
+     * */
     kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
     kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
     double (*error)(const kt_integrator *it, double h);
@@ -220,8 +221,8 @@ void kt_combine(double *out, const double *y, double h, const kt_stage_term *ter
 /* The dense output in the form that the public header gives (explicit.c). */
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 
-/* Whether x lies inside a region that is searched outwards from 0, and where it first ends: the boundary between the last
- * point inside and the first outside, to rounding; HUGE_VAL beyond `most` (stability.c). */
+/* Whether x lies inside a region that is searched outwards from 0, and where it first ends: the boundary between the
+ * last point inside and the first outside, to rounding; HUGE_VAL beyond `most` (stability.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
 

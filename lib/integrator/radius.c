@@ -9,10 +9,10 @@
  *
  * The radius of the small matrix is lim |H^p|^(1/p), by squaring: p = 2^8. It errs upwards.
  *
- * It begins anew each time, so that a checkpoint needs no vectors. A start that misses the fastest mode is rare, and
- * would be fatal: so an estimate lowers the radius by no more than a seventh. KT_RADIUS_MARGIN covers what is left, and
- * what the radius grows until the next estimate. Estimates are made more often where the step is fixed, since no error
- * estimate would notice then that it has grown.
+ * Each estimate starts from scratch, so that a checkpoint needs no vectors. A start that misses the fastest mode is
+ * rare, and would be fatal: so an estimate lowers the radius by no more than a seventh. KT_RADIUS_MARGIN covers what is
+ * left, and what the radius grows until the next estimate. Estimates are made more often where the step is fixed, since
+ * no error estimate would notice then that it has grown.
  *
  * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
  */
@@ -101,8 +101,8 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
     return KT_TRY_PASSED;
 }
 
-/* What y is moved by a small part of. Differences lose eps |f| over that, which beside a y near nothing would be far
- * more than they are: so it is 1e-6 at least. */
+/* The size of y, a small part of which y is moved by. Differences lose eps |f| over that, which beside a y near nothing
+ * would be far more than they are: so it is 1e-6 at least. */
 static double size_of(const double *y, size_t n) {
     const double size = sqrt(product(y, y, n));
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;

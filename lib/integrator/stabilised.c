@@ -1,7 +1,7 @@
 /* The family of Runge-Kutta-Chebyshev methods: explicit, with as many stages as the fastest decay of f needs.
  *
- * Of all polynomials of degree s that agree with e^z to order 2, those built from T_s stay below 1 on nearly the longest
- * piece of the negative real axis, which grows as s^2:
+ * Of all polynomials of degree s that agree with e^z to order 2, those built from T_s stay below 1 on nearly the
+ * longest piece of the negative real axis, which grows as s^2:
  *
  *     R(z) = a_s + b_s T_s(w0 + w1 z)
  *     w0   = 1 + epsilon / s^2,              w1  = T_s'(w0) / T_s''(w0)
@@ -11,8 +11,8 @@
  * a_s +- b_s, and damping, epsilon = 2/13, keeps that below 1 - epsilon/3: about 0.95. The length is close to
  * 2/3 (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1).
  *
- * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives one for the stages.
- * In d_j = Y_j - y0, which cancels less than Y_j:
+ * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives one for the
+ * stages. In d_j = Y_j - y0, which cancels less than Y_j:
  *
  *     d_0   = 0,   d_1 = b_1 w1 h f0
  *     d_j   = mu_j d_{j-1} + nu_j d_{j-2} + h (mut_j f(t0 + c_{j-1} h, Y_{j-1}) + gat_j f0),   j = 2 .. s
@@ -22,13 +22,13 @@
  *
  * and c_j, d_j of y' = 1 over h, follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
  *
- * Order 4 by extrapolation: one step over h, two over h/2, three over h/3. Their local errors of order 2 and 3 cancel in
- * T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, as long as all have the same number of stages, for these errors depend on it; and the
- * terms stay bounded together if each is damped more: with epsilon = 6/5 the sum stays below 0.74 (computed for all
- * numbers of stages), for a length of 0.58 s^2.
+ * Order 4 by extrapolation: one step over h, two over h/2, three over h/3. Their local errors of order 2 and 3 cancel
+ * in T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, as long as all have the same number of stages, for these errors depend on it;
+ * and the terms stay bounded together if each is damped more: with epsilon = 6/5 the sum stays below 0.74 (computed for
+ * all numbers of stages), for a length of 0.58 s^2.
  *
- * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F. Shampine,
- * J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
+ * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
+ * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
  */
 #include "integrator/stabilised.h"
 

@@ -1,8 +1,8 @@
 /* Linear stability: R(z), y1 = R(h lambda) y0 for y' = lambda y, and how long a step it allows.
  *
- * What R is, and where the axes leave |R| <= 1, is the family's to say. Where |R| = 1 to rounding, as for an undamped mode
- * near 0, comparing it with 1 tells nothing: so a general eigenvalue is asked how much it grows in a run, which rounding
- * in one step cannot spoil.
+ * What R is, and where the axes leave |R| <= 1, is the family's to say. Where |R| = 1 to rounding, as for an undamped
+ * mode near 0, comparing it with 1 tells nothing: so a general eigenvalue is asked how much it grows in a run, which
+ * rounding in one step cannot spoil.
  */
 #include "integrator/integrator.h"
 

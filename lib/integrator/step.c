@@ -82,8 +82,8 @@ static kt_try_result prepare(kt_integrator *it, kt_try *result) {
     return result->result;
 }
 
-/* A result that names where it was found. */
-static kt_try_result tell(kt_try *result, kt_try_result found, const char *what, double t) {
+/* A failed try: what and when. */
+static kt_try_result fail(kt_try *result, kt_try_result found, const char *what, double t) {
     result->what = what;
     result->t = t;
     return result->result = found;
@@ -94,13 +94,13 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
         return result->result;
     result->component = kt_first_not_finite(it->trial, it->sizes.n);
     if (result->component < it->sizes.n)
-        return tell(result, KT_TRY_NOT_FINITE, "the new state", in->end);
+        return fail(result, KT_TRY_NOT_FINITE, "the new state", in->end);
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
     result->error = it->family->error(it, in->h);
     if (result->error <= 1.0) /* which an estimate that overflowed is not */
         return KT_TRY_PASSED;
-    return tell(result, KT_TRY_INACCURATE, "the error estimate", in->end);
+    return fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
 /* The caller's projection of the trial state. */
@@ -112,10 +112,10 @@ static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try 
     const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
     if (code != 0) {
         result->code = code;
-        return tell(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
+        return fail(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
     }
     if (*changed && (result->component = kt_first_not_finite(it->trial, it->sizes.n)) < it->sizes.n)
-        return tell(result, KT_TRY_NOT_FINITE, "the projected state", t);
+        return fail(result, KT_TRY_NOT_FINITE, "the projected state", t);
     return KT_TRY_PASSED;
 }
 
@@ -270,7 +270,7 @@ static double longest_step(const kt_integrator *it) {
     return it->family->longest_step != NULL ? it->family->longest_step(it) : HUGE_VAL;
 }
 
-/* The first proposal, and the least |h| that is tried. */
+/* The first proposal of a step, and the least |h| that is tried. */
 static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     const double t = it->memory.t, left = fabs(t_limit - t);

@@ -1,7 +1,8 @@
 /* Checkpoints: the memory of the clock and of its integrator in one flat block.
  *
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
- * began, the history of the method, torques and wrenches of the last and of the next step, and in the absolute formulation the tree's state.
+ * began, the history of the method, torques and wrenches of the last and of the next step, and in the absolute
+ * formulation the tree's state.
  */
 #include "simulation/simulation.h"
 
@@ -133,6 +134,6 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(simulation->wrench_next, from + at.wrench_next, size->body * sizeof(kt_wrench));
     memcpy(simulation->seen, from + at.seen, size->seen * sizeof(double));
     kt_simulation_inputs_use(simulation);
-    simulation->held = KT_CACHED_NOTHING;
+    simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;
 }

@@ -1,10 +1,10 @@
-/* What is told of a step, or a record, that failed: when, what is to blame, how to mend it.
+/* Error messages of a step, or a record, that failed: when, what is to blame, how to mend it.
  *
- * Where loops change with time there may come one from which on no position closes them: motions have come to
- * contradict each other, a length has reached all that the bars between have. What a step runs into there says little:
- * rates beyond all bounds, steps that shrink to nothing, a state thrown far off. So the mechanism is looked at a little
- * later, from where it was last closed: by a step, or where steps are not fixed by the interval between records. If the
- * loops cannot be closed there either, it is they that are told, and how far they stay apart.
+ * If loops change with time, there may be a time after which no position closes them: motions contradict each other, or
+ * a length exceeds that of the bars between. The error of the step itself says little then: rates that grow without
+ * bound, steps that shrink to nothing, a state far away. So the loops are closed once more a little later, starting
+ * from the last closed position: later by a step, or by the interval between records where steps are not fixed. If they
+ * cannot be closed there either, the message names the loops and how far they stay apart.
  */
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
@@ -19,7 +19,7 @@ bool kt_simulation_is_recoverable(kt_status status) {
            status == KT_ERROR_EFFECT;
 }
 
-/* KT_OK where the loops can be closed a part of the way ahead. */
+/* KT_OK if the loops can be closed at a part of that time ahead. */
 static kt_status look_ahead(const kt_simulation *simulation, double part, kt_error *found) {
     const double t = kt_integrator_time(simulation->integrator);
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
@@ -29,15 +29,15 @@ static kt_status look_ahead(const kt_simulation *simulation, double part, kt_err
                           KT_CLOSED_ASSEMBLED, what, found);
 }
 
-/* Whether it is the loops, though they can be closed now, that keep a step from being taken; says so in *found. A
- * search that starts too far off may miss where they close: it is not believed alone. */
+/* Whether a step fails because of loops that can be closed now but not later; *found then says so. A search that starts
+ * too far off may miss the position that closes them, so the loops must fail to close twice. */
 static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
     const kt_status cause = simulation->cause.code;
     if (!simulation->face->driven || simulation->unprojected || simulation->projection != NULL)
         return false;
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;
-    simulation->held = KT_CACHED_NOTHING;
+    simulation->cached = KT_CACHED_NOTHING;
     return (cause == KT_ERROR_CONSTRAINT || look_ahead(simulation, 0.1, found) != KT_OK) &&
            look_ahead(simulation, 1.0, found) != KT_OK;
 }

@@ -69,14 +69,14 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
     return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
 }
 
-/* The kinematics of the state in y, from what data hold of it. */
+/* The kinematics of the state in y, from what the data hold already. */
 static kt_status move(kt_simulation *simulation, double t, const double *a, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
     const double *q = simulation->y, *v = q + simulation->size.nq;
-    if (simulation->held == KT_CACHED_EVALUATION)
+    if (simulation->cached == KT_CACHED_EVALUATION)
         return kt_motion_complete(model, data, t, q, v, NULL, NULL, a, data->kinematics, NULL, NULL, error);
-    return kt_links_update(model, data, q, v, a, simulation->held == KT_CACHED_POSES, data->kinematics, error);
+    return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
 /* Kinematics, and what is read from them. Energies are those of what is stepped. */
@@ -106,7 +106,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
 }
 
 /* All that is asked for of the state in y, whose accelerations are in `a`, where `accelerated`; data hold of it what
- * `held` says. The kinematics come last: they stay in the data. */
+ * `cached` says. The kinematics come last: they stay in the data. */
 static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
@@ -114,7 +114,7 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
     kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
         status = kt_loop_residual(simulation->model, simulation->data, t, q, v, &record->constraint, error);
-        simulation->held = simulation->groups > 0 ? KT_CACHED_POSES : simulation->held;
+        simulation->cached = simulation->groups > 0 ? KT_CACHED_POSES : simulation->cached;
     }
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
@@ -122,12 +122,12 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
 /* Everything that is asked for, of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
-    simulation->held = KT_CACHED_NOTHING;
+    simulation->cached = KT_CACHED_NOTHING;
     if (accelerates && kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau,
                                                 simulation->external, simulation->a, error) != 0)
         return error->code;
     const kt_status status = report(simulation, accelerates, record, error);
-    simulation->held = KT_CACHED_NOTHING;
+    simulation->cached = KT_CACHED_NOTHING;
     return status;
 }
 
@@ -199,10 +199,10 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
 
 /* ---- the present state, for sensors ------------------------------------------------------------------------------ */
 
-/* A record of now, made of what the last step has left and what the next one needs. After a step the integrator may know
- * f(t, y) (the last stage of a method with fsal); if not, it is evaluated now, as the first stage of the next step, which
- * finds it there. The data then hold what that evaluation went through, from which kinematics and reactions follow; or
- * they hold the poses that the projection ended with. */
+/* A record of now, made of what the last step has left and what the next one needs. After a step the integrator may
+ * know f(t, y) (the last stage of a method with fsal); if not, it is evaluated now, as the first stage of the next
+ * step, which finds it there. The data then hold what that evaluation went through, from which kinematics and reactions
+ * follow; or they hold the poses that the projection ended with. */
 
 /* The accelerations of the present state in `a`. */
 static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
@@ -212,8 +212,8 @@ static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
         status = kt_integrator_derivative(simulation->integrator, &slope, from);
     if (status != KT_OK)
         return status;
-    if (simulation->slope != slope && simulation->held == KT_CACHED_EVALUATION)
-        simulation->held = KT_CACHED_NOTHING; /* another evaluation came after that one */
+    if (simulation->slope != slope && simulation->cached == KT_CACHED_EVALUATION)
+        simulation->cached = KT_CACHED_NOTHING; /* another evaluation came after that one */
     memcpy(simulation->a, slope + simulation->size.nq, simulation->size.nv * sizeof(double));
     return KT_OK;
 }
@@ -236,12 +236,12 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status =
             owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);
-    else if (simulation->held == KT_CACHED_EVALUATION)
-        simulation->held = KT_CACHED_NOTHING; /* of some stage of the last step */
+    else if (simulation->cached == KT_CACHED_EVALUATION)
+        simulation->cached = KT_CACHED_NOTHING; /* of some stage of the last step */
     if (status == KT_OK)
         status = report(simulation, accelerates, record, from);
     kt_simulation_inputs_use(simulation);
-    simulation->held = status == KT_OK && simulation->kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
+    simulation->cached = status == KT_OK && simulation->kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
     return status;
 }
 

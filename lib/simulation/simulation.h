@@ -1,4 +1,4 @@
-/* The inside of a simulation, for the files of this folder. */
+/* A simulation, for the files of this folder. */
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-/* What pushes from outside during a step. */
+/* Which inputs a step has: torques in joints, wrenches on bodies. */
 typedef struct kt_input_flags {
     bool torque, wrenches; /* whether there are any */
 } kt_input_flags;
@@ -29,18 +29,18 @@ typedef struct kt_simulation_memory {
     kt_corrections corrections;
 } kt_simulation_memory;
 
-/* What data hold of the present state, and need not find again. */
+/* What data hold of the present state, so that it need not be computed again. */
 typedef enum kt_cached {
     KT_CACHED_NOTHING = 0,
-    KT_CACHED_POSES,      /* the poses, left by the projection or by kinematics */
-    KT_CACHED_EVALUATION, /* all that is left by the evaluation that gave `slope`, if that is the present state's */
+    KT_CACHED_POSES,      /* the poses, from the projection or from kinematics */
+    KT_CACHED_EVALUATION, /* everything from the evaluation that gave `slope`, if that is the slope of the present state */
 } kt_cached;
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
-    X(double, rate, size->rate, "velocities that positions follow, of a right-hand side of the caller's")              \
+    X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
     X(double, torque, size->user_nv, "held during the last step")                                                      \
     X(double, torque_next, size->user_nv, "to be held from the next step on")                                          \
     X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
@@ -59,10 +59,9 @@ typedef enum kt_cached {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t work; /* where in y the works lie, dissipated and supplied: nq + nv, or behind one idle number where nothing
-                    moves */
-    size_t n;    /* of the integrator: work, or work + 2 where a balance is kept */
-    size_t history; /* numbers of the integrator's that are part of a checkpoint */
+    size_t work;    /* where in y the works are, dissipated and supplied: nq + nv, or 1 if nothing moves */
+    size_t n;       /* of the integrator: work, or work + 2 where a balance is kept */
+    size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t rate;                                          /* 0 but with a right-hand side of the caller's */
@@ -76,7 +75,7 @@ struct kt_simulation {
     const kt_model *face;      /* the caller's, in whose coordinates all goes in and comes out */
     kt_data *data, *user_data; /* scratch; one where the models are one */
     kt_integrator *integrator;
-    const double *tau;         /* pushes of the last step: nv, or NULL */
+    const double *tau;         /* inputs of the last step: nv, or NULL */
     const kt_wrench *external; /* one a body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
@@ -90,10 +89,10 @@ struct kt_simulation {
     unsigned record; /* KT_RECORD_ bits to compute */
     bool kinematics; /* a record's data are updated */
     kt_simulation_memory memory;
-    kt_cached held;
+    kt_cached cached;    /* what data hold of the present state */
     const double *slope; /* as the integrator was given it by the last evaluation */
-    kt_error cause;      /* of the last callback that failed; code KT_OK: none did in this step */
-    bool ahead;          /* it failed beyond the present state, at which every step begins: a smaller one may help */
+    kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
+    bool ahead;          /* it failed beyond the present state, at which every step begins: a smaller step may help */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 
@@ -114,21 +113,21 @@ static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
     return simulation->model != simulation->face;
 }
 
-/* What the integrator calls. */
+/* The callbacks of the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
 /* The accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns as a callback does. */
 KT_CHECKED int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                                         const kt_wrench *external, double *a, kt_error *error);
 
-/* Points tau and external at the pushes of the last step. */
+/* Points tau and external at the inputs of the last step. */
 void kt_simulation_inputs_use(kt_simulation *simulation);
 
 /* Scales quaternions in y = (q, v) to unit norm and closes the loops. *changed: whether a bit of y was. */
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
-/* The next five know about the absolute formulation, and do next to nothing in the other (face.c).
+/* The next five know about the absolute formulation, and do next to nothing in the other (user_model.c).
  * Forces in the face's terms become wrenches on free bodies at their positions q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
 /* Follows a step of length `ago`. */
@@ -145,10 +144,10 @@ KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, doubl
 /* The reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
-/* Makes the pushes that wait those of the next step. */
+/* Puts inputs that were set since the last step into force for the next one. */
 KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error);
 
-/* Takes over how far iterations have gone. */
+/* Adds the iterations since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
 /* One step; the records are left alone. */
@@ -160,12 +159,12 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 /* Whether a smaller step may lead around an error. */
 bool kt_simulation_is_recoverable(kt_status status);
 
-/* Tells an error of the integrator or of a callback again, with the time in front: of a step, with what may help; of
- * all else. */
+/* Reports an error of the integrator or of a callback with the time in front. kt_simulation_fail_step is for steps, and
+ * adds what may help. */
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 
-/* Leaves out the records before the current time: nobody asked for them while it passed. */
+/* Skips the records before the current time, which kt_simulation_run has not handed over. */
 void kt_simulation_skip_records(kt_simulation *simulation);
 
 /* How many records there are: see kt_simulation_record_count. */

@@ -29,17 +29,17 @@ static kt_instant instant_at(const kt_simulation *simulation, double t, const do
     return at;
 }
 
-/* Words where the caller found none. */
-static int tell(int result, const char *what, kt_error *made, kt_error *error) {
+/* Returns the result of the caller's callback, with its message or, if it wrote none, a standard one. */
+static int report_callback(int result, const char *what, kt_error *made, kt_error *error) {
     if (made->code == KT_OK)
-        (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "%s of the caller's returned %d", what, result);
+        (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "the caller's %s returned %d", what, result);
     if (error != NULL)
         *error = *made;
     return result;
 }
 
-/* v' at (t, y) into `a`, and in *rate the velocities that q' follows: those of y, or the caller's. `power` is known where
- * this is expanded in find_slope: a run that keeps no balance does not even ask whether. */
+/* v' at (t, y) into `a`, and in *rate the velocities that q' follows: those of y, or the caller's. `power` is known
+ * where this is expanded in find_slope: a run that keeps no balance does not even ask whether. */
 KT_INLINE int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                          const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
     const kt_model *model = simulation->model;
@@ -60,13 +60,13 @@ KT_INLINE int accelerate(kt_simulation *simulation, double t, const double *y, c
     memcpy(simulation->rate, v, simulation->size.nv * sizeof(double));
     *rate = simulation->rate;
     const int result = simulation->acceleration(&at, simulation->rate, a, &made, simulation->user);
-    return result == 0 ? 0 : tell(result, "a right-hand side", &made, error);
+    return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
 }
 
 int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                              const kt_wrench *external, double *a, kt_error *error) {
     const double *rate;
-    simulation->held = KT_CACHED_NOTHING;
+    simulation->cached = KT_CACHED_NOTHING;
     return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
 }
 
@@ -79,8 +79,8 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, d
                                   dydt + simulation->size.nq, power, &simulation->cause);
     if (simulation->acceleration == NULL || power != NULL)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
-    /* Powers, and a right-hand side of the caller's, leave in data what they like. */
-    simulation->held = power == NULL && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    /* Powers and the caller's right-hand side may leave anything in data. */
+    simulation->cached = power == NULL && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
     if (result != 0) {
         simulation->ahead = t != kt_integrator_time(simulation->integrator);
@@ -105,7 +105,7 @@ static int evaluate_slope_and_powers(double t, const double *y, double *dydt, vo
     return result;
 }
 
-/* |p|^2 - 1 within four roundings is as near to one as scaling would bring it. */
+/* Scaling brings |p|^2 no nearer to 1 than four roundings. */
 static const double unit_defect = 4.0 * DBL_EPSILON;
 
 static bool is_unit(const double *p) {
@@ -113,21 +113,21 @@ static bool is_unit(const double *p) {
     return fabs(defect) <= unit_defect;
 }
 
-static kt_status project_as_told(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+static kt_status project_by_caller(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     const kt_instant at = instant_at(simulation, t, y, NULL, NULL);
     kt_error made = {0};
     const int result = simulation->projection(&at, y, y + simulation->size.nq, changed, &made, simulation->user);
     if (result == 0)
         return KT_OK;
-    return tell(result, "a projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
+    return report_callback(result, "projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
 }
 
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     *changed = false;
     if (simulation->closes_loops)
-        simulation->held = KT_CACHED_NOTHING;
+        simulation->cached = KT_CACHED_NOTHING;
     if (simulation->projection != NULL && !simulation->unprojected) {
-        const kt_status status = project_as_told(simulation, t, y, changed, error);
+        const kt_status status = project_by_caller(simulation, t, y, changed, error);
         if (status != KT_OK)
             return status;
     } else if (simulation->groups > 0 && !simulation->unprojected) {
@@ -153,14 +153,14 @@ static void remember_correction(kt_simulation *simulation, double t) {
     }
 }
 
-/* The integrator has seen to it that y is finite. At a dead point of its drives a motion ends: smaller steps would only
+/* y is finite: the integrator has checked that. At a dead point of its drives a motion ends: smaller steps would only
  * come nearer, and in the end leap over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
     simulation->ahead = true;
     if (simulation->closes_loops && status == KT_OK && simulation->projection == NULL) {
-        simulation->held = KT_CACHED_POSES;
+        simulation->cached = KT_CACHED_POSES;
         remember_correction(simulation, t);
     }
     if (status == KT_OK)
@@ -176,7 +176,7 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     return callbacks;
 }
 
-/* ---- pushes ------------------------------------------------------------------------------------------------------ */
+/* ---- inputs ------------------------------------------------------------------------------------------------------ */
 
 void kt_simulation_inputs_use(kt_simulation *simulation) {
     simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
@@ -255,7 +255,6 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
 
 /* ---- what has been done ------------------------------------------------------------------------------------------ */
 
-/* Takes over how far iterations have gone. */
 void kt_simulation_count(kt_simulation *simulation) {
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < 2; i++) {
@@ -342,7 +341,7 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
     kt_status status;
-    simulation->held = KT_CACHED_NOTHING;
+    simulation->cached = KT_CACHED_NOTHING;
     if (kt_simulation_is_absolute(simulation)) {
         status = kt_state_project(simulation->face, simulation->user_data, t, q, v, &changed, error);
         if (status == KT_OK)

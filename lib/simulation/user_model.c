@@ -1,4 +1,4 @@
-/* What the caller sees of a simulation in the absolute formulation: the tree's coordinates, forces and reactions.
+/* The coordinates, forces and reactions of the user model in the absolute formulation.
  *
  * `seen` is the tree's state at the current time. It is written after each step from that of the step before, so that
  * angles count whole turns; it is the one thing that a checkpoint holds besides the free state.
@@ -62,7 +62,7 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
     const bool absolute = kt_simulation_is_absolute(simulation);
     kt_wrench *joints = absolute ? NULL : simulation->reaction;
     kt_wrench *loops = absolute ? simulation->free_reaction : simulation->loop_reaction;
-    kt_status status = simulation->held == KT_CACHED_EVALUATION
+    kt_status status = simulation->cached == KT_CACHED_EVALUATION
                            ? kt_motion_complete(simulation->model, data, t, q, v, tau, external, simulation->a,
                                                 data->kinematics, joints, loops, error)
                            : kt_motion_evaluate(simulation->model, data, t, q, v, tau, external, data->kinematics,

@@ -129,8 +129,8 @@ static void fail(int code, bool speaks, const char *words) {
 KT_TEST(failures_of_the_callers_equations_are_told_in_its_words) {
     fail(1, true, "it broke at 0.");
     fail(-1, true, "it broke at 0.");
-    fail(1, false, "a right-hand side of the caller's returned 1");
-    fail(-3, false, "a right-hand side of the caller's returned -3");
+    fail(1, false, "the caller's right-hand side returned 1");
+    fail(-3, false, "the caller's right-hand side returned -3");
 }
 
 /* An adaptive method goes around what fails for large steps. */

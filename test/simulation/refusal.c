@@ -104,9 +104,9 @@ static void check_step(owner o, bool own, unsigned record, kt_status expected, c
 
 KT_TEST(projection_that_refuses_is_told_and_leaves_the_state) {
     check_step((owner){.from = 0.6, .code = 2, .in_projection = true}, true, KT_RECORD_POSITION, KT_ERROR_CALLBACK,
-               "t = 0.5 s", "a projection of the caller's returned 2");
+               "t = 0.5 s", "the caller's projection returned 2");
     check_step((owner){.from = 0.6, .code = -4, .in_projection = true}, true, KT_RECORD_POSITION, KT_ERROR_CALLBACK,
-               "t = 0.5 s", "a projection of the caller's returned -4");
+               "t = 0.5 s", "the caller's projection returned -4");
 }
 
 /* Its first stage after 0.5 s is that at 0.625 s. Where a balance is kept its power is asked for, too, and so it is
@@ -211,7 +211,7 @@ KT_TEST(acceleration_that_is_refused_is_told_with_the_time) {
         return;
     kt_check_equal_int("status", kt_simulation_acceleration(s.simulation, &a, &error), KT_ERROR_CALLBACK);
     kt_check_text("where", error.where, "t = 0 s");
-    kt_check_text("message", error.message, "a right-hand side of the caller's returned -7");
+    kt_check_text("message", error.message, "the caller's right-hand side returned -7");
     kt_check_near("the acceleration is not touched", a, 5.0, 0.0);
     free_stand(&s);
 }
@@ -261,9 +261,8 @@ KT_TEST(record_that_is_refused_comes_when_it_no_longer_is) {
     const owner equations = {.code = -1}, projection = {.code = -1, .in_projection = true},
                 effect = {.code = 1, .in_effect = true};
     check_record(equations, KT_RECORD_ACCELERATION, KT_ERROR_CALLBACK, "t = 0.5 s",
-                 "a right-hand side of the caller's returned -1");
-    check_record(projection, KT_RECORD_POSITION, KT_ERROR_CALLBACK, "t = 0.5 s",
-                 "a projection of the caller's returned -1");
+                 "the caller's right-hand side returned -1");
+    check_record(projection, KT_RECORD_POSITION, KT_ERROR_CALLBACK, "t = 0.5 s", "the caller's projection returned -1");
     check_record(effect, KT_RECORD_REACTION, KT_ERROR_EFFECT, "effect 'hand' (custom) on joint 'block', t = 0.4 s",
                  "its callback cannot tell its force here (code 1)");
 }
@@ -288,7 +287,7 @@ KT_TEST(records_within_a_step_to_where_there_is_no_acceleration_are_missing) {
     kt_check_equal_int("status", kt_simulation_run(s.simulation, count_records, &records, &error), KT_ERROR_CALLBACK);
     kt_check_equal_int("records: those up to 0.2 s", records, 3);
     kt_check_text("where", error.where, "t = 0.5 s");
-    kt_check_contains("message", error.message, "a right-hand side of the caller's returned -1");
+    kt_check_contains("message", error.message, "the caller's right-hand side returned -1");
     kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
     free_stand(&s);
 }
