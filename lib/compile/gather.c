@@ -133,10 +133,8 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         if (link->group < 0)
             continue;
         kt_group *group = &m->group[link->group];
-        m->link[i - 1].leads = false; /* a group passes its inertia to its parent as a whole */
         if (i >= m->n.spatial) {
             kt_planar_link *planar = &m->planar[i - m->n.spatial + 1];
-            planar[-1].leads = false;
             planar->group = link->group;
             planar->local = link->local;
             planar->tops = group->link_count == 0;

@@ -328,18 +328,20 @@ KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data
 KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const double *tau, size_t end,
                                          kt_eliminate *eliminate, void *context) {
     kt_articulated x, carried;
+    bool ended = false; /* the link before has passed nothing on */
     memset(&carried, 0, sizeof carried);
     for (size_t i = end - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         kt_articulated_rigid(link, &data->motion[i], &x);
-        if (link->leads)
+        if (link->leads && !ended)
             kt_articulated_add(&x, &carried);
         if (link->branches)
             kt_articulated_add(&x, &data->articulated[i]);
         const kt_elimination left = eliminate(model, data, i, tau, &x, context);
         if (left == KT_ELIMINATION_SINGULAR)
             return i;
-        if (left == KT_ELIMINATION_ENDED || link->parent == 0)
+        ended = left == KT_ELIMINATION_ENDED;
+        if (ended || link->parent == 0)
             continue;
         kt_articulated_shift(&x, data->motion[i].offset);
         if (link->follows)

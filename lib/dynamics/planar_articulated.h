@@ -165,10 +165,11 @@ static __attribute__((noinline)) kt_planar_carried kt_planar_pass_prismatic(cons
     return kt_planar_load(&whole);
 }
 
-/* Adds the link's own inertia and bias wrench to what the next link has passed on in x. */
-KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_carried *x) {
+/* Adds the link's own inertia and bias wrench to what the next link has passed on in x, if it has. */
+KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool passed,
+                                 kt_planar_carried *x) {
     const kt_v2 h = kt_v2_across(kt_v2_load(m->first)), force = kt_v2_load(m->force), mass = kt_v2_splat(link->mass);
-    if (link->leads) {
+    if (passed) {
         x->h += h;
         x->diagonal += mass;
         x->force += force;
@@ -246,14 +247,16 @@ KT_INLINE size_t kt_planar_articulated_backward(const kt_model *model, kt_data *
     kt_planar_response *response = &data->planar_response[plane->last] - 1;
     kt_planar_inertia *inertia = data->planar_inertia;
     kt_planar_carried x = {.j = 0.0};
+    bool ended = false; /* the link before has passed nothing on */
     for (; link >= first; link--, m--, response--) {
-        kt_planar_add_own(link, m, &x);
+        kt_planar_add_own(link, m, link->leads && !ended, &x);
         if (link->branches)
             kt_planar_add_others(&inertia[link - model->planar], &x);
         const kt_elimination left = eliminate(link, m, tau, &x, response, context);
         if (left == KT_ELIMINATION_SINGULAR)
             return (size_t)(link - model->planar);
-        if (left == KT_ELIMINATION_PASSED && !link->follows && link->parent) {
+        ended = left == KT_ELIMINATION_ENDED;
+        if (!ended && !link->follows && link->parent) {
             const kt_planar_inertia whole = kt_planar_unload(&x);
             kt_planar_add(&inertia[link->parent], &whole);
         }

@@ -49,7 +49,7 @@ typedef struct kt_link {
     bool turned;    /* `turn` is not the identity */
     bool follows;   /* its parent is the link before it */
     bool branches;  /* some child does not follow it directly */
-    bool leads;     /* the next link is its child, and passes its inertia on directly: it is in no group */
+    bool leads;     /* the next link is its child */
 } kt_link;
 
 /* Velocity coordinates of a link. */

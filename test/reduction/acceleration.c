@@ -1,4 +1,5 @@
 /* Accelerations of random closed mechanisms against [M A'; A 0] (a, -lambda) = (tau - h, b'') solved densely. */
+#include "../dynamics/oracle.h"
 #include "tangle.h"
 
 #include "model/model.h"
@@ -150,4 +151,26 @@ KT_TEST(mixed_mechanisms_accelerate_as_the_dense_equations_say) {
     const census c = run(&plan, &random, 200, 4.0);
     kt_check_above("mixed", c.mixed, 20.0);
     kt_check_above("with groups of both kinds", c.both, 5.0);
+}
+
+/* kt_dynamics_forward of a model with loops is that of its tree. Bounds as in dynamics/forward.c. */
+KT_TEST(forward_dynamics_of_the_tree_leaves_the_loops_out) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("a from tau(a)");
+    for (int n = 0; n < 60; n++) {
+        static tangle g;
+        static kt_tree_state s;
+        const tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
+        double a[KT_TREE_NV], sensitivity[KT_TREE_NV];
+        long double slow[KT_TREE_NV];
+        if (!tangle_grow(&g, &plan, &random))
+            return;
+        kt_tree_state_draw(&g.tree, &random, &s);
+        if (kt_tree_inverse(&g.tree, &s, s.tau) && kt_tree_forward(&g.tree, &s, a) &&
+            kt_oracle_forward(&g.tree, &s, slow, sensitivity))
+            for (int i = 0; i < g.tree.nv; i++)
+                kt_worst_near(&worst, a[i], s.a[i], 10.0 * DBL_EPSILON * sensitivity[i], "%d, coordinate %d", n, i);
+        tangle_free(&g);
+    }
+    kt_check_worst(&worst);
 }
