@@ -220,8 +220,7 @@ static double spread(const search *s) {
     for (size_t k = 1; k < l->model->n.link; k++) {
         const kt_link *link = &l->model->link[k];
         for (int i = 0; i < kt_link_dofs(link); i++) {
-            const bool slides = link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && i < 3);
-            const double most = slides ? s->reach * l->unit[link->v + i] : fmin(s->reach, TURN_MOST);
+            const double most = i < kt_link_lengths(link) ? s->reach * l->unit[link->v + i] : fmin(s->reach, TURN_MOST);
             part = fmin(part, most / fmax(fabs(l->way[link->v + i]), most));
         }
     }
@@ -299,9 +298,7 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
 }
 
 /* Whether the k-th freedom of a link is a length. */
-static bool is_length(const kt_link *link, int k) {
-    return link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && k < 3);
-}
+static bool is_length(const kt_link *link, int k) { return k < kt_link_lengths(link); }
 
 /* The joint whose acceleration is largest against its unit; that acceleration, and what it is in. */
 static const char *joint_of(const kt_linearization *l, const double *x, double *acceleration, const char **unit) {

@@ -44,9 +44,8 @@ void kt_independent_coordinates_units(const kt_model *model, double *unit) {
     const double size = size_of(model);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const int slides = link->motion == KT_MOTION_PRISMATIC ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
         for (int k = 0; k < kt_link_dofs(link); k++)
-            unit[link->v + k] = k < slides ? size : 1.0;
+            unit[link->v + k] = k < kt_link_lengths(link) ? size : 1.0;
     }
 }
 

@@ -95,9 +95,10 @@ static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, con
 static void carry_along(const kt_linearization *l, const double *dq, double *x) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
-        if (link->motion < KT_MOTION_SPHERICAL)
+        const kt_motion_facts motion = kt_link_facts(link);
+        if (!motion.quaternions)
             continue;
-        const int first = link->v + (link->motion == KT_MOTION_FREE ? 3 : 0);
+        const int first = link->v + motion.plain;
         const double *w = l->v0 + first, *d = dq + first;
         const kt_vec3 c = kt_vec3_cross(kt_vec3_make(w[0], w[1], w[2]), kt_vec3_make(d[0], d[1], d[2]));
         x[first] -= c.x;

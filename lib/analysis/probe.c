@@ -56,9 +56,9 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
 static void positions_floor(const kt_linearization *l, double *floor) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
-        const int plain = link->motion == KT_MOTION_SPHERICAL ? 0 : link->motion == KT_MOTION_FREE ? 3 : 1;
         for (int k = 0; k < kt_link_dofs(link); k++)
-            floor[link->v + k] = k < plain ? fmax(fabs(l->q0[link->q + k]), l->unit[link->v + k]) : 1.0;
+            floor[link->v + k] =
+                k < kt_link_facts(link).plain ? fmax(fabs(l->q0[link->q + k]), l->unit[link->v + k]) : 1.0;
     }
 }
 

@@ -144,7 +144,7 @@ static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *ori
         if (r->length[k] == 0)
             continue;
         const kt_link *first = &m->link[m->path[r->path[k]]];
-        if (first->motion != KT_MOTION_REVOLUTE && first->motion != KT_MOTION_SPHERICAL)
+        if (kt_link_lengths(first) || first->pitch != 0.0)
             return false;
         if (!found)
             *origin = kt_v4_vec3(first->at);

@@ -17,7 +17,7 @@ static int key_of(int type, int ends) {
 
 enum { KEYS = 3 * (KT_EFFECT_TYPE_COUNT + 1) };
 
-static bool turns(const kt_link *link) { return link->motion == KT_MOTION_REVOLUTE || link->motion == KT_MOTION_SCREW; }
+static bool turns(const kt_link *link) { return kt_link_facts(link).angles > 0; }
 
 /* Marks the links from one that bears an end down to the ground. */
 static void mark(kt_attach *a, kt_counts *n, const char *body) {

@@ -84,9 +84,9 @@ static void count_all(const build *b, kt_counts *n) {
         n->link += (size_t)count;
         n->spatial += is_spatial ? (size_t)count : 0;
         for (int k = 0; k < count; k++) {
-            const bool turns = elements[k].motion == KT_MOTION_REVOLUTE || elements[k].motion == KT_MOTION_SCREW;
-            n->angle += turns;
-            n->spatial_angle += turns && is_spatial;
+            const size_t angles = (size_t)kt_motion_facts_of(elements[k].motion).angles;
+            n->angle += angles;
+            n->spatial_angle += is_spatial ? angles : 0;
         }
         n->q += (size_t)size->nq;
         n->v += (size_t)size->nv;
@@ -236,9 +236,9 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         link->axis = (uint8_t)e->axis;
         link->q = q;
         link->v = v;
-        q += e->motion == KT_MOTION_SPHERICAL ? 4 : e->motion == KT_MOTION_FREE ? 7 : 1;
-        v += e->motion == KT_MOTION_SPHERICAL ? 3 : e->motion == KT_MOTION_FREE ? 6 : 1;
-        if (e->motion == KT_MOTION_REVOLUTE || e->motion == KT_MOTION_SCREW) {
+        q += kt_link_facts(link).positions;
+        v += kt_link_facts(link).velocities;
+        if (kt_link_facts(link).angles) {
             m->angle[*angle] = link->q;
             link->angle = (int32_t)(*angle)++;
         }
@@ -317,7 +317,7 @@ static void size_links(build *b) {
         b->trace[i] += link->inertia[0][0] + link->inertia[1][1] + link->inertia[2][2];
         const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_v4_dot(link->at, link->at);
         link->size =
-            link->motion == KT_MOTION_PRISMATIC ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
+            kt_link_lengths(link) == kt_link_dofs(link) ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
         b->mass[link->parent] += b->mass[i];
         b->trace[link->parent] += b->trace[i];
         b->shift[link->parent] = fmax(b->shift[link->parent], fmax(b->shift[i], step));

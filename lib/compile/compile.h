@@ -26,6 +26,10 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error);
 /* Gives springs that start unstretched their lengths. Errors: KT_ERROR_MEMORY. */
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
 
+/* pose.c: poses of all links in the world at q, and for these poses their twists (world axes, of their origins). */
+void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
+void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
+
 /* ---- the rules of the items: each reports what is at fault and goes on ---------------------------------------------
  */
 

@@ -107,11 +107,6 @@ static void place_groups(kt_model *m) {
     }
 }
 
-/* The coordinates of a link whose change is a length come first among its own. */
-static int lengths_of(const kt_link *link) {
-    return link->motion == KT_MOTION_PRISMATIC ? 1 : link->motion == KT_MOTION_FREE ? 3 : 0;
-}
-
 /* Whose accelerations others follow from; those inside a group come all at once. */
 static void mark_passing(kt_model *m) {
     for (size_t i = m->n.planar; i-- > 1;) {
@@ -142,7 +137,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         m->group_link[group->link + group->link_count++] = (int32_t)i;
         for (int k = 0; k < kt_link_dofs(link); k++) {
             m->group_v[group->v + link->local + k] = link->v + k;
-            m->unit[group->v + link->local + k] = k < lengths_of(link) ? m->length : 1.0;
+            m->unit[group->v + link->local + k] = k < kt_link_lengths(link) ? m->length : 1.0;
         }
     }
     mark_passing(m);

@@ -57,10 +57,13 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
     const int count = elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
         const kt_vec3 along = kt_mat3_apply(*rest, component(elements[k].frame, elements[k].axis));
-        if (elements[k].motion == KT_MOTION_REVOLUTE && tree->known != NORMAL_OF_TURN) {
+        const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
+        if (!motion.planar) {
+            tree->plane = SPATIAL;
+        } else if (motion.angles && tree->known != NORMAL_OF_TURN) {
             tree->basis.z = along;
             tree->known = NORMAL_OF_TURN;
-        } else if (elements[k].motion == KT_MOTION_PRISMATIC && tree->known == NORMAL_OPEN) {
+        } else if (motion.lengths && tree->known == NORMAL_OPEN) {
             const kt_vec3 across = kt_vec3_cross(tree->basis.x, along);
             if (kt_vec3_norm(across) > PARALLEL) {
                 tree->basis.z = kt_vec3_normalize(across);
@@ -68,8 +71,6 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
             } else {
                 tree->basis.x = along;
             }
-        } else if (elements[k].motion != KT_MOTION_REVOLUTE && elements[k].motion != KT_MOTION_PRISMATIC) {
-            tree->plane = SPATIAL;
         }
     }
 }
@@ -152,13 +153,11 @@ static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
     const int count = elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
         const kt_vec3 along = component(elements[k].frame, elements[k].axis);
-        if (elements[k].motion == KT_MOTION_PRISMATIC) {
-            if (!is_normal(along, b->basis.z))
-                return false;
-            continue;
-        }
-        if (elements[k].motion != KT_MOTION_REVOLUTE || !is_parallel(along, b->basis.z))
+        const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
+        if (!motion.planar || !(motion.lengths ? is_normal : is_parallel)(along, b->basis.z))
             return false;
+        if (motion.lengths)
+            continue;
         const double sign = kt_vec3_dot(along, b->basis.z) > 0.0 ? 1.0 : -1.0;
         b->basis = basis_about(b->basis, kt_vec3_scale(sign, along));
     }
@@ -242,7 +241,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     const kt_vec3 moment = kt_mat3_apply_transposed(own, kt_v4_vec3(link->moment));
     const kt_vec3 turned = kt_mat3_apply(kt_v4_mat3(link->inertia), own.z);
     const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
-    const bool slides = link->motion == KT_MOTION_PRISMATIC;
+    const bool slides = kt_link_lengths(link) > 0;
     m->planar[place] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
@@ -256,7 +255,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
         .q = link->q,
         .v = link->v,
         .angle = slides ? 0 : link->angle - (int32_t)m->n.spatial_angle,
-        .motion = link->motion,
+        .revolute = !slides,
         .follows = link->follows,
         .branches = link->branches,
         .leads = link->leads,

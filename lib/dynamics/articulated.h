@@ -241,32 +241,53 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
                                       kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
-    if (link->motion == KT_MOTION_SPHERICAL)
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_REVOLUTE:
+    case KT_MOTION_PRISMATIC:
+    case KT_MOTION_SCREW:
+        return kt_articulated_project_axis(link, m, tau[link->v], x, &data->response[i]);
+    case KT_MOTION_SPHERICAL:
         return kt_articulated_project_spherical(link, m, tau, x, &data->articulated[i]);
-    if (link->motion == KT_MOTION_FREE)
+    case KT_MOTION_FREE:
         return kt_articulated_project_free(link, &data->motion[link->parent], m, tau, x, &data->articulated[i]);
-    return kt_articulated_project_axis(link, m, tau[link->v], x, &data->response[i]);
+    case KT_MOTION_NONE:
+        break;
+    }
+    return false;
 }
 
-/* Joint accelerations of a spherical or free joint from those of the link and its parent; c has been added to alpha and
- * linear. */
-KT_INLINE void kt_joint_relative(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
-                                 const kt_articulated *kept, double *a) {
-    kt_v4 alpha = kept->moment, linear = m->linear;
-    if (link->motion == KT_MOTION_SPHERICAL) {
-        alpha = kt_solve3(kept->j[0], kept->j[1], kept->moment - kt_v4_apply(kept->h, m->linear));
-    } else {
-        kt_v4 base[3];
-        kt_rest_axes(link, parent->axes, base);
-        linear = kept->force;
-        for (int k = 0; k < 3; k++)
-            a[k] = kt_v4_dot(base[k], linear - m->linear);
-        a += 3;
-    }
+/* Joint accelerations, and from them the link's, from those of its parent; c and the parent's accelerations, shifted to
+ * the link's origin, have been added to the link's alpha and linear. */
+KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
+                               const kt_response *response, double *a) {
+    const double x = response->base - kt_v4_dot2(response->angular, parent->alpha, response->linear, parent->linear);
+    *a = x;
+    const kt_v4 along = kt_v4_splat(x) * m->axis;
+    if (link->motion != KT_MOTION_PRISMATIC)
+        m->alpha += along;
+    if (link->motion != KT_MOTION_REVOLUTE)
+        m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(link->pitch) * along : along;
+}
+
+KT_INLINE void kt_respond_rotations(kt_v4 alpha, kt_link_motion *m, double *a) {
     for (int k = 0; k < 3; k++)
         a[k] = kt_v4_dot(m->axes[k], alpha - m->alpha);
     m->alpha = alpha;
-    m->linear = linear;
+}
+
+KT_INLINE void kt_respond_spherical(kt_link_motion *m, const kt_articulated *kept, double *a) {
+    const kt_v4 moment = kept->moment - kt_v4_apply(kept->h, m->linear);
+    kt_respond_rotations(kt_solve3(kept->j[0], kept->j[1], moment), m, a);
+}
+
+KT_INLINE void kt_respond_free(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
+                               const kt_articulated *kept, double *a) {
+    kt_v4 base[3];
+    kt_rest_axes(link, parent->axes, base);
+    for (int k = 0; k < 3; k++)
+        a[k] = kt_v4_dot(base[k], kept->force - m->linear);
+    m->linear = kept->force;
+    kt_respond_rotations(kept->moment, m, a + 3);
 }
 
 /* Accelerations of one link from its parent's and the joint's response; writes the joint accelerations to a. */
@@ -276,18 +297,21 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
     kt_link_motion *m = &data->motion[i];
     m->alpha += parent->alpha;
     m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
-    if (link->motion >= KT_MOTION_SPHERICAL) {
-        kt_joint_relative(link, parent, m, &data->articulated[i], a + link->v);
-        return;
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_REVOLUTE:
+    case KT_MOTION_PRISMATIC:
+    case KT_MOTION_SCREW:
+        kt_respond_axis(link, parent, m, &data->response[i], a + link->v);
+        break;
+    case KT_MOTION_SPHERICAL:
+        kt_respond_spherical(m, &data->articulated[i], a + link->v);
+        break;
+    case KT_MOTION_FREE:
+        kt_respond_free(link, parent, m, &data->articulated[i], a + link->v);
+        break;
+    case KT_MOTION_NONE:
+        break;
     }
-    const kt_response *response = &data->response[i];
-    const double x = response->base - kt_v4_dot2(response->angular, parent->alpha, response->linear, parent->linear);
-    a[link->v] = x;
-    const kt_v4 along = kt_v4_splat(x) * m->axis;
-    if (link->motion != KT_MOTION_PRISMATIC)
-        m->alpha += along;
-    if (link->motion != KT_MOTION_REVOLUTE)
-        m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(link->pitch) * along : along;
 }
 
 /* ---- the recursion -----------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
  *   a = a_l + alpha x R_l d + w x (w x R_l d)
  */
 #include "dynamics/dynamics.h"
+#include "dynamics/motion.h"
 #include "kinetree/dynamics.h"
 
 #include <string.h>
@@ -76,9 +77,17 @@ kt_twist kt_body_acceleration(const kt_model *model, const kt_data *data, int bo
     return twist;
 }
 
-/* One column: the angular velocity w of a degree of freedom, and the velocity u + w x arm of the point. */
-static void write_column(double *column, kt_v4 w, kt_v4 u, kt_v4 arm) {
-    const kt_v4 linear = u + kt_v4_cross(w, arm);
+/* Where the columns of a link begin, and the arm from its origin to the point. */
+typedef struct columns {
+    double *first;
+    kt_v4 arm;
+} columns;
+
+/* (w, u + w x arm) for the degree of freedom (w, u). */
+static inline void write_column(const kt_dof *dof, void *context) {
+    const columns *c = context;
+    const kt_v4 w = kt_dof_angular(dof), linear = kt_dof_linear(dof) + kt_v4_cross(w, c->arm);
+    double *column = c->first + 6 * dof->index;
     for (int k = 0; k < 3; k++) {
         column[k] = w[k];
         column[3 + k] = linear[k];
@@ -86,39 +95,16 @@ static void write_column(double *column, kt_v4 w, kt_v4 u, kt_v4 arm) {
 }
 
 void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, double *jacobian) {
-    const kt_v4 none = kt_v4_splat(0.0);
     memset(jacobian, 0, 6 * model->n.v * sizeof *jacobian);
-    kt_v4 arm = carry(model, data->kinematics, body, at).arm; /* from the current link's origin to the point */
+    columns c = {.arm = carry(model, data->kinematics, body, at).arm};
+    kt_v4 axes[3], parent[3];
+    kt_v4_from_mat3(data->kinematics[model->body[body].link].axes, axes);
     for (int32_t i = model->body[body].link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
-        const kt_link_kinematics *m = &data->kinematics[i];
-        kt_v4 axes[3];
-        kt_v4_from_mat3(m->axes, axes);
-        double *column = jacobian + 6 * (size_t)link->v;
-        switch ((kt_motion)link->motion) {
-        case KT_MOTION_REVOLUTE:
-            write_column(column, axes[link->axis], none, arm);
-            break;
-        case KT_MOTION_PRISMATIC:
-            write_column(column, none, axes[link->axis], arm);
-            break;
-        case KT_MOTION_SCREW:
-            write_column(column, axes[link->axis], kt_v4_splat(link->pitch) * axes[link->axis], arm);
-            break;
-        case KT_MOTION_FREE: {
-            kt_v4 parent[3], base[3];
-            kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-            kt_v4_multiply(parent, link->turn, base);
-            for (int k = 0; k < 3; k++, column += 6)
-                write_column(column, none, base[k], arm);
-        } /* fall through */
-        case KT_MOTION_SPHERICAL:
-            for (int k = 0; k < 3; k++, column += 6)
-                write_column(column, axes[k], none, arm);
-            break;
-        case KT_MOTION_NONE:
-            break;
-        }
-        arm += kt_v4_from(m->offset);
+        kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
+        c.first = jacobian + 6 * (size_t)link->v;
+        kt_dofs_visit(link, parent, axes, axes[link->axis], write_column, &c);
+        c.arm += kt_v4_from(data->kinematics[i].offset);
+        memcpy(axes, parent, sizeof axes);
     }
 }

@@ -21,11 +21,12 @@ static inline void set_nodes(const kt_model *model, const kt_data *data, size_t 
                              kt_carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
     const kt_link *link = &model->link[i];
     kt_dof_motions_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[*first]);
-    if (link->motion == KT_MOTION_FREE) { /* translations, then rotations */
-        new_node(w, (int32_t)i, parent, first, 3);
+    const int translations = kt_link_first_node(link);
+    if (translations) {
+        new_node(w, (int32_t)i, parent, first, translations);
         parent = (int32_t)w->nodes - 1;
     }
-    new_node(w, (int32_t)i, parent, first, link->motion >= KT_MOTION_SPHERICAL ? 3 : 1);
+    new_node(w, (int32_t)i, parent, first, kt_link_dofs(link) - translations);
 }
 
 /* The inertia, F and 2B of the link alone. */

@@ -12,8 +12,6 @@
 
 #include "dynamics/sweep.h"
 
-enum { KT_LINK_DOF_MAX = 6 }; /* of a link */
-
 /* A degree of freedom, world axes: angular and linear parts. */
 typedef struct kt_dof_motion {
     kt_v4 s[2];    /* S */
@@ -49,45 +47,55 @@ KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_v4 omega, kt_v4 velocit
     }
 }
 
+/* How many translations of a link are a node before its rotations. */
+KT_INLINE int kt_link_first_node(const kt_link *link) {
+    const kt_motion_facts motion = kt_link_facts(link);
+    return motion.lengths < motion.velocities ? motion.lengths : 0;
+}
+
+/* A node that moves at (w, u) and accelerates by (dw, du) against the frame c that carries it. */
+typedef struct kt_dof_node {
+    kt_carried *c;
+    kt_v4 w, u, dw, du;
+    kt_v4 omega, velocity; /* V */
+    kt_dof_motion *out;
+} kt_dof_node;
+
+KT_INLINE void kt_dof_node_begin(kt_dof_node *n, kt_v4 w) {
+    n->omega = n->c->omega + w;
+    n->velocity = n->c->velocity + n->u;
+}
+
+/* c receives the motion of the node. */
+KT_INLINE void kt_dof_node_end(kt_dof_node *n, kt_v4 w, kt_v4 dw) {
+    kt_carried *c = n->c;
+    c->linear += n->du + kt_v4_cross(c->omega, n->u) + kt_v4_cross(c->velocity, w);
+    c->alpha += dw + kt_v4_cross(c->omega, w);
+    c->omega = n->omega;
+    c->velocity = n->velocity;
+}
+
+KT_INLINE void kt_dof_motion_add(const kt_dof *dof, void *context) {
+    kt_dof_node *n = context;
+    const kt_v4 none = kt_v4_splat(0.0);
+    if (dof->kind == KT_DOF_ROTATION && dof->first && dof->index > 0) { /* the translations before are a node */
+        kt_dof_node_end(n, none, none);
+        n->u = n->du = none;
+        kt_dof_node_begin(n, n->w);
+    }
+    kt_dof_motion_set(n->c, n->omega, n->velocity, kt_dof_angular(dof), kt_dof_linear(dof), &n->out[dof->index]);
+}
+
 /* Sets all degrees of freedom of a link, in their order; `up` and `m` are its parent's pose and its own. c is the
  * motion of the frame that carries the link; it receives the link's own. */
 KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m,
                                   const double *v, const double *a, kt_carried *c, kt_dof_motion *out) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    kt_v4 base[3], angular, linear, turned, moved;
-    kt_joint_twist(link, up, m, v, &angular, &linear);
-    kt_joint_twist(link, up, m, a, &turned, &moved);
-    const kt_v4 omega = c->omega + angular, velocity = c->velocity + linear;
-    switch ((kt_motion)link->motion) {
-    case KT_MOTION_REVOLUTE:
-        kt_dof_motion_set(c, omega, velocity, m->axis, none, out);
-        break;
-    case KT_MOTION_PRISMATIC:
-        kt_dof_motion_set(c, omega, velocity, none, m->axis, out);
-        break;
-    case KT_MOTION_SCREW:
-        kt_dof_motion_set(c, omega, velocity, m->axis, kt_v4_splat(link->pitch) * m->axis, out);
-        break;
-    case KT_MOTION_FREE:
-        kt_rest_axes(link, up->axes, base);
-        for (int k = 0; k < 3; k++)
-            kt_dof_motion_set(c, c->omega, velocity, none, base[k], out++);
-        c->linear += moved + kt_v4_cross(c->omega, linear);
-        c->velocity = velocity;
-        linear = moved = none;
-        /* and the rotations */
-        __attribute__((fallthrough));
-    case KT_MOTION_SPHERICAL:
-        for (int k = 0; k < 3; k++)
-            kt_dof_motion_set(c, omega, velocity, m->axes[k], none, out++);
-        break;
-    case KT_MOTION_NONE:
-        break;
-    }
-    c->linear += moved + kt_v4_cross(c->omega, linear) + kt_v4_cross(c->velocity, angular);
-    c->alpha += turned + kt_v4_cross(c->omega, angular);
-    c->omega = omega;
-    c->velocity = velocity;
+    kt_dof_node n = {.c = c, .out = out};
+    kt_joint_twist(link, up, m, v, &n.w, &n.u);
+    kt_joint_twist(link, up, m, a, &n.dw, &n.du);
+    kt_dof_node_begin(&n, kt_link_first_node(link) ? kt_v4_splat(0.0) : n.w);
+    kt_dofs_visit(link, up->axes, m->axes, m->axis, kt_dof_motion_add, &n);
+    kt_dof_node_end(&n, n.w, n.dw);
 }
 
 #endif

@@ -48,12 +48,14 @@ typedef struct judgement {
     size_t found;
 } judgement;
 
+static bool passes_inertia(const kt_link *link) { return link->motion != KT_MOTION_FREE; }
+
 /* Adds the sizes of what link i passes to its parent. */
 static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
     const kt_link *link = &model->link[i];
     const kt_v4 r = data->motion[i].offset;
     size *up = size_of(data, (size_t)link->parent);
-    if (link->motion == KT_MOTION_FREE)
+    if (!passes_inertia(link))
         return;
     if (link->motion == KT_MOTION_SPHERICAL)
         s.trace = s.largest = 0.0;
@@ -81,7 +83,7 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
         pass_size(model, data, i, s);
         return KT_ELIMINATION_PASSED;
     }
-    if (link->motion != KT_MOTION_FREE)
+    if (passes_inertia(link))
         j->verdict[link->parent] = KT_INERTIA_UNKNOWN;
     memset(x, 0, sizeof *x);
     return KT_ELIMINATION_PASSED;

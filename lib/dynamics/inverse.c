@@ -21,35 +21,18 @@ KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
                kt_v4_cross(m->omega, kt_v4_cross(m->omega, h));
 }
 
-/* tau of a link's degrees of freedom from the wrench across its joint. */
-KT_INLINE void project(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m, double *tau) {
-    const int k = link->v;
-    switch ((kt_motion)link->motion) {
-    case KT_MOTION_REVOLUTE:
-        tau[k] = kt_v4_dot(m->axis, m->moment);
-        break;
-    case KT_MOTION_PRISMATIC:
-        tau[k] = kt_v4_dot(m->axis, m->force);
-        break;
-    case KT_MOTION_SCREW:
-        tau[k] = kt_v4_dot(m->axis, m->moment + kt_v4_splat(link->pitch) * m->force);
-        break;
-    case KT_MOTION_SPHERICAL:
-        for (int i = 0; i < 3; i++)
-            tau[k + i] = kt_v4_dot(m->axes[i], m->moment);
-        break;
-    case KT_MOTION_FREE: {
-        kt_v4 base[3];
-        kt_rest_axes(link, parent->axes, base);
-        for (int i = 0; i < 3; i++) {
-            tau[k + i] = kt_v4_dot(base[i], m->force);
-            tau[k + 3 + i] = kt_v4_dot(m->axes[i], m->moment);
-        }
-        break;
-    }
-    case KT_MOTION_NONE:
-        break;
-    }
+/* S . (n, f), the joint force of one degree of freedom. */
+typedef struct projection {
+    const kt_link_motion *m;
+    double *tau;
+} projection;
+
+KT_INLINE void project(const kt_dof *dof, void *context) {
+    const projection *p = context;
+    const kt_v4 n = p->m->moment, f = p->m->force;
+    p->tau[dof->index] = kt_v4_dot(dof->u, dof->kind == KT_DOF_ROTATION      ? n
+                                           : dof->kind == KT_DOF_TRANSLATION ? f
+                                                                             : n + kt_v4_splat(dof->pitch) * f);
 }
 
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
@@ -71,7 +54,8 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q
     for (size_t i = count - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         kt_link_motion *m = &motion[i], *parent = &motion[link->parent];
-        project(link, parent, m, tau);
+        projection p = {.m = m, .tau = tau + link->v};
+        kt_dofs_visit(link, parent->axes, m->axes, m->axis, project, &p);
         parent->moment += m->moment + kt_v4_cross(m->offset, m->force);
         parent->force += m->force;
     }

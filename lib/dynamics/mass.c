@@ -11,40 +11,6 @@
 
 #include <string.h>
 
-enum { DOF_MAX = 6 };
-
-/* The unit accelerations of a link's degrees of freedom; returns their number. */
-KT_INLINE int subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
-                       kt_v4 angular[DOF_MAX], kt_v4 linear[DOF_MAX]) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    for (int k = 0; k < DOF_MAX; k++)
-        angular[k] = linear[k] = none;
-    switch ((kt_motion)link->motion) {
-    case KT_MOTION_REVOLUTE:
-        angular[0] = m->axis;
-        return 1;
-    case KT_MOTION_PRISMATIC:
-        linear[0] = m->axis;
-        return 1;
-    case KT_MOTION_SCREW:
-        angular[0] = m->axis;
-        linear[0] = kt_v4_splat(link->pitch) * m->axis;
-        return 1;
-    case KT_MOTION_SPHERICAL:
-        for (int k = 0; k < 3; k++)
-            angular[k] = m->axes[k];
-        return 3;
-    case KT_MOTION_FREE:
-        kt_rest_axes(link, parent->axes, linear);
-        for (int k = 0; k < 3; k++)
-            angular[3 + k] = m->axes[k];
-        return 6;
-    case KT_MOTION_NONE:
-        break;
-    }
-    return 0;
-}
-
 /* Adds the composite of a link to its parent's. It is stored as an articulated inertia: j, moment = h, force = (m, ..).
  */
 KT_INLINE void add_to_parent(const kt_articulated *c, kt_v4 r, kt_articulated *parent) {
@@ -61,34 +27,31 @@ KT_INLINE void add_to_parent(const kt_articulated *c, kt_v4 r, kt_articulated *p
     parent->force += c->force;
 }
 
-KT_INLINE double along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
-    return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
-}
-
 /* The columns of M that belong to link i, from its own rows to the root's. */
 static inline void columns(const kt_model *model, const kt_data *data, size_t i, double *mass) {
     const size_t nv = model->n.v;
     const kt_link_motion *motion = data->motion;
     const kt_link *link = &model->link[i];
     const kt_articulated *c = &data->articulated[i];
-    kt_v4 angular[DOF_MAX], linear[DOF_MAX], moment[DOF_MAX], force[DOF_MAX];
-    const int dofs = subspace(link, &motion[link->parent], &motion[i], angular, linear);
-    for (int k = 0; k < dofs; k++) {
-        moment[k] = kt_v4_apply(c->j, angular[k]) + kt_v4_cross(c->moment, linear[k]);
-        force[k] = kt_v4_splat(c->force[0]) * linear[k] + kt_v4_cross(angular[k], c->moment);
-        for (int l = k; l < dofs; l++) /* lower triangle: row l, column k */
+    kt_v4 moment[KT_DOF_MAX], force[KT_DOF_MAX];
+    kt_subspace own;
+    kt_link_subspace(link, &motion[link->parent], &motion[i], &own);
+    for (int k = 0; k < own.count; k++) {
+        moment[k] = kt_v4_apply(c->j, own.angular[k]) + kt_v4_cross(c->moment, own.linear[k]);
+        force[k] = kt_v4_splat(c->force[0]) * own.linear[k] + kt_v4_cross(own.angular[k], c->moment);
+        for (int l = k; l < own.count; l++) /* lower triangle: row l, column k */
             mass[(size_t)(link->v + k) * nv + (size_t)(link->v + l)] =
-                along(angular[l], linear[l], moment[k], force[k]);
+                kt_along(own.angular[l], own.linear[l], moment[k], force[k]);
     }
     for (size_t j = i; link->parent != 0; j = (size_t)link->parent, link = &model->link[j]) {
         const kt_link *up = &model->link[link->parent];
-        kt_v4 up_angular[DOF_MAX], up_linear[DOF_MAX];
-        const int rows = subspace(up, &motion[up->parent], &motion[link->parent], up_angular, up_linear);
-        for (int k = 0; k < dofs; k++) {
+        kt_subspace s;
+        kt_link_subspace(up, &motion[up->parent], &motion[link->parent], &s);
+        for (int k = 0; k < own.count; k++) {
             moment[k] += kt_v4_cross(motion[j].offset, force[k]);
-            for (int l = 0; l < rows; l++) /* row of the descendant, column of the ancestor */
+            for (int l = 0; l < s.count; l++) /* row of the descendant, column of the ancestor */
                 mass[(size_t)(up->v + l) * nv + (size_t)(model->link[i].v + k)] =
-                    along(up_angular[l], up_linear[l], moment[k], force[k]);
+                    kt_along(s.angular[l], s.linear[l], moment[k], force[k]);
         }
     }
 }

@@ -89,7 +89,7 @@ KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_plan
     const kt_v2 p = kt_v2_across(kt_v2_load(m->offset));
     const double x = (response->base - response->angular * *alpha) - kt_v2_dot(kt_v2_load(response->linear), *linear);
     *linear = kt_v2_load(m->linear) + (*linear + kt_v2_splat(*alpha) * p);
-    if (link->motion == KT_MOTION_REVOLUTE) {
+    if (link->revolute) {
         *alpha += x;
         a[link->v] = link->sign * x;
     } else {
@@ -232,7 +232,7 @@ KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, c
                                                    kt_planar_response *response, void *context) {
     bool done;
     (void)context;
-    if (link->motion == KT_MOTION_REVOLUTE)
+    if (link->revolute)
         done = kt_planar_pass_revolute(link, m, link->sign * tau[link->v], x, response);
     else
         *x = kt_planar_pass_prismatic(link, m, tau[link->v], *x, response, &done);

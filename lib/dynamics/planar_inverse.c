@@ -39,7 +39,7 @@ static inline void backward_pass(const kt_model *model, kt_data *data, double *t
     for (; m > motion; link--, m--) {
         kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
         const kt_v2 force = kt_v2_load(m->force), p = kt_v2_across(kt_v2_load(m->offset));
-        if (link->motion == KT_MOTION_REVOLUTE)
+        if (link->revolute)
             tau[link->v] = link->sign * m->moment;
         else
             tau[link->v] = kt_v2_dot(force, kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]));

@@ -52,11 +52,11 @@ KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], model->link[i].axis, &flat[k], m);
         m->offset = kt_v4_apply(up->axes, model->link[i].at);
-        if (link->motion == KT_MOTION_PRISMATIC)
+        if (!link->revolute)
             m->offset += kt_v4_splat(q[link->q]) * m->axis;
         m->position = up->position + m->offset;
         m->velocity = up->velocity + kt_v4_cross(kt_v4_splat(parent->omega) * basis[2], m->offset);
-        if (link->motion == KT_MOTION_PRISMATIC)
+        if (!link->revolute)
             m->velocity += kt_v4_splat(v[link->v]) * m->axis;
         sum += excess(m);
     }

@@ -43,7 +43,7 @@ static inline int32_t compose(const kt_model *model, kt_data *data, const kt_pla
 
 /* The component of a moment and a force along a link's degree of freedom. */
 KT_INLINE double project(const kt_planar_link *link, const kt_planar_motion *m, double moment, const double force[2]) {
-    if (link->motion == KT_MOTION_REVOLUTE)
+    if (link->revolute)
         return link->sign * moment;
     double u[2];
     kt_planar_along(link, m, u);
@@ -57,7 +57,7 @@ static inline void column(const kt_model *model, const kt_data *data, int32_t k,
     const kt_planar_inertia *c = &data->planar_inertia[k];
     const size_t row = (size_t)link->v;
     double moment = link->sign * c->j, force[2] = {-link->sign * c->h[1], link->sign * c->h[0]};
-    if (link->motion == KT_MOTION_PRISMATIC) {
+    if (!link->revolute) {
         double u[2];
         kt_planar_along(link, &data->planar[k], u);
         moment = c->h[0] * u[1] - c->h[1] * u[0];

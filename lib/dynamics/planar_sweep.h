@@ -32,7 +32,7 @@ KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motio
 /* Pose of one link (c, s, offset) from its parent's c + i s, which is e. Returns its own c + i s. */
 KT_INLINE kt_v2 kt_planar_pose_after(const kt_planar_link *link, kt_v2 e, const double *q, const double *cosine,
                                      const double *sine, kt_planar_motion *out) {
-    if (link->motion == KT_MOTION_REVOLUTE) {
+    if (link->revolute) {
         const kt_v2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
         kt_v2_store(out->offset, kt_planar_sum(e, link->at[0], link->at[1]));
         kt_v2_store(out->turn, own);
@@ -50,7 +50,7 @@ KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, 
                                           kt_planar_motion *out) {
     const kt_v2 around = kt_v2_splat(-(w * w)) * kt_v2_load(out->offset);
     const double x = v[link->v];
-    if (link->motion == KT_MOTION_REVOLUTE) {
+    if (link->revolute) {
         kt_v2_store(out->linear, around);
         return out->omega = w + link->sign * x;
     }
@@ -76,7 +76,7 @@ KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_plana
     const double alpha = parent->alpha, x = a[link->v];
     const kt_v2 p = kt_v2_across(kt_v2_load(out->offset));
     const kt_v2 linear = kt_v2_load(out->linear) + (kt_v2_load(parent->linear) + kt_v2_splat(alpha) * p);
-    if (link->motion == KT_MOTION_REVOLUTE) {
+    if (link->revolute) {
         kt_v2_store(out->linear, linear);
         out->alpha = alpha + link->sign * x;
         return;

@@ -78,7 +78,7 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
         const kt_link *link = &model->link[model->term[record->term].link];
         if (record->type != KT_LOOP_MOTION)
             return KT_MEASURE_SUM;
-        return link->motion == KT_MOTION_PRISMATIC ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
+        return kt_link_lengths(link) ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
     }
     generic_ends(end);
     if (row >= kt_loop_kinds_baseline[record->type]->evaluate(record, model->number, end, 0.0, rows) ||

@@ -88,11 +88,6 @@ size_t kt_model_layout(void *memory, const kt_counts *n);
 /* Enters all names of bodies and markers in the model's table. */
 void kt_model_name_all(kt_model *model);
 
-/* Poses of all links in the world at q, and for these poses their twists (world axes, of their origins), with plain
- * arithmetic; for set-up only. */
-void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
-void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
-
 /* ---- the workspace ------------------------------------------------------------------------------------------------
  */
 

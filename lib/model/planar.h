@@ -43,7 +43,7 @@ typedef struct kt_planar_link {
     int32_t local;  /* its coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
-    uint8_t motion;                /* KT_MOTION_REVOLUTE or KT_MOTION_PRISMATIC */
+    bool revolute;                 /* about n; otherwise prismatic */
     bool follows, branches, leads; /* as in kt_link */
     bool tops;                     /* it is the first of its group */
     bool passes;                   /* it carries, near or far, what is not of its group */

@@ -11,18 +11,9 @@
 #include "algebra/lane.h"
 #include "kinetree/model.h"
 #include "model/function.h"
+#include "model/motion.h"
 
 #include <stdint.h>
-
-/* What an elementary joint does; `axis` of the link says about or along which coordinate axis. */
-typedef enum kt_motion {
-    KT_MOTION_NONE = 0, /* ground only */
-    KT_MOTION_REVOLUTE,
-    KT_MOTION_PRISMATIC,
-    KT_MOTION_SCREW, /* turn, and advance by pitch */
-    KT_MOTION_SPHERICAL,
-    KT_MOTION_FREE
-} kt_motion;
 
 /* What of a joint does not move, in the joint frame. */
 typedef struct kt_joint_axes {
@@ -52,13 +43,11 @@ typedef struct kt_link {
     bool leads;     /* the next link is its child */
 } kt_link;
 
-/* Velocity coordinates of a link. */
-static inline int kt_link_dofs(const kt_link *link) {
-    return link->motion == KT_MOTION_NONE        ? 0
-           : link->motion == KT_MOTION_SPHERICAL ? 3
-           : link->motion == KT_MOTION_FREE      ? 6
-                                                 : 1;
-}
+static inline kt_motion_facts kt_link_facts(const kt_link *link) { return kt_motion_facts_of((kt_motion)link->motion); }
+
+static inline int kt_link_dofs(const kt_link *link) { return kt_link_facts(link).velocities; }
+/* How many of its velocities, the first, are rates of lengths. */
+static inline int kt_link_lengths(const kt_link *link) { return kt_link_facts(link).lengths; }
 
 /* A body of the caller's. */
 typedef struct kt_body_record {

@@ -10,8 +10,7 @@
 
 /* The unit of the k-th velocity coordinate of a link. */
 static double unit_of(const kt_model *model, const kt_link *link, int k) {
-    const bool slides = link->motion == KT_MOTION_PRISMATIC || (link->motion == KT_MOTION_FREE && k < 3);
-    return slides && model->length > 0.0 ? model->length : 1.0;
+    return k < kt_link_lengths(link) && model->length > 0.0 ? model->length : 1.0;
 }
 
 static double fastest(const kt_model *model, const double *v) {
@@ -45,11 +44,10 @@ static void note(kt_initial_change *part, double change, double unit) {
 
 static void note_link(const kt_model *model, const kt_link *link, const double *q, const double *v, double speed,
                       parts *p) {
-    const bool turns = link->motion == KT_MOTION_SPHERICAL || link->motion == KT_MOTION_FREE;
-    const int plain = link->motion == KT_MOTION_FREE ? 3 : turns ? 0 : kt_link_dofs(link);
+    const int plain = kt_link_facts(link).plain;
     for (int k = 0; k < kt_link_dofs(link); k++) {
         const double unit = unit_of(model, link, k);
-        const bool angular = link->motion == KT_MOTION_FREE && k >= 3;
+        const bool angular = plain > 0 && k >= plain;
         const uint8_t given = model->given[link->v + k];
         if (k < plain && (given & KT_POSITION_GIVEN))
             note(&p->part[0], q[link->q + k] - model->q0[link->q + k], unit);

@@ -23,52 +23,6 @@
 
 #include <string.h>
 
-enum { KT_DOF_MAX = 6 };
-
-typedef struct kt_subspace {
-    int count;
-    kt_v4 angular[KT_DOF_MAX], linear[KT_DOF_MAX]; /* unit accelerations of the degrees of freedom */
-} kt_subspace;
-
-KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
-                                kt_subspace *s) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    s->count = kt_link_dofs(link);
-    for (int k = 0; k < s->count; k++)
-        s->angular[k] = s->linear[k] = none;
-    switch ((kt_motion)link->motion) {
-    case KT_MOTION_REVOLUTE:
-        s->angular[0] = m->axis;
-        break;
-    case KT_MOTION_PRISMATIC:
-        s->linear[0] = m->axis;
-        break;
-    case KT_MOTION_SCREW:
-        s->angular[0] = m->axis;
-        s->linear[0] = kt_v4_splat(link->pitch) * m->axis;
-        break;
-    case KT_MOTION_SPHERICAL:
-        for (int k = 0; k < 3; k++)
-            s->angular[k] = m->axes[k];
-        break;
-    case KT_MOTION_FREE: {
-        kt_v4 base[3];
-        kt_rest_axes(link, parent->axes, base);
-        for (int k = 0; k < 3; k++) {
-            s->linear[k] = base[k];
-            s->angular[3 + k] = m->axes[k];
-        }
-        break;
-    }
-    case KT_MOTION_NONE:
-        break;
-    }
-}
-
-KT_INLINE double kt_along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
-    return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
-}
-
 /* Accelerations A0 that the velocities alone give while the parent's is zero (in response), and the corresponding
  * wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
 static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {

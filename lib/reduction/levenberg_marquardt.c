@@ -25,23 +25,19 @@ double kt_generic(size_t k) {
     return 2.0 * (x - floor(x)) - 1.0;
 }
 
-static int position_count(const kt_link *link) {
-    return link->motion == KT_MOTION_SPHERICAL ? 4 : link->motion == KT_MOTION_FREE ? 7 : 1;
-}
-
-/* A free link has two parts, x, y, z and the quaternion, which may be held separately; other links have one. */
+/* A link has two parts, plain positions and a quaternion, which may be held separately. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out) {
     kt_position_add(model, q, step, out);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const int plain = link->motion == KT_MOTION_FREE ? 3 : 0;
+        const kt_motion_facts motion = kt_link_facts(link);
         bool moves = false;
-        for (int k = 0; k < kt_link_dofs(link); k++)
+        for (int k = 0; k < motion.velocities; k++)
             moves |= step[link->v + k] != 0.0;
-        if (plain && (!moves || (held && held[link->v])))
-            memcpy(out + link->q, q + link->q, (size_t)plain * sizeof *q);
-        if (!moves || (held && held[link->v + plain]))
-            memcpy(out + link->q + plain, q + link->q + plain, (size_t)(position_count(link) - plain) * sizeof *q);
+        if (!moves || (held && held[link->v]))
+            memcpy(out + link->q, q + link->q, (size_t)motion.plain * sizeof *q);
+        if (motion.quaternions && (!moves || (held && held[link->v + motion.plain])))
+            memcpy(out + link->q + motion.plain, q + link->q + motion.plain, 4 * sizeof *q);
     }
 }
 
@@ -105,7 +101,7 @@ static void damped_step(const kt_model *model, const kt_group *group, const kt_g
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
-        memcpy(to + link->q, from + link->q, (size_t)position_count(link) * sizeof *to);
+        memcpy(to + link->q, from + link->q, (size_t)kt_link_facts(link).positions * sizeof *to);
     }
 }
 

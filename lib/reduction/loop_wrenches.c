@@ -20,7 +20,7 @@ static kt_wrench relation_wrench(const kt_model *model, const kt_data *data, con
     const kt_vec3 along = kt_vec3_scale(lambda, kt_v4_vec3(data->motion[term->link].axis));
     if (loop->type != KT_LOOP_MOTION)
         return out;
-    if (model->link[term->link].motion == KT_MOTION_PRISMATIC)
+    if (kt_link_lengths(&model->link[term->link]))
         out.force = along;
     else
         out.moment = along;

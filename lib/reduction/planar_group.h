@@ -43,7 +43,7 @@ KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data,
                                      double fx, double fy) {
     const kt_planar_link *link = &model->planar[place];
     double u[2];
-    if (link->motion == KT_MOTION_REVOLUTE)
+    if (link->revolute)
         return link->sign * moment;
     kt_planar_along(link, &data->planar[place], u);
     return u[0] * fx + u[1] * fy;
@@ -56,7 +56,7 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
     const kt_planar_link *link = &model->planar[place];
     const int m = w->m, own = link->local;
     double moment, fx, fy, u[2];
-    if (link->motion == KT_MOTION_REVOLUTE) {
+    if (link->revolute) {
         moment = link->sign * c->j;
         fx = link->sign * c->h[0];
         fy = link->sign * c->h[1];

@@ -53,7 +53,7 @@ typedef struct kt_pin {
 
 KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; }
 
-KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->motion == KT_MOTION_REVOLUTE; }
+KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->revolute; }
 
 /* One end of the loop, relative to the parent's origin. */
 typedef struct kt_pin_end {
@@ -79,7 +79,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
         w = m->omega;
         p->along[i] = none;
-        if (link->motion == KT_MOTION_PRISMATIC) {
+        if (!link->revolute) {
             p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
             rate += kt_v2_splat(v[link->v]) * p->along[i];
         }

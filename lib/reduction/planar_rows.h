@@ -58,7 +58,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
         ax += m->linear[0];
         ay += m->linear[1];
         w = m->omega;
-        if (link->motion == KT_MOTION_PRISMATIC) {
+        if (!link->revolute) {
             double u[2];
             kt_planar_along(link, m, u);
             vx += v[link->v] * u[0];
@@ -232,7 +232,7 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
         const kt_planar_link *link = &links[path[i]];
         const kt_planar_motion *m = &motion[path[i]];
         double *column = a + link->local;
-        if (link->motion == KT_MOTION_REVOLUTE) {
+        if (link->revolute) {
             const double n = sign * link->sign;
             for (int r = 0; r < count; r++)
                 column[rows[r].slot * stride] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));

@@ -320,9 +320,10 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
 bool kt_unit_quaternions(const kt_model *model, double *q) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        if (link->motion < KT_MOTION_SPHERICAL)
+        const kt_motion_facts motion = kt_link_facts(link);
+        if (!motion.quaternions)
             continue;
-        double *p = q + link->q + (link->motion == KT_MOTION_FREE ? 3 : 0);
+        double *p = q + link->q + motion.plain;
         const kt_quat given = kt_quat_make(p[0], p[1], p[2], p[3]);
         if (fabs(kt_quat_norm_squared(given) - 1.0) <= 4.0 * DBL_EPSILON)
             continue;

@@ -29,7 +29,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         if (!moving)
             continue;
         velocity += kt_v4_cross(omega, m->offset);
-        if (link->motion != KT_MOTION_REVOLUTE) {
+        if (!kt_link_is_revolute(link)) {
             kt_v4 angular, linear_velocity;
             kt_joint_twist(link, &data->motion[link->parent], m, v, &angular, &linear_velocity);
             velocity += linear_velocity;
@@ -50,51 +50,42 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
     end->linear = linear + kt_v4_cross(alpha, arm) + kt_v4_cross(omega, kt_v4_cross(omega, arm));
 }
 
-/* Adds one degree of freedom of a path's link to all rows: angular velocity s, velocity u of the second end's point. */
-KT_INLINE void kt_rows_dof(const kt_group_work *w, const int32_t *slot, const kt_loop_row *rows, int count, int local,
-                           double sign, kt_v4 s, kt_v4 u) {
-    for (int r = 0; r < count; r++)
-        if (slot[r] >= 0)
-            w->a[(size_t)slot[r] * (size_t)w->m + (size_t)local] +=
-                sign * (kt_v4_dot(rows[r].moment, s) + kt_v4_dot(rows[r].force, u));
+/* One path of a loop. */
+typedef struct kt_rows_path_terms {
+    const kt_group_work *w;
+    const int32_t *slot;
+    const kt_loop_row *rows;
+    int count, local; /* of rows; first coordinate of the link */
+    double sign;
+    kt_v4 arm; /* from the origin of the link to the second end's point */
+} kt_rows_path_terms;
+
+/* Adds one degree of freedom to all rows: angular velocity s, velocity u of the second end's point. */
+KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
+    const kt_rows_path_terms *p = context;
+    const kt_v4 s = kt_dof_angular(dof);
+    const kt_v4 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
+                    : dof->kind == KT_DOF_ROTATION  ? kt_v4_cross(s, p->arm)
+                                                    : kt_v4_cross(s, p->arm) + kt_dof_linear(dof);
+    double *a = p->w->a + p->local + dof->index;
+    for (int r = 0; r < p->count; r++)
+        if (p->slot[r] >= 0)
+            a[(size_t)p->slot[r] * (size_t)p->w->m] +=
+                p->sign * (kt_v4_dot(p->rows[r].moment, s) + kt_v4_dot(p->rows[r].force, u));
 }
 
 /* A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                             const kt_loop_record *loop, int k, const int32_t *slot, const kt_loop_row *rows, int count,
                             kt_v4 arm) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    const double sign = k ? 1.0 : -1.0;
+    kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count, .sign = k ? 1.0 : -1.0, .arm = arm};
     for (int i = loop->length[k] - 1; i >= 0; i--) {
         const int32_t index = model->path[loop->path[k] + i];
         const kt_link *link = &model->link[index];
         const kt_link_motion *m = &data->motion[index];
-        int local = link->local;
-        switch ((kt_motion)link->motion) {
-        case KT_MOTION_REVOLUTE:
-            kt_rows_dof(w, slot, rows, count, local, sign, m->axis, kt_v4_cross(m->axis, arm));
-            break;
-        case KT_MOTION_PRISMATIC:
-            kt_rows_dof(w, slot, rows, count, local, sign, none, m->axis);
-            break;
-        case KT_MOTION_SCREW:
-            kt_rows_dof(w, slot, rows, count, local, sign, m->axis,
-                        kt_v4_cross(m->axis, arm) + kt_v4_splat(link->pitch) * m->axis);
-            break;
-        case KT_MOTION_FREE: {
-            kt_v4 base[3];
-            kt_rest_axes(link, data->motion[link->parent].axes, base);
-            for (int j = 0; j < 3; j++, local++)
-                kt_rows_dof(w, slot, rows, count, local, sign, none, base[j]);
-        } /* fall through */
-        case KT_MOTION_SPHERICAL:
-            for (int j = 0; j < 3; j++, local++)
-                kt_rows_dof(w, slot, rows, count, local, sign, m->axes[j], kt_v4_cross(m->axes[j], arm));
-            break;
-        case KT_MOTION_NONE:
-            break;
-        }
-        arm += m->offset;
+        p.local = link->local;
+        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, m->axis, kt_rows_dof, &p);
+        p.arm += m->offset;
     }
 }
 

@@ -55,7 +55,7 @@ static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 plac
     const kt_model *model = w->x->model;
     const kt_link_motion *motion = w->x->data->motion;
     kt_carried c = {kt_v4_splat(0.0), kt_v4_splat(0.0), kt_v4_splat(0.0), kt_v4_splat(0.0)};
-    kt_dof_motion dof[KT_LINK_DOF_MAX];
+    kt_dof_motion dof[KT_DOF_MAX];
     int32_t n = 0;
     for (int32_t i = to; i != ancestor; i = model->link[i].parent)
         w->x->chain[n++] = i;

@@ -1,0 +1,248 @@
+/* What each elementary motion does to a link (model/motion.h), in world axes about the link's own origin: its pose, and
+ * its degrees of freedom. Velocities, Jacobians, joint forces and the rows of loops follow from the latter, each by one
+ * function that the degrees of freedom are shown to one by one (kt_dofs_visit).
+ */
+#ifndef KT_DYNAMICS_MOTION_H
+#define KT_DYNAMICS_MOTION_H
+
+#include "model/model.h"
+
+/* The motion for which sums leave out what is zero: by far the most frequent. */
+KT_INLINE bool kt_link_is_revolute(const kt_link *link) { return link->motion == KT_MOTION_REVOLUTE; }
+
+KT_INLINE kt_v4 kt_load3(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0}; }
+
+/* The link's axes at joint position zero, in the world. */
+KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 out[3]) {
+    if (link->turned) {
+        kt_v4_multiply(parent, link->turn, out);
+    } else {
+        out[0] = parent[0];
+        out[1] = parent[1];
+        out[2] = parent[2];
+    }
+}
+
+/* ---- poses: axes, axis and offset from the axes at rest, with the offset at rest set --------------------------------
+ */
+
+/* Rotates two columns of `base` in their plane and leaves the third: base times R1, R2 or R3 of the angle. */
+KT_INLINE void kt_rotate_axes(int axis, const kt_v4 base[3], double c, double s, kt_v4 out[3]) {
+    const kt_v4 cc = kt_v4_splat(c), ss = kt_v4_splat(s);
+    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    out[axis] = base[axis];
+    out[j] = cc * base[j] + ss * base[k];
+    out[k] = cc * base[k] - ss * base[j];
+}
+
+/* The columns of base times R(p), for a quaternion p of any non-zero norm. */
+KT_INLINE void kt_quaternion_axes(const double *p, const kt_v4 base[3], kt_v4 out[3]) {
+    kt_v4 r[3];
+    kt_v4_from_mat3(kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
+    kt_v4_multiply(base, r, out);
+}
+
+KT_INLINE void kt_revolute_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
+                                const double *sine, kt_link_motion *out) {
+    const double c = cosine[link->angle], s = sine[link->angle];
+    (void)q;
+    switch (link->axis) {
+    case 0:
+        kt_rotate_axes(0, base, c, s, out->axes), out->axis = base[0];
+        break;
+    case 1:
+        kt_rotate_axes(1, base, c, s, out->axes), out->axis = base[1];
+        break;
+    default:
+        kt_rotate_axes(2, base, c, s, out->axes), out->axis = base[2];
+        break;
+    }
+}
+
+KT_INLINE void kt_prismatic_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
+                                 const double *sine, kt_link_motion *out) {
+    (void)cosine, (void)sine;
+    for (int k = 0; k < 3; k++)
+        out->axes[k] = base[k];
+    out->axis = base[link->axis];
+    out->offset += kt_v4_splat(q[link->q]) * out->axis;
+}
+
+KT_INLINE void kt_screw_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
+                             const double *sine, kt_link_motion *out) {
+    kt_revolute_pose(link, base, q, cosine, sine, out);
+    out->offset += kt_v4_splat(link->pitch * q[link->q]) * out->axis;
+}
+
+KT_INLINE void kt_spherical_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
+                                 const double *sine, kt_link_motion *out) {
+    (void)cosine, (void)sine;
+    kt_quaternion_axes(q + link->q, base, out->axes);
+}
+
+KT_INLINE void kt_free_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
+                            const double *sine, kt_link_motion *out) {
+    (void)cosine, (void)sine;
+    kt_quaternion_axes(q + link->q + 3, base, out->axes);
+    out->offset += kt_v4_apply(base, kt_load3(q + link->q));
+}
+
+/* Pose of one link from its parent's: axes, axis, offset. */
+KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const double *q, const double *cosine,
+                            const double *sine, kt_link_motion *out) {
+    kt_v4 base[3];
+    kt_rest_axes(link, parent->axes, base);
+    out->offset = kt_v4_apply(parent->axes, link->at);
+    switch ((kt_motion)link->motion) {
+#define KT_MOTION_POSE(id, name, ...)                                                                                  \
+    case KT_MOTION_##id:                                                                                               \
+        kt_##name##_pose(link, base, q, cosine, sine, out);                                                            \
+        break;
+        KT_MOTION_LIST(KT_MOTION_POSE)
+#undef KT_MOTION_POSE
+    case KT_MOTION_NONE:
+        break;
+    }
+}
+
+/* ---- degrees of freedom -------------------------------------------------------------------------------------------- */
+
+/* S = (u, 0), (0, u) or (u, p u). */
+typedef enum kt_dof_kind { KT_DOF_ROTATION, KT_DOF_TRANSLATION, KT_DOF_SCREW } kt_dof_kind;
+
+typedef struct kt_dof {
+    kt_dof_kind kind;
+    int index;  /* among those of the link */
+    bool first; /* of its kind */
+    kt_v4 u;
+    double pitch; /* p */
+} kt_dof;
+
+KT_INLINE kt_v4 kt_dof_angular(const kt_dof *dof) {
+    return dof->kind == KT_DOF_TRANSLATION ? kt_v4_splat(0.0) : dof->u;
+}
+
+KT_INLINE kt_v4 kt_dof_linear(const kt_dof *dof) {
+    switch (dof->kind) {
+    case KT_DOF_TRANSLATION:
+        return dof->u;
+    case KT_DOF_SCREW:
+        return kt_v4_splat(dof->pitch) * dof->u;
+    case KT_DOF_ROTATION:
+        break;
+    }
+    return kt_v4_splat(0.0);
+}
+
+/* What is done with a degree of freedom. */
+typedef void kt_dof_visit(const kt_dof *dof, void *context);
+
+/* Three of one kind. */
+KT_INLINE void kt_dofs_visit3(kt_dof_kind kind, int first, const kt_v4 u[3], kt_dof_visit *visit, void *context) {
+    for (int k = 0; k < 3; k++)
+        visit(&(kt_dof){.kind = kind, .index = first + k, .first = k == 0, .u = u[k]}, context);
+}
+
+KT_INLINE void kt_revolute_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
+                                kt_dof_visit *visit, void *context) {
+    (void)link, (void)parent, (void)axes;
+    visit(&(kt_dof){.kind = KT_DOF_ROTATION, .first = true, .u = axis}, context);
+}
+
+KT_INLINE void kt_prismatic_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
+                                 kt_dof_visit *visit, void *context) {
+    (void)link, (void)parent, (void)axes;
+    visit(&(kt_dof){.kind = KT_DOF_TRANSLATION, .first = true, .u = axis}, context);
+}
+
+KT_INLINE void kt_screw_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
+                             kt_dof_visit *visit, void *context) {
+    (void)parent, (void)axes;
+    visit(&(kt_dof){.kind = KT_DOF_SCREW, .first = true, .u = axis, .pitch = link->pitch}, context);
+}
+
+KT_INLINE void kt_spherical_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
+                                 kt_dof_visit *visit, void *context) {
+    (void)link, (void)parent, (void)axis;
+    kt_dofs_visit3(KT_DOF_ROTATION, 0, axes, visit, context);
+}
+
+KT_INLINE void kt_free_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
+                            kt_dof_visit *visit, void *context) {
+    kt_v4 base[3];
+    (void)axis;
+    kt_rest_axes(link, parent, base);
+    kt_dofs_visit3(KT_DOF_TRANSLATION, 0, base, visit, context);
+    kt_dofs_visit3(KT_DOF_ROTATION, 3, axes, visit, context);
+}
+
+/* Visits the degrees of freedom of a link in their order. parent, axes: the axes of its parent and its own; axis: s. */
+KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
+                             kt_dof_visit *visit, void *context) {
+    switch ((kt_motion)link->motion) {
+#define KT_MOTION_DOFS(id, name, ...)                                                                                  \
+    case KT_MOTION_##id:                                                                                               \
+        kt_##name##_dofs(link, parent, axes, axis, visit, context);                                                    \
+        break;
+        KT_MOTION_LIST(KT_MOTION_DOFS)
+#undef KT_MOTION_DOFS
+    case KT_MOTION_NONE:
+        break;
+    }
+}
+
+/* ---- their twist --------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_twist_sum {
+    const double *x;
+    kt_v4 angular, linear;
+} kt_twist_sum;
+
+/* Adds x S; the first of a kind is not added to zero. */
+KT_INLINE void kt_twist_add(const kt_dof *dof, void *context) {
+    kt_twist_sum *sum = context;
+    const kt_v4 x = kt_v4_splat(sum->x[dof->index]) * dof->u;
+    if (dof->kind != KT_DOF_TRANSLATION)
+        sum->angular = dof->first ? x : sum->angular + x;
+    if (dof->kind == KT_DOF_TRANSLATION)
+        sum->linear = dof->first ? x : sum->linear + x;
+    if (dof->kind == KT_DOF_SCREW)
+        sum->linear = kt_v4_splat(dof->pitch * sum->x[dof->index]) * dof->u;
+}
+
+/* The joint's relative velocity for the rates v: its angular and linear parts. */
+KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *self,
+                              const double *v, kt_v4 *angular, kt_v4 *linear) {
+    kt_twist_sum sum = {.x = v + link->v, .angular = kt_v4_splat(0.0), .linear = kt_v4_splat(0.0)};
+    kt_dofs_visit(link, parent->axes, self->axes, self->axis, kt_twist_add, &sum);
+    *angular = sum.angular;
+    *linear = sum.linear;
+}
+
+/* ---- their matrix -------------------------------------------------------------------------------------------------- */
+
+/* S, column by column. */
+typedef struct kt_subspace {
+    int count;
+    kt_v4 angular[KT_DOF_MAX], linear[KT_DOF_MAX];
+} kt_subspace;
+
+KT_INLINE void kt_subspace_add(const kt_dof *dof, void *context) {
+    kt_subspace *s = context;
+    s->angular[dof->index] = kt_dof_angular(dof);
+    s->linear[dof->index] = kt_dof_linear(dof);
+    s->count = dof->index + 1;
+}
+
+KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                                kt_subspace *s) {
+    s->count = 0;
+    kt_dofs_visit(link, parent->axes, m->axes, m->axis, kt_subspace_add, s);
+}
+
+/* S . (moment, force) of one column. */
+KT_INLINE double kt_along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
+    return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
+}
+
+#endif

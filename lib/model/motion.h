@@ -1,0 +1,57 @@
+/* The elementary motions, of which each link makes one against its parent.
+ *
+ * A degree of freedom turns about a unit vector, moves along it, or both. With s the link's axis, p its pitch, x, y, z
+ * the axes of the link, and x0, y0, z0 these axes at rest (q = 0), the degrees of freedom (angular, linear) are
+ *
+ *   revolute    (s, 0)
+ *   prismatic   (0, s)
+ *   screw       (s, p s)
+ *   spherical   (x, 0)   (y, 0)   (z, 0)
+ *   free        (0, x0)  (0, y0)  (0, z0)  (x, 0)  (y, 0)  (z, 0)
+ *
+ * A motion is a row of this list: its number of velocities; how many of these are rates of lengths; whether its position
+ * has an angle, whose sine and cosine are taken; whether it ends with a quaternion, four positions for the last three
+ * velocities; and whether there is such a motion in a plane: about its normal, or along it. Lengths come first among
+ * the coordinates. What else is asked of a motion is a function or a case of each row (dynamics/motion.h,
+ * dynamics/articulated.h, dynamics/inertia_check.c): where one is missing, the compiler says so.
+ */
+#ifndef KT_MODEL_MOTION_H
+#define KT_MODEL_MOTION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* clang-format off */
+#define KT_MOTION_LIST(X)                                                                                              \
+    /* id,       name,      velocities, lengths, angles, quaternions, planar */                                        \
+    X(REVOLUTE,  revolute,  1,          0,       1,      0,           true)                                            \
+    X(PRISMATIC, prismatic, 1,          1,       0,      0,           true)                                            \
+    X(SCREW,     screw,     1,          0,       1,      0,           false)                                           \
+    X(SPHERICAL, spherical, 3,          0,       0,      1,           false)                                           \
+    X(FREE,      free,      6,          3,       0,      1,           false)
+/* clang-format on */
+
+typedef enum kt_motion {
+    KT_MOTION_NONE = 0, /* ground only */
+#define KT_MOTION_ENUM(id, name, velocities, lengths, angles, quaternions, planar) KT_MOTION_##id,
+    KT_MOTION_LIST(KT_MOTION_ENUM)
+#undef KT_MOTION_ENUM
+} kt_motion;
+
+typedef struct kt_motion_facts {
+    int positions, velocities;
+    int lengths, angles, quaternions; /* among the positions, in this order */
+    int plain;                        /* lengths and angles, of which the first velocities are the rates */
+    bool planar;
+} kt_motion_facts;
+
+static inline kt_motion_facts kt_motion_facts_of(kt_motion motion) {
+#define KT_MOTION_ROW(id, name, v, l, a, q, p) [KT_MOTION_##id] = {(v) + (q), v, l, a, q, (l) + (a), p},
+    static const kt_motion_facts facts[] = {[KT_MOTION_NONE] = {0}, KT_MOTION_LIST(KT_MOTION_ROW)};
+#undef KT_MOTION_ROW
+    return facts[motion];
+}
+
+enum { KT_DOF_MAX = 6 }; /* velocities of a motion */
+
+#endif
