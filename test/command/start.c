@@ -9,7 +9,7 @@
 static const double pi = 3.14159265358979323846;
 
 typedef struct four_bar {
-    const char *gravity, *axis, *crank, *coupler, *rocker, *at, *mass, *more;
+    const char *gravity, *axis, *coupler_axis, *crank, *coupler, *rocker, *at, *mass, *more;
 } four_bar;
 
 static const four_bar usual = {.gravity = "[0, -9.81, 0]",
@@ -33,8 +33,8 @@ static void write_four_bar(const four_bar *f) {
              "     shape: {type: rod, to: [1.5, 0, 0]}, markers: {tip: [1.5, 0, 0]}}\n"
              "loops: [{name: close, type: revolute, between: [coupler.tip, rocker.tip]}]\n"
              "%ssimulate: {duration: 0.01}\n",
-             f->gravity, f->axis, f->crank, f->mass, f->axis, f->coupler, f->mass, f->axis, f->at, f->rocker, f->mass,
-             f->more);
+             f->gravity, f->axis, f->crank, f->mass, f->coupler_axis != NULL ? f->coupler_axis : f->axis, f->coupler,
+             f->mass, f->axis, f->at, f->rocker, f->mass, f->more);
     kt_write_file("f.yaml", text);
 }
 
@@ -89,7 +89,16 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
     f.crank = "";
     write_four_bar(&f);
     kt_expect(3, "loop 'close' (revolute), equation by equation: 1, 0, 0 m; 0, 0 deg", "$K check f.yaml");
-    kt_expect(3, "see whether lengths and places are right", "$K run f.yaml");
+    kt_expect(3, "  they close where 'coupler' is 1 m longer from its joint to the end of loop 'close': 3 m, not 2 m\n",
+              "$K run f.yaml");
+    kt_expect(
+        3, "  they close where the joint of 'rocker' on the world is 1 m nearer to the other one: 4.5 m, not 5.5 m\n",
+        "$K check f.yaml");
+    f = usual;
+    f.coupler_axis = "x"; /* which leaves the plane of the others */
+    f.more = "initial: {hold: [crank]}\n";
+    write_four_bar(&f);
+    kt_expect(3, "  they close with 'axis: z' in the joint of 'coupler'\n", "$K check f.yaml");
     f = usual;
     f.axis = "y";
     f.gravity = "[0, 0, -9.81]";
