@@ -346,7 +346,8 @@ int kt_command_modes(int argc, char **argv) {
     if (code == KT_EXIT_DONE) {
         const kt_linear_system *system = kt_linearization_system(motion.linearization);
         const char *state = name_state(&motion, system);
-        warn(system, state);
+        if (system->states > 0)
+            warn(system, state);
         code = arguments.json ? kt_json_write(describe(&motion, state), "-")
                               : print_table(&motion, state, arguments.count);
         if (code == KT_EXIT_DONE && arguments.plot != NULL)

@@ -56,6 +56,7 @@ typedef struct kt_plot_panel {
     int left_out; /* further series that are not shown, which the legend says */
     bool has_legend;
     bool x_log, y_log;
+    bool is_equal;                /* a unit is as long along x as along y: paths in space; linear axes alone */
     const char *x_title, *x_unit; /* NULL: those of the picture */
     double blind;                 /* > 0: what lies below this y is grey */
     const char *blind_label;

@@ -32,13 +32,15 @@ const kt_usage kt_usage_plot = {
     .examples = "  kinetree plot pendulum.csv\n"
                 "  kinetree plot pendulum.csv --columns velocity.upper,velocity.lower,energy --out speeds.png\n"
                 "  kinetree plot pendulum.csv --phase lower --dark\n"
+                "  kinetree plot pendulum.csv --x marker.lower.tip.x --columns marker.lower.tip.y\n"
                 "  kinetree run pendulum.yaml --out - | kinetree plot - --out pendulum.svg\n",
     .operands = "RESULT",
     .least = 1,
     .most = 1,
     .about =
         "Draws what 'kinetree run' has recorded ('-': read from standard input): by default positions, energies and\n"
-        "how far loops are open, against time.\n",
+        "how far loops are open, against time. Markers against a marker, paths in space, have one scale on both "
+        "axes.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -60,7 +62,7 @@ static const struct kind {
     {"reaction", "Reactions", "N or N m", false, false},
     {NULL, "Values", NULL, false, false},
 };
-enum { KINDS = sizeof kinds / sizeof kinds[0] };
+enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3 };
 
 static bool begins_with(const char *name, const char *beginning) {
     const size_t length = strlen(beginning);
@@ -77,7 +79,7 @@ static int kind_of(const char *name) {
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-typedef struct kt_independent_coordinates {
+typedef struct kt_chart {
     const kt_plot_arguments *arguments;
     const kt_table *table;
     const double *x;
@@ -88,10 +90,10 @@ typedef struct kt_independent_coordinates {
     int count[KINDS], left_out[KINDS];
     kt_plot_panel panels[KINDS];
     int panel_count;
-} kt_independent_coordinates;
+} kt_chart;
 
 /* On a logarithmic axis signs are lost, and zero has no place. */
-static const double *take_magnitudes(kt_independent_coordinates *chart, const double *y) {
+static const double *take_magnitudes(kt_chart *chart, const double *y) {
     double *to = chart->magnitudes + chart->magnitude_count;
     for (size_t i = 0; i < chart->table->rows; i++)
         to[i] = y[i] != 0.0 ? fabs(y[i]) : (double)NAN;
@@ -99,9 +101,7 @@ static const double *take_magnitudes(kt_independent_coordinates *chart, const do
     return to;
 }
 
-static bool is_log(const kt_independent_coordinates *chart, int kind) {
-    return chart->arguments->log || kinds[kind].is_log;
-}
+static bool is_log(const kt_chart *chart, int kind) { return chart->arguments->log || kinds[kind].is_log; }
 
 static bool is_rising(const double *x, size_t count) {
     for (size_t i = 1; i < count; i++)
@@ -110,7 +110,7 @@ static bool is_rising(const double *x, size_t count) {
     return true;
 }
 
-static void add_column(kt_independent_coordinates *chart, int column) {
+static void add_column(kt_chart *chart, int column) {
     const char *name = chart->table->names[column];
     const double *y = chart->table->cells + (size_t)column * chart->table->rows;
     const int kind = kind_of(name);
@@ -127,7 +127,7 @@ static void add_column(kt_independent_coordinates *chart, int column) {
                          .is_dense = is_rising(chart->x, chart->table->rows)};
 }
 
-static void add_panels(kt_independent_coordinates *chart) {
+static void add_panels(kt_chart *chart) {
     for (int kind = 0; kind < KINDS; kind++)
         if (chart->count[kind] > 0)
             chart->panels[chart->panel_count++] = (kt_plot_panel){.title = kinds[kind].title,
@@ -147,7 +147,7 @@ static int say_no_column(const kt_table *table, const char *option, const char *
     return KT_EXIT_USAGE;
 }
 
-static int add_listed(kt_independent_coordinates *chart, const char *list) {
+static int add_listed(kt_chart *chart, const char *list) {
     char *text = strdup(list), *rest = text;
     int code = -1;
     for (char *word = kt_next_word(&rest); word != NULL && code < 0; word = kt_next_word(&rest)) {
@@ -165,7 +165,7 @@ static int add_listed(kt_independent_coordinates *chart, const char *list) {
     return code;
 }
 
-static void add_default(kt_independent_coordinates *chart) {
+static void add_default(kt_chart *chart) {
     bool has_kinds = false;
     for (int i = 0; i < chart->table->columns; i++)
         has_kinds = has_kinds || kinds[kind_of(chart->table->names[i])].is_default;
@@ -176,8 +176,20 @@ static void add_default(kt_independent_coordinates *chart) {
     add_panels(chart);
 }
 
+/* Paths in space: markers against a marker, with one scale for both axes. */
+static bool is_path(const kt_chart *chart) {
+    bool all = kind_of(chart->x_name) == KIND_MARKER && chart->panel_count == 1 && chart->count[KIND_MARKER] > 0;
+    return all && !is_log(chart, KIND_MARKER);
+}
+
+static void make_path(kt_chart *chart) {
+    chart->panels[0].is_equal = true;
+    chart->panels[0].x_title = chart->x_name;
+    chart->panels[0].x_unit = "m";
+}
+
 /* The phase plane of a joint, and then its title. */
-static int add_phase(kt_independent_coordinates *chart, const char *joint, char *title, size_t size) {
+static int add_phase(kt_chart *chart, const char *joint, char *title, size_t size) {
     char position[256], velocity[256];
     snprintf(position, sizeof position, "position.%s", joint);
     snprintf(velocity, sizeof velocity, "velocity.%s", joint);
@@ -197,7 +209,7 @@ static int add_phase(kt_independent_coordinates *chart, const char *joint, char 
 }
 
 static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
-    kt_independent_coordinates *chart = calloc(1, sizeof *chart);
+    kt_chart *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
     char title[300], subtitle[96];
     int code = -1;
@@ -223,6 +235,8 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
         kt_say("plot: there is nothing to draw: --columns chooses");
         code = KT_EXIT_USAGE;
     }
+    if (code < 0 && is_path(chart))
+        make_path(chart);
     if (code < 0) {
         const bool is_time = strcmp(chart->x_name, "time") == 0;
         snprintf(subtitle, sizeof subtitle, "%zu records", table->rows);
@@ -232,7 +246,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
                               .x_unit = is_time ? "s" : NULL,
                               .panels = chart->panels,
                               .panel_count = chart->panel_count,
-                              .is_row = arguments->phase != NULL,
+                              .is_row = arguments->phase != NULL || chart->panels[0].is_equal,
                               .is_dark = arguments->dark};
         code = kt_plot_draw(&plot, out);
     }

@@ -289,15 +289,23 @@ static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
     return kt_axis_make(low - room, high + room, most);
 }
 
+/* Widens one axis so that a unit is as long on both. */
+static void equalize(kt_plot_frame *f, int most_x, int most_y) {
+    const double width = f->right - f->left, height = f->bottom - f->top;
+    const double x = 0.5 * (f->x.low + f->x.high), y = 0.5 * (f->y.low + f->y.high);
+    const double scale = fmax((f->x.high - f->x.low) / width, (f->y.high - f->y.low) / height);
+    f->x = kt_axis_make(x - 0.5 * scale * width, x + 0.5 * scale * width, most_x);
+    f->y = kt_axis_make(y - 0.5 * scale * height, y + 0.5 * scale * height, most_y);
+}
+
 int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                   double width, double height, double room) {
-    kt_plot_frame f = {left,
-                       left + width,
-                       top,
-                       top + height,
-                       make_axis(panel, false, width < 500.0 ? 8 : TICKS_X),
-                       make_axis(panel, true, height > 250.0 ? 2 * TICKS_Y : TICKS_Y),
-                       palette};
+    const int most_x = width < 500.0 ? 8 : TICKS_X, most_y = height > 250.0 ? 2 * TICKS_Y : TICKS_Y;
+    kt_plot_frame f = {
+        left,   left + width, top, top + height, make_axis(panel, false, most_x), make_axis(panel, true, most_y),
+        palette};
+    if (panel->is_equal)
+        equalize(&f, most_x, most_y);
     draw_grid(c, &f);
     draw_blind(c, &f, panel);
     kt_paper_use(c, palette->ink);

@@ -247,7 +247,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_csv csv;
     kt_plot_run *plot = NULL;
     if (arguments->plot != NULL) {
-        plot = kt_plot_run_start(outcome->model);
+        plot = kt_plot_run_start(outcome->model, outcome->run);
         if (plot == NULL) {
             kt_say("there is not enough memory for the picture");
             return KT_EXIT_INTEGRATION;

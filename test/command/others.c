@@ -1,6 +1,7 @@
 /* make, info, demo, integrators, pictures, and what is only seen on a terminal. */
 #include "shell.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -221,6 +222,64 @@ KT_TEST(pictures_are_drawn_or_refused_in_words) {
     kt_expect(1, "without cairo", "$K run t.yaml --plot t.svg");
 #endif
 }
+
+#ifdef KT_HAS_CAIRO
+KT_TEST(picture_of_a_run_shows_what_is_recorded) {
+    kt_write_file("w.yaml", "kinetree: 1\n"
+                            "bodies: [{name: a, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1],\n"
+                            "  markers: {tip: [1, 0, 0]}}]\n"
+                            "simulate: {duration: 0.5}\n");
+    kt_expect(0, NULL, "$K run w.yaml --quiet --plot w.svg");
+    const char *svg = kt_read_file("w.svg");
+    kt_check_contains("angles", svg, ">Angles, rad<");
+    kt_check_contains("energy", svg, ">Drift of the total energy, ");
+    kt_check_true("no velocities", strstr(svg, "Angular velocities") == NULL);
+    kt_expect(0, NULL, "$K run w.yaml --quiet --plot w.svg --record velocity,acceleration,reaction --markers a.tip");
+    svg = kt_read_file("w.svg");
+    static const char *const parts[] = {">Angular velocities, rad/s<",
+                                        ">Angular accelerations, ",
+                                        ">Markers, m<",
+                                        ">a.tip.y<",
+                                        ">Reactions: forces, ",
+                                        ">a.mz<"};
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        kt_check_contains("recorded", svg, parts[i]);
+    kt_check_true("no positions", strstr(svg, "Angles") == NULL);
+}
+
+/* Pixels a unit, from the first and the last tick of an axis. */
+static double scale_of_ticks(const char *svg, bool of_y) {
+    double first = 0.0, last = 0.0, from = 0.0, to = 0.0;
+    int count = 0;
+    for (const char *at = strstr(svg, "<text"); at != NULL; at = strstr(at + 1, "<text")) {
+        const char *content = strchr(at, '>');
+        char anchor[16] = "", *end;
+        const double value = strtod(content + 1, &end);
+        double x, y;
+        if (sscanf(at, "<text x=\"%lf\" y=\"%lf\" font-size=\"11.5\" fill=\"#%*6c\" text-anchor=\"%6[a-z]", &x, &y,
+                   anchor) != 3 ||
+            *end != '<' || (strcmp(anchor, "end") == 0) != of_y)
+            continue;
+        last = value;
+        to = of_y ? -y : x;
+        if (count++ == 0) {
+            first = last;
+            from = to;
+        }
+    }
+    return count > 1 ? (to - from) / (last - first) : (double)NAN;
+}
+
+/* x goes from 0 to 4 m, y from 0 to 1 m. */
+KT_TEST(path_in_space_has_one_scale_on_both_axes) {
+    kt_write_file("path.csv", "time,marker.a.tip.x,marker.a.tip.y\n0,0,0\n1,1,1\n2,4,0.5\n");
+    kt_expect(0, NULL, "$K plot path.csv --x marker.a.tip.x --columns marker.a.tip.y");
+    const char *svg = kt_read_file("path.svg");
+    const double across = scale_of_ticks(svg, false);
+    kt_check_above("pixels a metre", across, 50.0);
+    kt_check_near("as many up", scale_of_ticks(svg, true), across, 0.02); /* places have two decimals */
+}
+#endif
 
 /* ---- on a terminal ----------------------------------------------------------------------------------------------- */
 
