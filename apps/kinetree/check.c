@@ -1,4 +1,5 @@
 /* kinetree check: every fault of scene files, and what is doubtful. */
+#include "advice.h"
 #include "arguments.h"
 #include "start.h"
 #include "touch.h"
@@ -177,7 +178,7 @@ static int check_start(check *c) {
     if (status != KT_OK) {
         fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
         if (status == KT_ERROR_CONSTRAINT)
-            kt_start_say_open(c->scene, c->model);
+            kt_say_open_loops(c->scene, c->model);
         return kt_exit_code(status);
     }
     const int code = check_accelerations(c);

@@ -1,6 +1,7 @@
 /* kinetree run: a scene from its file to its records. */
 #include "checkpoint.h"
 
+#include "advice.h"
 #include "plot_run.h"
 #include "touch.h"
 
@@ -357,7 +358,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
         else
             tell_start(&outcome, arguments->quiet);
         if (status == KT_ERROR_CONSTRAINT)
-            kt_start_say_open(scene, model);
+            kt_say_open_loops(scene, model);
     }
     kt_checkpoint checkpoint = {.path = NULL};
     if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))

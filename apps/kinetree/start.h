@@ -20,9 +20,6 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
 /* The same as a list of {joint, part, from, to}. */
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
 
-/* After an assembly that failed: says how far each equation is open, and what would close the loops. */
-void kt_start_say_open(const kt_scene *scene, const kt_model *model);
-
 /* The first motion loop that follows a table of straight lines, so that its joint's speed jumps at rows; NULL: none. */
 const char *kt_start_jumping(const kt_scene *scene);
 
