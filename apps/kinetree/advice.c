@@ -305,6 +305,10 @@ static int advise_on_axis(const kt_scene *scene, int loop) {
     return found;
 }
 
+static bool joint_has_axis(kt_joint_type type) {
+    return type != KT_JOINT_FIXED && type != KT_JOINT_SPHERICAL && type != KT_JOINT_FREE;
+}
+
 /* Another axis of a joint on the way around a loop. */
 static int advise_on_joints(const kt_scene *scene, int loop) {
     const kt_description *d = &scene->description;
@@ -313,7 +317,7 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
         const int count = follow_path(d, &d->loops[loop].between[end], path);
         for (int i = 0; i < count && tried < TRIED_MAX; i++) {
             const kt_body *body = &d->bodies[path[i]];
-            if (!kt_descriptor_key(kt_joint_descriptor(body->joint.type), "axis"))
+            if (!joint_has_axis(body->joint.type))
                 continue;
             tried++;
             for (int k = 0; k < 3; k++) {

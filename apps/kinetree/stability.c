@@ -299,7 +299,7 @@ static int show(const kt_stability_look *look, const arguments *given) {
         printf("%s: %d state%s in %g s\n\n", kt_show(look->name).text, samples, samples == 1 ? "" : "s",
                look->duration);
         if (kt_model_mobility(look->model).minimal == 0) {
-            puts("there are no degrees of freedom: the loops alone tell the motion, and any step is stable");
+            puts("there are no degrees of freedom: what moves is told by loops alone, and any step is stable");
         } else {
             print_modes(look);
             print_limits(look);

@@ -195,5 +195,5 @@ KT_TEST(scene_without_freedoms_is_said_to_have_no_modes) {
     kt_expect(0, "accuracy: the scene has no degrees of freedom: its loops alone tell the motion",
               "$K accuracy n.yaml --integrators rk4,dopri5 --budget 0.1 --out /dev/null --plot /dev/null");
     kt_check_contains("stability", kt_shell("$K stability n.yaml").out,
-                      "there are no degrees of freedom: the loops alone tell the motion, and any step is stable\n");
+                      "there are no degrees of freedom: what moves is told by loops alone, and any step is stable\n");
 }
