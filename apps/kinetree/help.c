@@ -1,11 +1,13 @@
 /* kinetree help: what the command can do, as words on a terminal, man pages and completions for shells. All are made of
  * the tables of options that command lines are read by. */
 #include "reference.h"
+#include "types.h"
 
 #include <stdio.h>
+#include <string.h>
 
 typedef struct kt_help_arguments {
-    bool man;
+    bool man, types;
     int completion; /* -1: none */
 } kt_help_arguments;
 
@@ -14,18 +16,22 @@ typedef struct kt_help_arguments {
 static const kt_option options[] = {
     {"man", KT_OPTION_FLAG, KT_AT(man), NULL, "as a man page", NULL},
     {"completion", KT_OPTION_CHOICE, KT_AT(completion), "SHELL", "a script that completes command lines", KT_SHELLS},
+    {"types", KT_OPTION_FLAG, KT_AT(types), NULL, "all types of joints, loops, effects, functions, shapes, as Markdown",
+     NULL},
 };
 
 const kt_usage kt_usage_help = {
     .command = "help",
     .examples = "  kinetree help run\n"
+                "  kinetree help revolute                 formula, keys and an example of the joint and of the loop\n"
                 "  kinetree help --man run > kinetree-run.1 && man ./kinetree-run.1\n"
                 "  kinetree help --completion bash > kinetree.bash && . ./kinetree.bash\n",
-    .operands = "[SUBCOMMAND]",
+    .operands = "[SUBCOMMAND|TYPE]",
     .least = 0,
     .most = 1,
-    .about = "Shows what there is, or the help of one subcommand. Man pages and completions are installed with the\n"
-             "command; these options write them where it was built for another machine.\n",
+    .about = "Shows what there is, the help of one subcommand, or what a type of a scene file is: of a joint, loop,\n"
+             "effect, function of time or shape. Man pages and completions are installed with the command; these\n"
+             "options write them where it was built for another machine.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -51,21 +57,53 @@ static void print_overview(void) {
            overview.exit_status);
 }
 
+/* The subcommand of this name; NULL: none. */
+static const kt_subcommand *find_subcommand(const char *name) {
+    for (size_t i = 0; i < kt_subcommand_count; i++)
+        if (strcmp(name, kt_subcommands[i].name) == 0)
+            return &kt_subcommands[i];
+    return NULL;
+}
+
+static void say_unknown(const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (size_t i = 0; i < kt_subcommand_count; i++)
+        (void)kt_nearest_try(&nearest, kt_subcommands[i].name);
+    kt_types_try(&nearest);
+    if (nearest.best != NULL)
+        kt_say("there is no subcommand and no type '%s'%s", name, kt_ask(&nearest, "").text);
+    else
+        kt_say(
+            "there is no subcommand and no type '%s'; 'kinetree --help' lists the former, 'kinetree help --types' the "
+            "latter",
+            name);
+}
+
 int kt_command_help(int argc, char **argv) {
     kt_help_arguments arguments = {.completion = -1};
     int operands;
     const int code = kt_arguments_read(&kt_usage_help, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
-    const kt_subcommand *subcommand = operands > 0 ? kt_subcommand_find(argv[1]) : NULL;
-    if (operands > 0 && subcommand == NULL)
-        return KT_EXIT_USAGE;
+    const kt_subcommand *subcommand = operands > 0 ? find_subcommand(argv[1]) : NULL;
     if (arguments.completion >= 0 && (arguments.man || operands > 0)) {
         kt_say("help: --completion is of all subcommands and takes neither --man nor the name of one");
         return KT_EXIT_USAGE;
     }
+    if (arguments.types && (arguments.man || arguments.completion >= 0 || operands > 0)) {
+        kt_say("help: --types is of all types and takes neither a name nor another option");
+        return KT_EXIT_USAGE;
+    }
+    if (operands > 0 && subcommand == NULL) {
+        if (!arguments.man && kt_types_print(argv[1]))
+            return kt_finish_output(KT_EXIT_DONE);
+        say_unknown(argv[1]);
+        return KT_EXIT_USAGE;
+    }
     if (arguments.completion >= 0)
         kt_completion_print(arguments.completion);
+    else if (arguments.types)
+        kt_types_print_page();
     else if (arguments.man)
         kt_man_print(&overview, subcommand);
     else if (subcommand != NULL)

@@ -81,6 +81,10 @@ KT_API const kt_descriptor *kt_function_descriptor(kt_function_type type);
 KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name);
 KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
 
+/* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false; 0 for
+ * a type that does not exist. O(1). */
+KT_API int kt_loop_equation_count(const kt_loop *loop);
+
 /* What a coordinate of a joint measures. */
 typedef enum kt_coordinate_kind {
     KT_COORDINATE_NONE = 0, /* the joint has no such coordinate */

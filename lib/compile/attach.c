@@ -113,7 +113,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         kt_loop_record *r = &a->loop[i];
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
         r->contact = loop->holonomic;
-        r->row_count = kt_loop_row_count(loop);
+        r->row_count = kt_loop_equation_count(loop);
         r->equation = (int32_t)n->row;
         n->row += (size_t)r->row_count;
         if (kt_attach_is_relation(r->type)) {

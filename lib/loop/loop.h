@@ -72,9 +72,8 @@ typedef struct kt_loop_kind {
 
 #define KT_LOOP_AT(member) offsetof(kt_loop, member)
 
-/* Of a loop whose type exists: the number of its equations; whether it is a relation of joint positions, not one of
- * frames; the terms of a relation; and the axis of an end. */
-int kt_loop_row_count(const kt_loop *loop);
+/* Of a loop whose type exists: whether it is a relation of joint positions, not one of frames; the terms of a relation; and
+ * the axis of an end. */
 bool kt_loop_is_relation(kt_loop_type type);
 int kt_loop_term_count(const kt_loop *loop);
 kt_term kt_loop_term(const kt_loop *loop, int k);

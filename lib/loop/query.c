@@ -19,7 +19,9 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
 bool kt_loop_is_relation(kt_loop_type type) { return kt_loop_kinds_baseline[type]->rows == 0; }
 
 /* Where a type has the key `holonomic`, false leaves its holonomic equation out. */
-int kt_loop_row_count(const kt_loop *loop) {
+int kt_loop_equation_count(const kt_loop *loop) {
+    if ((unsigned)loop->type >= KT_LOOP_TYPE_COUNT)
+        return 0;
     if (kt_loop_is_relation(loop->type))
         return 1;
     const bool less = !loop->holonomic && kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(holonomic));

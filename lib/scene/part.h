@@ -39,10 +39,4 @@ void kt_check_description(kt_reader *r, const kt_description *description);
 /* Whether a run can be written and read again; says why not. */
 kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_error *error);
 
-/* "FILE:LINE:COLUMN", the file's name cut at its beginning where it is too long: the end tells more. */
-void kt_make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column);
-
-/* Keeps where the bodies and loops of a scene that has been read stand, for kt_scene_locate. */
-bool kt_scene_mark(kt_reader *r, const char *path, kt_scene *scene);
-
 #endif

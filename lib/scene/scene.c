@@ -87,7 +87,8 @@ static void read_scene(kt_reader *r, const char *text, size_t size, kt_scene *sc
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-void kt_make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
+/* "FILE:LINE:COLUMN". Of a long file name the beginning is cut, for the end tells more. */
+static void make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
     enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
     size_t length = strlen(path);
     const char *dots = "";
@@ -100,25 +101,90 @@ void kt_make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, u
     (void)snprintf(where, KT_WHERE_SIZE, "%s%s:%u:%u", dots, path, (unsigned)line, (unsigned)column);
 }
 
-/* Tells all faults; the first is the call's error. */
-static kt_status tell(const kt_reader *r, const char *path, kt_scene_report *report, void *user, kt_error *error) {
+/* Reports all faults; the first is the call's error. */
+static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_report *report, void *user,
+                               kt_error *error) {
     char where[KT_WHERE_SIZE];
     kt_error one;
     for (size_t i = 0; report != NULL && i < r->fault_count; i++) {
         const kt_fault *fault = &r->faults[i];
-        kt_make_where(where, path, fault->line, fault->column);
+        make_where(where, path, fault->line, fault->column);
         (void)kt_error_set(&one, fault->code, where, "%s", fault->message);
         report(user, &one);
     }
     if (report != NULL && r->fault_dropped > 0) {
         const kt_fault *last = &r->faults[r->fault_count - 1];
-        kt_make_where(where, path, last->line, last->column);
+        make_where(where, path, last->line, last->column);
         (void)kt_error_set(&one, last->code, where, "%zu more faults are not listed; mend these first",
                            r->fault_dropped);
         report(user, &one);
     }
-    kt_make_where(where, path, r->faults[0].line, r->faults[0].column);
+    make_where(where, path, r->faults[0].line, r->faults[0].column);
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
+}
+
+/* ---- places of bodies and loops --------------------------------------------------------------------------------------
+ *
+ * Some faults show only when the scene is compiled. The nodes are freed by then; the line and column of each body and loop
+ * are kept. */
+
+typedef struct kt_mark {
+    uint32_t line, column;
+} kt_mark;
+
+struct kt_scene_marks {
+    const char *path;
+    const kt_mark *bodies, *loops; /* as the arrays of the description */
+};
+
+/* Of each item the place of a key that the faults are about, or of the item where the key is not there. */
+static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count, const char *key) {
+    kt_mark *marks = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *marks);
+    for (int i = 0; marks != NULL && i < count; i++) {
+        const kt_node *node = kt_node_find(items[i], key);
+        node = node != NULL ? node : items[i];
+        marks[i] = (kt_mark){node->line, node->column};
+    }
+    return marks;
+}
+
+static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
+    kt_scene_marks *marks = kt_pool_take(&r->keep, 1, sizeof *marks);
+    if (marks == NULL)
+        return kt_reader_out_of_memory(r);
+    marks->path = kt_pool_text(&r->keep, path, strlen(path));
+    marks->bodies = mark_items(r, r->body_nodes, scene->description.body_count, "joint");
+    marks->loops = mark_items(r, r->loop_nodes, scene->description.loop_count, "between");
+    scene->marks = marks;
+    return (marks->path != NULL && marks->bodies != NULL && marks->loops != NULL) || kt_reader_out_of_memory(r);
+}
+
+/* The mark of what is named as in "body 'crank'"; NULL where the scene has none of that name. */
+static const kt_mark *find_mark(const kt_scene *scene, const char *where) {
+    const kt_description *description = &scene->description;
+    char text[KT_WHERE_SIZE];
+    for (int i = 0; i < description->body_count; i++) {
+        (void)snprintf(text, sizeof text, "body '%s'", description->bodies[i].name);
+        if (strcmp(text, where) == 0)
+            return &scene->marks->bodies[i];
+    }
+    for (int i = 0; i < description->loop_count; i++) {
+        (void)snprintf(text, sizeof text, "loop '%s'", description->loops[i].name);
+        if (strcmp(text, where) == 0)
+            return &scene->marks->loops[i];
+    }
+    return NULL;
+}
+
+bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
+    const kt_mark *mark = scene->marks != NULL ? find_mark(scene, error->where) : NULL;
+    if (mark == NULL)
+        return false;
+    const kt_error plain = *error;
+    char where[KT_WHERE_SIZE];
+    make_where(where, scene->marks->path, mark->line, mark->column);
+    (void)kt_error_set(error, plain.code, where, "%s: %s", plain.where, plain.message);
+    return true;
 }
 
 /* ---- reading --------------------------------------------------------------------------------------------------- */
@@ -147,7 +213,7 @@ kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_sce
     kt_reader r = {.effort = EFFORT, .names_are_known = true};
     read_scene(&r, text == NULL ? "" : text, size, &read);
     if (!r.out_of_memory && r.fault_count == 0)
-        (void)kt_scene_mark(&r, path, &read);
+        (void)mark_scene(&r, path, &read);
     kt_fault_sort(&r);
     (void)uselocale(before);
     freelocale(plain);
@@ -156,7 +222,7 @@ kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_sce
     if (r.out_of_memory)
         status = kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
     else if (r.fault_count > 0)
-        status = tell(&r, path, report, user, error);
+        status = report_faults(&r, path, report, user, error);
     if (status == KT_OK) {
         read.memory = r.keep.chunks;
         *scene = read;

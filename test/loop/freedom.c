@@ -203,10 +203,10 @@ KT_TEST(counts_are_those_of_the_scene_format) {
         kt_loop loop = kt_loop_default();
         loop.type = (kt_loop_type)type;
         loop.holonomic = false;
-        kt_check_equal_int(kt_loop_type_name(loop.type), kt_loop_row_count(&loop), dofs[type].equations);
+        kt_check_equal_int(kt_loop_type_name(loop.type), kt_loop_equation_count(&loop), dofs[type].equations);
         loop.holonomic = true;
         const int most = dofs[type].equations + (type == KT_LOOP_ROLLING);
-        kt_check_equal_int("  with contact", kt_loop_row_count(&loop), most);
+        kt_check_equal_int("  with contact", kt_loop_equation_count(&loop), most);
         const kt_loop_kind *kind = kt_loop_kinds_baseline[type];
         kt_check_equal_int("  rows at most", kind->rows, kind->relate ? 0 : most);
         if (!kind->evaluate)

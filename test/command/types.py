@@ -1,0 +1,69 @@
+"""The page of all types is what the command makes of the descriptors, and each scene on it is right and runs.
+
+types.py COMMAND PAGE
+"""
+import concurrent.futures
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+COMMAND, PAGE = sys.argv[1], pathlib.Path(sys.argv[2])
+
+
+def kinetree(*words, status=0):
+    """Standard output where the command ends as it should; standard error where it should fail."""
+    run = subprocess.run([COMMAND, *words], capture_output=True, text=True)
+    if run.returncode != status:
+        return None
+    return run.stderr if status else run.stdout
+
+
+def differing(page, made):
+    """The first lines in which the page is not what the command makes."""
+    lines = zip(page.splitlines() + [""], made.splitlines() + [""])
+    return [f"line {n}: {a!r}, made: {b!r}" for n, (a, b) in enumerate(lines, 1) if a != b][:3] or ["their lengths differ"]
+
+
+def trouble(folder, name, text):
+    """What is wrong with a scene: its check doubts it, or its run does not give a line for each record."""
+    path = pathlib.Path(folder) / f"{name}.yaml"
+    path.write_text(text)
+    check = subprocess.run([COMMAND, "check", path], capture_output=True, text=True)
+    run = subprocess.run([COMMAND, "run", path, "--out", "-", "--duration", "0.05", "--interval", "0.01"], capture_output=True, text=True)
+    records = len(run.stdout.splitlines()) - 1
+    found = [f"check: {line}" for line in check.stderr.splitlines() if "warning" in line or check.returncode]
+    return found + ([f"run: {run.stderr or records}"] if run.returncode or records != 6 else [])
+
+
+def main():
+    made = kinetree("help", "--types") or ""
+    page = PAGE.read_text()
+    claim("page_is_made_by_kinetree_help_types", [] if page == made else differing(page, made))
+
+    sections = re.findall(r"^### (\w+): (\w+)\n(.*?)^((?:    [^\n]*\n)+)\n.*?^```yaml\n(.*?)^```$", made, flags=re.M | re.S)
+    note(f"{len(sections)} types")
+    claim("types_are_there", [] if len(sections) > 40 else [f"{len(sections)}"])
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(2) as pool:
+        found = pool.map(lambda s: trouble(folder, f"{s[0]}-{s[1]}", s[4]), sections)
+        for (noun, name, *_), wrong in zip(sections, found):
+            claim(f"scene_is_right_and_runs: {noun} {name}", wrong)
+    claim("scene_shows_its_type", [f"{noun} {name}" for noun, name, _, _, scene in sections
+                                   if not re.search(r"torque: [\d.]+}" if name == "constant" else rf"\b{name}\b", scene.partition("bodies:")[2])])
+
+    helps = {name: kinetree("help", name) or "" for name in {name for _, name, *_ in sections}}
+    flat = {name: re.sub(r"\s+", " ", text) for name, text in helps.items()}
+    claim("help_of_a_type_has_its_formula", [f"{noun} {name}" for noun, name, _, formula, _ in sections
+                                             if f"{noun} {name}: " not in flat[name] or re.sub(r"\s+", " ", formula).strip() not in flat[name]])
+    said = kinetree("help", "revolut", status=1) or ""
+    claim("misspelt_type_is_told", [] if "did you mean 'revolute'?" in said else [said])
+    said = kinetree("help", "--types", "revolute", status=1) or ""
+    claim("all_types_take_no_name", [] if "takes neither a name nor another option" in said else [said])
+    finish()
+
+
+main()
