@@ -354,6 +354,8 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         size_links(b);
         kt_planar_links_fill(m, b->moves);
         m->level = kt_isa_resolve(options->level);
+        m->kernels = kt_kernels_of(m->level, m->sweep);
+        m->forward = kt_forward_tree;
         if (m->level == KT_ISA_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",
                                   "this processor or build does not have that instruction set; use KT_ISA_AUTO");

@@ -5,6 +5,7 @@
  * groups have no coordinate in common.
  */
 #include "compile/attach.h"
+#include "reduction/evaluate.h"
 #include "reduction/reduce.h"
 
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j) {
@@ -119,6 +120,8 @@ static void mark_passing(kt_model *m) {
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
+    if (m->n.group)
+        m->forward = kt_closed_forward;
     for (size_t i = 0; i < m->n.loop; i++) {
         kt_group *group = &m->group[m->loop[i].group];
         m->group_loop[group->loop + group->loop_count++] = (int32_t)i;

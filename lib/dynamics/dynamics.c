@@ -1,5 +1,5 @@
-/* The calls of dynamics.h. They choose the kernels of the model's instruction set and sweep, replace inputs that are
- * not given by zeros, and write results only when these are complete. */
+/* The calls of dynamics.h. They call the kernels of the model's instruction set and sweep, replace inputs that are not
+ * given by zeros, and write results only when these are complete. */
 #include "kinetree/dynamics.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
@@ -7,14 +7,15 @@
 #include <stdio.h>
 #include <string.h>
 
-static const kt_kernels *kernels_of(const kt_model *model) {
+const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
-        return &kt_kernels_v4[model->sweep];
-    if (model->level == KT_ISA_V3)
-        return &kt_kernels_v3[model->sweep];
+    if (level == KT_ISA_V4)
+        return &kt_kernels_v4[sweep];
+    if (level == KT_ISA_V3)
+        return &kt_kernels_v3[sweep];
 #endif
-    return &kt_kernels_baseline[model->sweep];
+    (void)level;
+    return &kt_kernels_baseline[sweep];
 }
 
 kt_isa kt_isa_resolve(kt_isa asked) {
@@ -74,11 +75,12 @@ static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_S
     (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->name);
 }
 
-kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                             const kt_wrench *external, double *a, kt_error *error) {
+kt_status kt_forward_tree(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                          const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+    (void)t;
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
-    const size_t failed = kernels_of(model)->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero,
-                                                     external, data->scratch);
+    const size_t failed =
+        model->kernels->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero, external, data->scratch);
     if (!failed)
         return commit_or_blame(model, &input, data->scratch, a, "acceleration", error);
     const kt_status status = kt_input_check(model, &input, error);
@@ -93,7 +95,7 @@ kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double 
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
-    kernels_of(model)->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
+    model->kernels->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
     return commit_or_blame(model, &input, data->scratch, tau, "force", error);
 }
 
@@ -102,7 +104,7 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     if (external && !kt_wrenches_are_finite(model, external))
         return kt_input_check(model, &input, error);
-    return kt_forward_trusted(model, data, q, v, tau, external, a, error);
+    return kt_forward_tree(model, data, 0.0, q, v, tau, external, a, error);
 }
 
 kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
@@ -119,7 +121,7 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;
-    const size_t failed = kernels_of(model)->mass(model, data, q, mass);
+    const size_t failed = model->kernels->mass(model, data, q, mass);
     if (failed) {
         char where[KT_WHERE_SIZE];
         name_joint(model, failed, where);
@@ -147,7 +149,7 @@ static void take_links(const kt_model *model, const kt_data *data, kt_link_kinem
 
 kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                           bool posed, kt_link_kinematics *links, kt_error *error) {
-    const kt_kernels *kernels = kernels_of(model);
+    const kt_kernels *kernels = model->kernels;
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration"};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
@@ -171,10 +173,10 @@ kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const doubl
 }
 
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links) {
-    (void)kernels_of(model)->kinematics(model, data, q, v, model->zero);
+    (void)model->kernels->kinematics(model, data, q, v, model->zero);
     take_links(model, data, links);
 }
 
 void kt_force_frames_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    kernels_of(model)->force_links(model, data, q, v);
+    model->kernels->force_links(model, data, q, v);
 }

@@ -51,6 +51,8 @@ typedef struct kt_kernels {
     size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);  \
     size_t kt_planar_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
 
+const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep);
+
 /* The level that is meant on this processor: KT_ISA_AUTO where it lacks the one asked for. */
 kt_isa kt_isa_resolve(kt_isa asked);
 
@@ -77,8 +79,7 @@ bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
 
 /* kt_dynamics_forward and kt_dynamics_inverse with wrenches that have already been checked to be finite: a component
  * normal to a joint's degrees of freedom, or to a plane, leaves no trace in the result. */
-kt_status kt_forward_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                             const kt_wrench *external, double *a, kt_error *error);
+kt_forward_call kt_forward_tree; /* t is not used */
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);
 

@@ -65,11 +65,18 @@ typedef struct kt_counts {
 
 enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2 }; /* in `given` */
 
+/* Accelerations of a mechanism, effects not included: kt_forward_tree (dynamics/dynamics.h) or kt_closed_forward
+ * (reduction/evaluate.h). Wrenches have been checked. */
+typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                  const double *tau, const kt_wrench *external, double *a, kt_error *error);
+
 struct kt_model {
     size_t bytes;
     kt_counts n;
     kt_v4 gravity;
     kt_isa level;
+    const struct kt_kernels *kernels; /* the recursions of this level and sweep (dynamics/dynamics.h) */
+    kt_forward_call *forward;
     kt_reduction reduction;
     kt_metric metric;
     kt_sweep sweep;               /* which links there are: spatial, planar or both */

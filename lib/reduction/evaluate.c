@@ -156,6 +156,7 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    tau = tau ? tau : model->zero;
     data->beside = false;
     size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     if (is_near_singular(model, data) && (!failed || is_singular(model, data))) {
@@ -189,7 +190,5 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     const kt_status status = model->n.effect ? kt_effects_apply(model, data, t, q, v, &tau, &external, error) : KT_OK;
     if (status != KT_OK)
         return status;
-    if (!model->n.group)
-        return kt_forward_trusted(model, data, q, v, tau, external, a, error);
-    return kt_closed_forward(model, data, t, q, v, tau ? tau : model->zero, external, a, error);
+    return model->forward(model, data, t, q, v, tau, external, a, error);
 }

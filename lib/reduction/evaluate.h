@@ -24,8 +24,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
 
 /* kt_acceleration_evaluate for a model with loops, effects not included; data->beside tells whether a was interpolated
  * from neighbouring states near a singular position. */
-kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, kt_error *error);
+kt_forward_call kt_closed_forward;
 
 /* Completes what the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), left
  * in data: the kinematics of the motion into links, and reactions (if either is not NULL). Only what an interpolation

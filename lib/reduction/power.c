@@ -66,9 +66,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         status = kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error);
     if (status != KT_OK)
         return status;
-    status = model->n.group
-                 ? kt_closed_forward(model, data, t, q, v, all ? all : model->zero, all_wrenches, acceleration, error)
-                 : kt_forward_trusted(model, data, q, v, all, all_wrenches, acceleration, error);
+    status = model->forward(model, data, t, q, v, all, all_wrenches, acceleration, error);
     if (status == KT_OK && model->driven)
         status = power_of_loops(model, data, q, v, acceleration, all, all_wrenches, &loops, error);
     if (status != KT_OK)
