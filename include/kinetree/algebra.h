@@ -1,7 +1,7 @@
 /* Vectors, rotations, poses, twists, wrenches: small plain values. SI units and radians throughout.
  *
- * A rotation matrix is stored by columns: R.x, R.y and R.z are the axes of the turned frame, so that R u takes the
- * components of a vector from the turned frame to the reference frame. Quaternions are scalar first. G is the map from
+ * A rotation matrix is stored by columns: R.x, R.y and R.z are the axes of the rotated frame, so that R u takes the
+ * components of a vector from the rotated frame to the reference frame. Quaternions are scalar first. G is the map from
  * the rates of a parametrisation to the angular velocity.
  *
  * Every call is a fixed number of operations and allocates nothing. Those without a status do not check: what is not
@@ -24,17 +24,17 @@ typedef struct kt_vec3 {
     double x, y, z; /* along the axes of the frame that goes with it */
 } kt_vec3;
 
-/* A quaternion, w + x i + y j + z k; of unit norm where it is a rotation. */
+/* A quaternion, w + x i + y j + z k; of unit norm if it represents a rotation. */
 typedef struct kt_quat {
     double w, x, y, z; /* scalar part first */
 } kt_quat;
 
 /* A matrix of 3 x 3 numbers, by columns. */
 typedef struct kt_mat3 {
-    kt_vec3 x, y, z; /* first, second, third column; of a rotation, the axes of the turned frame */
+    kt_vec3 x, y, z; /* first, second, third column; of a rotation, the axes of the rotated frame */
 } kt_mat3;
 
-/* A frame against a reference frame: point = position + rotation * local. */
+/* A frame relative to a reference frame: point = position + rotation * local. */
 typedef struct kt_pose {
     kt_mat3 rotation; /* of components, from the posed frame to the reference frame */
     kt_vec3 position; /* of the origin, in the reference frame, m */
@@ -234,7 +234,7 @@ static inline kt_vec3 kt_quat_angular_world(kt_quat q, kt_quat rate) {
     return kt_vec3_scale(2.0 / kt_quat_norm_squared(q), kt_vec3_make(p.x, p.y, p.z));
 }
 
-/* R' omega = 2 G qdot, in the turned (body) frame [MSD A.35, A.36]; else as kt_quat_angular_world. */
+/* R' omega = 2 G qdot, in the body frame [MSD A.35, A.36]; else as kt_quat_angular_world. */
 static inline kt_vec3 kt_quat_angular_body(kt_quat q, kt_quat rate) {
     const kt_quat p = kt_quat_multiply(kt_quat_conjugate(q), rate);
     return kt_vec3_scale(2.0 / kt_quat_norm_squared(q), kt_vec3_make(p.x, p.y, p.z));
@@ -245,7 +245,7 @@ static inline kt_quat kt_quat_rate_world(kt_quat q, kt_vec3 omega) {
     return kt_quat_multiply(kt_quat_make(0.0, 0.5 * omega.x, 0.5 * omega.y, 0.5 * omega.z), q);
 }
 
-/* qdot = G' omega / 2, omega in the turned (body) frame. Never singular; keeps |q|. */
+/* qdot = G' omega / 2, omega in the body frame. Never singular; keeps |q|. */
 static inline kt_quat kt_quat_rate_body(kt_quat q, kt_vec3 omega) {
     return kt_quat_multiply(q, kt_quat_make(0.0, 0.5 * omega.x, 0.5 * omega.y, 0.5 * omega.z));
 }
@@ -315,7 +315,7 @@ KT_API kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta);
  * matrix does not tell). */
 KT_API kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation);
 
-/* G: omega = G thetadot, omega in the reference frame. (G' gives omega in the turned frame.) */
+/* G: omega = G thetadot, omega in the reference frame. (G' gives omega in the rotated frame.) */
 KT_API kt_mat3 kt_euler_vector_map(kt_vec3 theta);
 
 /* The inverse of G; KT_ERROR_SINGULAR at full turns, |theta| = 2 pi k with k > 0, within rounding. */
@@ -416,7 +416,7 @@ static inline kt_pose kt_pose_compose(kt_pose a, kt_pose b) {
     return c;
 }
 
-/* The reference frame against the posed one. */
+/* The reference frame relative to the posed one. */
 static inline kt_pose kt_pose_invert(kt_pose a) {
     kt_pose b;
     b.rotation = kt_mat3_transpose(a.rotation);
@@ -454,7 +454,7 @@ static inline kt_vec3 kt_sym3_apply(kt_sym3 s, kt_vec3 u) {
                         s.xz * u.x + s.yz * u.y + s.zz * u.z);
 }
 
-/* R S R': S in the turned frame to the reference frame. */
+/* R S R': S in the rotated frame to the reference frame. */
 static inline kt_sym3 kt_sym3_rotate(kt_mat3 r, kt_sym3 s) {
     kt_mat3 m, p; /* M = columns of S; P' = R S, whose columns are those of S turned */
     m.x = kt_vec3_make(s.xx, s.xy, s.xz);

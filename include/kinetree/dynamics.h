@@ -3,10 +3,10 @@
  * q has kt_model_nq numbers, v, a and tau have kt_model_nv. External wrenches are an array over all bodies, world
  * included (kt_model_body_count entries; entry 0 is ignored), or NULL: moment about the body frame's origin and force,
  * both in world axes. Matrices are column-major. Every call is O(number of bodies) unless it says otherwise, allocates
- * nothing, and leaves its outputs untouched when it fails. Quaternions may have any norm but zero.
+ * nothing, and leaves its outputs unchanged when it fails. Quaternions may have any norm but zero.
  *
  * Errors of every call that returns a status: KT_ERROR_NOT_FINITE naming the joint or body whose input is not finite,
- * or where all are finite, the first joint whose result overflows; KT_ERROR_ARGUMENT naming a joint whose quaternion is
+ * or if all are finite, the first joint whose result overflows; KT_ERROR_ARGUMENT naming a joint whose quaternion is
  * zero.
  *
  * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 to 7, for the recursions; [MSD 7.11].
@@ -42,12 +42,12 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *dat
 
 /* How inverse and forward dynamics change with positions, velocities and forces: nv x nv matrices, column-major. Column
  * j of d/dq is the change along q (+) e_j, the joints' exponential map (kt_position_add), with velocities,
- * accelerations or forces kept as the numbers that they are. External wrenches stay as they are in the world, about the
- * body frame's origin that moves. Analytic, by recursion, exact to rounding errors; no differences are taken.
+ * accelerations or forces constant. External wrenches are constant in world axes, about the moving origin of the body
+ * frame. Analytic, by recursion, exact to rounding errors; no differences are taken.
  *
  * work: memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, the caller's, needed for the call alone:
- * some 24 nv^2 + 3000 nv bytes. KT_ERROR_MEMORY where it is too small or not aligned; the other errors are those of the
- * functions that are derived, and outputs are untouched then, too.
+ * some 24 nv^2 + 3000 nv bytes. KT_ERROR_MEMORY if it is too small or not aligned; the other errors are those of the
+ * functions whose derivatives are taken. On failure outputs are unchanged.
  *
  * Sources: Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); Singh, Russell,
  * Wensing, IEEE Robotics and Automation Letters 7(2), 2022. */
@@ -60,8 +60,8 @@ KT_API KT_CHECKED kt_status kt_dynamics_inverse_derivatives(const kt_model *mode
                                                             const double *a, const kt_wrench *external, double *dtau_dq,
                                                             double *dtau_dv, kt_error *error);
 
-/* Of a (q, v, tau): da_dq, da_dv; and da_dtau = M^-1, which may be NULL (not asked for). v, tau and external may be
- * NULL, as for kt_dynamics_forward. O(nv^2): articulated bodies, no mass matrix is made. */
+/* Of a (q, v, tau): da_dq, da_dv; and da_dtau = M^-1, which may be NULL. v, tau and external may be
+ * NULL, as for kt_dynamics_forward. O(nv^2), by articulated bodies, without the mass matrix. */
 KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, void *work,
                                                             size_t work_size, const double *q, const double *v,
                                                             const double *tau, const kt_wrench *external, double *da_dq,
@@ -69,9 +69,9 @@ KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *mode
 
 /* ---- kinematics -------------------------------------------------------------------------------------------------- */
 
-/* Poses, twists and accelerations of all bodies at (q, v, a), kept in data for the queries and totals below. Nothing
- * but the next kt_kinematics_update with this data changes them, not even one that fails: whatever is computed in
- * between, at whatever state, they answer for the state given here. (In a simulation's own data its records and sensors
+/* Poses, twists and accelerations of all bodies at (q, v, a), stored in data for the queries and totals below. Only the
+ * next successful kt_kinematics_update with this data changes them: whatever is computed in between, at whatever state,
+ * queries answer for the state given here. (In a simulation's own data its records and sensors
  * update them.) v may be NULL (zero), a may be NULL (zero). Accelerations are those of the motion: gravity is not in
  * them. */
 KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
@@ -84,7 +84,7 @@ KT_API kt_twist kt_body_twist(const kt_model *model, const kt_data *data, int bo
 /* Angular acceleration and (classical) acceleration of the body frame's origin, world axes. */
 KT_API kt_twist kt_body_acceleration(const kt_model *model, const kt_data *data, int body);
 
-/* A point given in the body frame: its place, velocity and acceleration in the world. */
+/* A point given in the body frame: its position, velocity and acceleration in the world. */
 KT_API kt_vec3 kt_point_position(const kt_model *model, const kt_data *data, int body, kt_vec3 at);
 KT_API kt_vec3 kt_point_velocity(const kt_model *model, const kt_data *data, int body, kt_vec3 at);
 KT_API kt_vec3 kt_point_acceleration(const kt_model *model, const kt_data *data, int body, kt_vec3 at);
@@ -98,11 +98,11 @@ KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int bo
 /* Of all bodies, J. */
 KT_API double kt_kinetic_energy(const kt_model *model, const kt_data *data);
 /* Of gravity, J: -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. Bodies
- * that are fixed to the world do not count, here and there, nor in the absolute formulation. */
+ * that are fixed to the world do not count, in either of these, nor in the absolute formulation. */
 KT_API double kt_potential_energy(const kt_model *model, const kt_data *data);
 /* Linear momentum (force) and angular momentum about the world's origin (moment), world axes. */
 KT_API kt_wrench kt_momentum(const kt_model *model, const kt_data *data);
-/* Total mass of the moving bodies and their centre of mass, world frame; the centre is zero where there is no mass. */
+/* Total mass of the moving bodies and their centre of mass, world frame; the centre is zero if there is no mass. */
 KT_API double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *center);
 
 /* Reactions in all tree joints: wrenches has one entry a body (entry 0 is set to zero), what the parent exerts on the

@@ -1,6 +1,6 @@
-/* The joints' own algebra on positions: rates, steps along the exponential map, differences, norms.
+/* Positions of joints: rates, steps along the exponential map, differences, norms.
  *
- * q has kt_model_nq numbers, v and dv have kt_model_nv. O(nq), no allocation, no failure but where it says so.
+ * q has kt_model_nq numbers, v and dv have kt_model_nv. O(nq). No call allocates, and only kt_position_normalize can fail.
  */
 #ifndef KINETREE_JOINT_H
 #define KINETREE_JOINT_H
@@ -11,17 +11,17 @@
 extern "C" {
 #endif
 
-/* qdot = dq/dt for velocities v: equal to v except where quaternions are [MSD A.36]. */
+/* qdot = dq/dt for velocities v: equal to v except for quaternions [MSD A.36]. */
 KT_API void kt_position_rate(const kt_model *model, const double *q, const double *v, double *qdot);
 
 /* out = q (+) dv: moves q by dv along the joints' exponential maps; quaternions come back with unit norm.
  * out may be q. */
 KT_API void kt_position_add(const kt_model *model, const double *q, const double *dv, double *out);
 
-/* dv with q (+) dv = end, rotations by the shorter way. */
+/* dv with q (+) dv = end, for rotations the shorter of the two. */
 KT_API void kt_position_subtract(const kt_model *model, const double *end, const double *q, double *dv);
 
-/* Scales every quaternion in q to unit norm. Returns false, with q untouched, where one is zero or not finite. */
+/* Scales every quaternion in q to unit norm. Returns false, with q unchanged, if one is zero or not finite. */
 KT_API bool kt_position_normalize(const kt_model *model, double *q);
 
 #ifdef __cplusplus

@@ -35,15 +35,18 @@ typedef enum kt_isa {
     KT_ISA_V4,       /* x86-64-v4, AVX-512 */
 } kt_isa;
 
-/* How the equations of loops are solved for the freedoms that are left. */
+/* How the equations of loops are solved. */
 typedef enum kt_reduction {
     KT_REDUCTION_QR = 0,    /* QR decomposition with column pivoting */
     KT_REDUCTION_PARTITION, /* independent coordinates, by elimination with pivoting */
     KT_REDUCTION_SVD,       /* singular values */
 } kt_reduction;
 
-/* What is least when a state that has left the constraint manifold moves back to it. */
-typedef enum kt_metric { KT_METRIC_IDENTITY = 0 /* coordinates' change */, KT_METRIC_MASS /* its energy */ } kt_metric;
+/* The norm that is least when a state that has left the constraint manifold is projected onto it. */
+typedef enum kt_metric {
+    KT_METRIC_IDENTITY = 0 /* of the change of coordinates */,
+    KT_METRIC_MASS /* its kinetic energy */
+} kt_metric;
 
 /* Formulations. X(id, name in scene files) */
 #define KT_FORMULATION_LIST(X)                                                                                         \
@@ -64,8 +67,8 @@ typedef enum kt_formulation {
     X(KT_PLAN_AUTO, auto)       /* in the plane, where all moves in one */                                             \
     X(KT_PLAN_SPATIAL, spatial) /* always in space */
 
-/* How trees are computed that move in a plane, all their joints being turns about one direction or slides normal to it:
- * in the plane (auto), or like all others (spatial). The results are the same, but for rounding. */
+/* How trees that move in a plane are computed, all their joints being revolute about one direction or prismatic normal to
+ * it: in the plane (auto), or like all others (spatial). The results differ by rounding only. */
 typedef enum kt_plan {
 #define KT_PLAN_ENUM(id, name) id,
     KT_PLAN_LIST(KT_PLAN_ENUM)
@@ -75,9 +78,9 @@ typedef enum kt_plan {
 
 /* How a description is compiled. */
 typedef struct kt_model_options {
-    kt_isa level;               /* another than auto pins it, which changes no bit of what comes out */
+    kt_isa level;               /* other than auto: this one; results have the same bits with each */
     kt_reduction reduction;     /* of loops */
-    kt_metric metric;           /* of the way back to closed loops */
+    kt_metric metric;           /* of projections */
     kt_formulation formulation; /* absolute: the model can be simulated in this formulation too */
     kt_plan plan;               /* of trees that move in a plane */
 } kt_model_options;
@@ -93,9 +96,9 @@ KT_API kt_model_options kt_model_options_default(void);
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
 /* The faults that show only in the mechanism as a whole: joints that move nothing with inertia along one of their
- * freedoms, where no loop is that might hold or drive what they carry; loops within one rigid part. Calls report (may
- * be NULL) for every one, in the order of the description. Of a description with faults of kt_description_check those
- * are told that stand there whatever the others turn out to be, and none where these leave open what the tree is.
+ * degrees of freedom, unless a loop may constrain or drive what they carry; loops within one rigid part. Calls report
+ * (may be NULL) for every one, in the order of the description. If the description has faults of kt_description_check,
+ * only those are reported that do not depend on them, and none if they leave the tree undetermined.
  * Returns KT_OK, or KT_ERROR_MODEL with the first in *error; KT_ERROR_ARGUMENT (NULL), KT_ERROR_MEMORY. Allocates what
  * a compilation does. O(size). */
 KT_API KT_CHECKED kt_status kt_model_check(const kt_description *description, kt_report *report, void *user,
@@ -163,7 +166,7 @@ KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
 /* The instruction set that the recursions use. */
 KT_API kt_isa kt_model_isa(const kt_model *model);
 
-/* What the recursions sweep: "planar" or "spatial" trees, or "mixed": some of each. */
+/* The trees that the recursions compute: "planar", "spatial", or "mixed", which has some of each. */
 KT_API const char *kt_model_plan(const kt_model *model);
 
 /* Gravity, world frame, m/s^2. */
@@ -189,7 +192,7 @@ enum { KT_ALIGNMENT = 64 /* bytes */ };
 /* Bytes that the data of a model take. */
 KT_API size_t kt_data_size(const kt_model *model);
 
-/* Lays the data out in the caller's memory, which must stay there while the data are used. Refuses memory that is too
+/* Initialises data in the caller's memory, which must stay there while the data are used. Refuses memory that is too
  * small or misaligned with KT_ERROR_MEMORY. The data are scratch: what a call leaves there is read only by the calls
  * whose docstrings say so. */
 KT_API KT_CHECKED kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data,
@@ -197,20 +200,21 @@ KT_API KT_CHECKED kt_status kt_data_init(const kt_model *model, void *memory, si
 
 /* The same in memory of its own, released with kt_data_free. */
 KT_API KT_CHECKED kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error);
-/* Releases what _create made; does nothing with what was placed, nor with NULL. */
+/* Releases what _create made; does nothing with data in the caller's memory, nor with NULL. */
 KT_API void kt_data_free(kt_data *data);
 
-/* How far iterations have gone with these data. Each of them has a cap (reduction.h), and none goes beyond it. */
+/* How many steps iterations have taken with these data. Each has a cap (reduction.h). */
 typedef struct kt_iterations {
     uint32_t
         position; /* the most steps that a projection has taken to close positions: at most KT_POSITION_STEPS_MAX */
     uint32_t velocity; /* ... and velocities: at most KT_VELOCITY_STEPS_MAX */
     uint32_t assembly; /* the most steps of an assembly: at most KT_ASSEMBLY_STEPS_MAX */
-    uint32_t capped;   /* how often one of these ended at its cap, whether it had got there (what it leaves open is an
-                          error) or not; or none of the states beside a singular position told the acceleration there */
+    uint32_t
+        capped; /* how often one of these ended at its cap, converged or not (if not, the call returns an error), or
+                          the acceleration at a singular position could not be interpolated */
 } kt_iterations;
 
-/* Since the data were placed or this was last asked. */
+/* Since the data were initialised or this was last called. */
 KT_API kt_iterations kt_data_iterations(kt_data *data);
 
 #ifdef __cplusplus

@@ -14,7 +14,7 @@
 
 #include <stddef.h>
 
-static const double NEGLIGIBLE = 0x1p-70; /* beside entries of one */
+static const double NEGLIGIBLE = 0x1p-70; /* relative to entries of one */
 static const double ROUNDING = 1e-10;     /* of the largest moment */
 
 static void annul(double s[3][3], int p, int q) {

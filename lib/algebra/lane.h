@@ -1,7 +1,7 @@
 /* Three-vectors in four lanes, for the recursions: one arithmetic instruction a vector on processors that have them.
  *
- * Lane 3 of a vector is zero unless the place says otherwise (mass rides there beside the first moment). The compiler's
- * vector extension is lane-wise IEEE arithmetic at any width, so every instruction-set level gives the same bits.
+ * Lane 3 of a vector is zero. The compiler's vector extension is lane-wise IEEE arithmetic at any width, so every
+ * instruction set gives the same bits.
  */
 #ifndef KT_LANE_H
 #define KT_LANE_H
@@ -51,13 +51,13 @@ KT_INLINE kt_v2 kt_v2_mirror(kt_v2 a) {
     typedef int64_t bits __attribute__((vector_size(16)));
     return (kt_v2)((bits)a ^ (bits){INT64_MIN, 0});
 }
-/* a turned by a right angle: (-y, x) */
+/* a rotated by a right angle: (-y, x) */
 KT_INLINE kt_v2 kt_v2_across(kt_v2 a) { return kt_v2_mirror(kt_v2_swap(a)); }
 
 /* a x b */
 KT_INLINE kt_v4 kt_v4_cross(kt_v4 a, kt_v4 b) {
 #if defined(__SSE2__) && !defined(__AVX__)
-    /* Registers of two lanes: gcc makes a long detour of the shuffles below. The same products and differences. */
+    /* Registers of two lanes, for which gcc compiles the shuffles below badly: the same products and differences. */
     typedef double pair __attribute__((vector_size(16)));
     union {
         kt_v4 whole;

@@ -1,11 +1,11 @@
-/* Numbers and vectors of code that is compiled for values, and once more, with KT_DUAL, for values and what they
- * change by along one direction of the state: exact derivatives, without a formula for them and without a step.
+/* Numbers and vectors of code that is compiled for values, and once more, with KT_DUAL, for dual numbers: values with
+ * their derivatives along one direction of the state, which are exact and need no formula of their own.
  *
  * Such a number is x + i h dx, a complex one with h = 2^-200: sums and products of these are
  *     (x + i h dx) + (y + i h dy) = x + y + i h (dx + dy),   (x + i h dx)(y + i h dy) = x y + i h (x dy + dx y) - h^2
- * .. and h^2 of anything is far below the last digit (the complex step of Squire and Trapp 1998, SIAM Review 40, here
- * with functions by the chain rule). A vector is its value in lanes 0 to 3, and h times its change in lanes 4 to 7. For
- * values alone all of this is double and kt_v4, and costs nothing.
+ * and h^2 of anything is far below the last digit (the complex step of Squire and Trapp 1998, SIAM Review 40, here
+ * with functions by the chain rule). A vector is its value in lanes 0 to 3, and h times its derivative in lanes 4 to 7.
+ * Without KT_DUAL all of this is double and kt_v4, and costs nothing.
  *
  * Vectors are added and subtracted by operators, and else combined by these functions; numbers by operators, and
  * compared by kt_value.
@@ -58,7 +58,7 @@ KT_INLINE kt_real kt_dual_join(double low, double high) { return (kt_parts){.par
 KT_INLINE double kt_dual_value(kt_real x) { return (kt_parts){.whole = x}.part[0]; }
 KT_INLINE double kt_dual_scaled_derivative(kt_real x) { return (kt_parts){.whole = x}.part[1]; }
 
-/* From a value and its change, and back. */
+/* From a value and its derivative, and back. */
 KT_INLINE kt_real kt_dual_make(double x, double change) { return kt_dual_join(x, KT_TINY * change); }
 KT_INLINE double kt_value(kt_real x) { return kt_dual_value(x); }
 KT_INLINE double kt_derivative_of(kt_real x) { return kt_dual_scaled_derivative(x) / KT_TINY; }
@@ -72,11 +72,11 @@ KT_INLINE kt_vector kt_vector_of(kt_v4 x, kt_v4 change) { return kt_join(x, kt_v
 KT_INLINE kt_v4 kt_vector_value(kt_vector a) { return kt_lower(a); }
 KT_INLINE kt_v4 kt_vector_derivative(kt_vector a) { return kt_upper(a) / kt_v4_splat(KT_TINY); }
 
-/* f(x) for f and f' there */
+/* f(x) from the values f and f' at x */
 KT_INLINE kt_real kt_chain(kt_real x, double f, double slope) {
     return kt_dual_join(f, slope * kt_dual_scaled_derivative(x));
 }
-/* At 0, which lengths of vectors reach only as their least, the slope is that of neither side: 0. */
+/* At 0, the least length of a vector, the derivative is taken as 0. */
 KT_INLINE kt_real kt_sqrt(kt_real x) {
     const double root = sqrt(kt_dual_value(x));
     return kt_chain(x, root, root > 0.0 ? 0.5 / root : 0.0);

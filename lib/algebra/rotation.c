@@ -1,8 +1,8 @@
-/* A rotation as scene files and callers describe it: the constructors, and its checked evaluation. What is almost a
- * rotation, within the digits in which people write numbers, is made one exactly; what is not is refused, with the way
- * to mend it.
+/* A rotation as scene files and callers describe it: the constructors, and its checked evaluation. A matrix that is a
+ * rotation within the digits in which people write numbers is replaced by the nearest one; another matrix is an error,
+ * whose message says how to correct it.
  *
- * A matrix is held against A'A = I. With A = Q S, Q the nearest rotation and S the stretch, A'A = S^2, so entries of
+ * A matrix is compared with A'A = I. With A = Q S, Q the nearest rotation and S the stretch, A'A = S^2, so entries of
  * A'A - I up to 2e-6 are stretches and shears up to 1e-6; a matrix written with six decimals always passes (errors d of
  * 0.5e-6 in each entry change no entry of A'A by more than 2 sqrt(3) d = 1.7e-6).
  */

@@ -71,7 +71,7 @@ KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
     *cosine = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
 }
 
-/* Whether eight places follow one another, as they do in a chain. */
+/* Whether eight indices are consecutive, as they are in a chain. */
 KT_INLINE bool kt_are_neighbours(const int32_t *place) {
     int32_t off = 0;
     for (int32_t k = 0; k < KT_SINCOS_LANES; k++)

@@ -227,8 +227,8 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* no rounding, and nothing to turn */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = kt_v4_from(frame.position);
-        kt_v4_from_mat3(rest, link->turn);
-        link->turned = !is_same(rest, kt_mat3_identity());
+        kt_v4_from_mat3(rest, link->rest);
+        link->rest_is_rotated = !is_same(rest, kt_mat3_identity());
         link->pitch = e->pitch;
         link->parent = up;
         link->body = self;

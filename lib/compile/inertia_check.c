@@ -1,12 +1,12 @@
-/* What shows only in the mechanism as a whole: joints that move nothing with inertia along one of their freedoms, and
- * loops within one rigid part.
+/* What shows only in the mechanism as a whole: joints that move nothing with inertia along one of their degrees of
+ * freedom, and loops within one rigid part.
  *
- * A freedom without inertia at the initial and at generic positions can never be moved. Links are judged from the tips
- * of the tree inwards. What carries a link without inertia is not judged itself: its own inertia may be all that is
- * missing there. Nor is what carries an end of a loop, which may hold or drive it: that shows in motion.
+ * A degree of freedom without inertia at the initial and at generic positions can never be moved. Links are judged from
+ * the tips of the tree to the ground. What carries a link without inertia is not judged: its own inertia may be all that
+ * is missing there. Nor is what carries an end of a loop, which may constrain or drive it: that shows in motion.
  *
- * Of a description that has other faults as well, bodies with faults count as sound, so that no fault is told that only
- * another one brings about.
+ * If the description has other faults as well, bodies with faults count as sound, so that no fault is reported that only
+ * another one causes.
  */
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"

@@ -174,9 +174,9 @@ KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_mo
         x->h[k] -= un * fk;
         x->m[k] -= uf * fk;
     }
-    response->base = y;
-    response->angular = vn + kt_v4_cross(m->offset, vf);
-    response->linear = vf;
+    response->free = y;
+    response->gain_angular = vn + kt_v4_cross(m->offset, vf);
+    response->gain_linear = vf;
     return true;
 }
 
@@ -260,7 +260,8 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
  * the link's origin, have been added to the link's alpha and linear. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                const kt_response *response, double *a) {
-    const double x = response->base - kt_v4_dot2(response->angular, parent->alpha, response->linear, parent->linear);
+    const double x =
+        response->free - kt_v4_dot2(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
     *a = x;
     const kt_v4 along = kt_v4_splat(x) * m->axis;
     if (link->motion != KT_MOTION_PRISMATIC)

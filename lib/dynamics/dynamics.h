@@ -53,12 +53,11 @@ typedef struct kt_kernels {
 
 const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep);
 
-/* The level that is meant on this processor: KT_ISA_AUTO where it lacks the one asked for. */
+/* The instruction set that is used on this processor; KT_ISA_AUTO if it does not have the one asked for. */
 kt_isa kt_isa_resolve(kt_isa asked);
 
-/* Which links have no inertia along one of their freedoms at q. A verdict that is KT_INERTIA_UNKNOWN from the start, and
- * those of the links that carry such a link or one without inertia, are not decided. Returns the number of links
- * without. */
+/* Finds the links that have no inertia along one of their degrees of freedom at q; returns their number. Links whose
+ * verdict is KT_INERTIA_UNKNOWN at the call, and those that carry such a link or one without inertia, are not judged. */
 typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
@@ -77,8 +76,8 @@ kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error 
 /* Whether the wrenches of all bodies except the world are finite. */
 bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
 
-/* kt_dynamics_forward and kt_dynamics_inverse with wrenches that have already been checked to be finite: a component
- * normal to a joint's degrees of freedom, or to a plane, leaves no trace in the result. */
+/* kt_dynamics_forward and kt_dynamics_inverse without a check of the wrenches, which must be finite: a component normal
+ * to a joint's degrees of freedom, or to a plane, does not show in the result. */
 kt_forward_call kt_forward_tree; /* t is not used */
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);

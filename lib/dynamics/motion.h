@@ -14,8 +14,8 @@ KT_INLINE kt_v4 kt_load3(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0
 
 /* The link's axes at joint position zero, in the world. */
 KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 out[3]) {
-    if (link->turned) {
-        kt_v4_multiply(parent, link->turn, out);
+    if (link->rest_is_rotated) {
+        kt_v4_multiply(parent, link->rest, out);
     } else {
         out[0] = parent[0];
         out[1] = parent[1];

@@ -73,10 +73,10 @@ KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_
     x->xx -= fx * gx;
     x->xy -= fx * gy;
     x->yy -= fy * gy;
-    response->base = y;
-    response->angular = nd + (m->offset[0] * gy - m->offset[1] * gx);
-    response->linear[0] = gx;
-    response->linear[1] = gy;
+    response->free = y;
+    response->gain_angular = nd + (m->offset[0] * gy - m->offset[1] * gx);
+    response->gain_linear[0] = gx;
+    response->gain_linear[1] = gy;
     return true;
 }
 
@@ -87,13 +87,14 @@ KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_plan
                                        kt_v2 *linear, kt_planar_motion *m, double *a, void *context) {
     (void)context;
     const kt_v2 p = kt_v2_across(kt_v2_load(m->offset));
-    const double x = (response->base - response->angular * *alpha) - kt_v2_dot(kt_v2_load(response->linear), *linear);
+    const double x =
+        (response->free - response->gain_angular * *alpha) - kt_v2_dot(kt_v2_load(response->gain_linear), *linear);
     *linear = kt_v2_load(m->linear) + (*linear + kt_v2_splat(*alpha) * p);
     if (link->revolute) {
         *alpha += x;
         a[link->v] = link->sign * x;
     } else {
-        *linear += kt_v2_splat(x) * kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
+        *linear += kt_v2_splat(x) * kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
         a[link->v] = x;
     }
     m->alpha = *alpha;
@@ -147,9 +148,9 @@ KT_INLINE bool kt_planar_pass_revolute(const kt_planar_link *link, const kt_plan
     x->h = kt_planar_apply(x, p);
     x->force += kt_v2_splat(y) * g + kt_planar_apply(x, c);
     x->moment = tau + kt_v2_dot(p, x->force);
-    response->base = y * d - kt_v2_dot(g, c);
-    response->angular = 1.0 + nd;
-    kt_v2_store(response->linear, g);
+    response->free = y * d - kt_v2_dot(g, c);
+    response->gain_angular = 1.0 + nd;
+    kt_v2_store(response->gain_linear, g);
     return true;
 }
 
@@ -194,7 +195,7 @@ KT_INLINE void kt_planar_add_others(const kt_planar_inertia *others, kt_planar_c
 
 /* The bias wrench of a link that turns at omega. */
 KT_INLINE void kt_planar_wrench_set(const kt_planar_link *link, double omega, kt_planar_motion *m) {
-    const kt_v2 first = kt_planar_sum(kt_v2_load(m->turn), link->moment[0], link->moment[1]);
+    const kt_v2 first = kt_planar_sum(kt_v2_load(m->rotation), link->moment[0], link->moment[1]);
     kt_v2_store(m->first, first);
     m->moment = 0.0;
     kt_v2_store(m->force, kt_v2_splat(-(omega * omega)) * first);
@@ -211,7 +212,7 @@ KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data
     kt_planar_ground_set(plane->gravity, &motion[0]);
     for (; link < last; link++, m++) {
         if (!link->follows) {
-            e = kt_v2_load(motion[link->parent].turn);
+            e = kt_v2_load(motion[link->parent].rotation);
             omega = motion[link->parent].omega;
         }
         e = kt_planar_pose_after(link, e, q, cosine, sine, m);

@@ -11,7 +11,7 @@
 #include "dynamics/planar_sweep.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
-    const kt_v2 first = kt_planar_sum(kt_v2_load(m->turn), link->moment[0], link->moment[1]); /* m c */
+    const kt_v2 first = kt_planar_sum(kt_v2_load(m->rotation), link->moment[0], link->moment[1]); /* m c */
     const kt_v2 h = kt_v2_across(first), linear = kt_v2_load(m->linear);
     m->moment = link->inertia * m->alpha + kt_v2_dot(h, linear);
     kt_v2_store(m->force, kt_v2_splat(link->mass) * linear +
@@ -42,7 +42,7 @@ static inline void backward_pass(const kt_model *model, kt_data *data, double *t
         if (link->revolute)
             tau[link->v] = link->sign * m->moment;
         else
-            tau[link->v] = kt_v2_dot(force, kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]));
+            tau[link->v] = kt_v2_dot(force, kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]));
         parent->moment += m->moment + kt_v2_dot(p, force);
         kt_v2_store(parent->force, kt_v2_load(parent->force) + force);
     }

@@ -21,7 +21,7 @@ KT_INLINE kt_v2 kt_planar_sum(kt_v2 e, double x, double y) {
 
 /* The vector u, given at q = 0, rotated with the link m. */
 KT_INLINE void kt_planar_rotate(const kt_planar_motion *m, const double u[2], double out[2]) {
-    kt_v2_store(out, kt_planar_sum(kt_v2_load(m->turn), u[0], u[1]));
+    kt_v2_store(out, kt_planar_sum(kt_v2_load(m->rotation), u[0], u[1]));
 }
 
 /* The direction of a prismatic joint, which is fixed in its link. */
@@ -35,12 +35,12 @@ KT_INLINE kt_v2 kt_planar_pose_after(const kt_planar_link *link, kt_v2 e, const 
     if (link->revolute) {
         const kt_v2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
         kt_v2_store(out->offset, kt_planar_sum(e, link->at[0], link->at[1]));
-        kt_v2_store(out->turn, own);
+        kt_v2_store(out->rotation, own);
         return own;
     }
     const kt_v2 at = kt_v2_load(link->at) + kt_v2_splat(q[link->q]) * kt_v2_load(link->along);
     kt_v2_store(out->offset, kt_planar_sum(e, at[0], at[1]));
-    kt_v2_store(out->turn, e);
+    kt_v2_store(out->rotation, e);
     return e;
 }
 
@@ -54,7 +54,7 @@ KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, 
         kt_v2_store(out->linear, around);
         return out->omega = w + link->sign * x;
     }
-    const kt_v2 u = kt_planar_sum(kt_v2_load(out->turn), link->along[0], link->along[1]);
+    const kt_v2 u = kt_planar_sum(kt_v2_load(out->rotation), link->along[0], link->along[1]);
     kt_v2_store(out->linear, around + kt_v2_splat(2.0 * (w * x)) * kt_v2_across(u));
     return out->omega = w;
 }
@@ -62,7 +62,7 @@ KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, 
 /* The pose and velocity of one link from the parent's motion. */
 KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
                               const double *cosine, const double *sine, kt_planar_motion *out) {
-    (void)kt_planar_pose_after(link, kt_v2_load(parent->turn), q, cosine, sine, out);
+    (void)kt_planar_pose_after(link, kt_v2_load(parent->rotation), q, cosine, sine, out);
 }
 
 KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const double *v,
@@ -81,7 +81,7 @@ KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_plana
         out->alpha = alpha + link->sign * x;
         return;
     }
-    const kt_v2 u = kt_planar_sum(kt_v2_load(out->turn), link->along[0], link->along[1]);
+    const kt_v2 u = kt_planar_sum(kt_v2_load(out->rotation), link->along[0], link->along[1]);
     kt_v2_store(out->linear, linear + kt_v2_splat(x) * u);
     out->alpha = alpha;
 }

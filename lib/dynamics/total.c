@@ -1,5 +1,5 @@
 /* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; bodies that are
- * fixed to the world are left out: their potential energy would be a constant, which far away costs digits.
+ * fixed to the world are left out: their potential energy would be a constant, which costs digits if they are far away.
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2
  *   V = -sum m g . c
@@ -88,7 +88,7 @@ static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *li
     return out;
 }
 
-/* A wrench about one point, expressed about another that lies `arm` before it. */
+/* A wrench about a point, expressed about the point that is `arm` before it. */
 static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
     w.moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
     return w;

@@ -1,4 +1,4 @@
-/* Planar: along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then about the axis. The slides come first,
+/* Planar: along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then about the axis. The translations come first,
  * so that x, y and their rates are components in the joint frame's triad. */
 #include "joint/joint.h"
 

@@ -58,7 +58,7 @@ void kt_position_subtract(const kt_model *model, const double *end, const double
 }
 
 bool kt_position_normalize(const kt_model *model, double *q) {
-    for (int pass = 0; pass < 2; pass++) /* look first, so that a failure touches nothing */
+    for (int pass = 0; pass < 2; pass++) /* the first pass checks, so that a failure changes nothing */
         for (size_t i = 1; i < model->n.link; i++) {
             const kt_motion_facts motion = kt_link_facts(&model->link[i]);
             if (!motion.quaternions)

@@ -1,4 +1,4 @@
-/* Prismatic: one freedom, along `axis`. */
+/* Prismatic: one degree of freedom, along `axis`. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {

@@ -1,4 +1,4 @@
-/* Screw: one freedom, about `axis`, advancing `pitch` metres a radian along it. */
+/* Screw: one degree of freedom, about `axis`, advancing `pitch` metres a radian along it. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {

@@ -1,4 +1,4 @@
-/* The compiled model, for the folders above: arrays of records (record.h), and the workspace that goes with it. */
+/* The compiled model: arrays of records (record.h), and the workspace that goes with it. */
 #ifndef KT_MODEL_MODEL_H
 #define KT_MODEL_MODEL_H
 
@@ -20,8 +20,8 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle;
-    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on; planar: places for planar links,
-     * the ground's slot before them, or 0 where there are none. */
+    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. planar: the length of the planar
+     * arrays, whose first entry is the ground; 0 if no link is planar. */
     size_t spatial, spatial_angle, planar, plane, planar_loop;
 } kt_counts;
 
@@ -39,7 +39,7 @@ typedef struct kt_counts {
     X(double, q0, n->q, "initial positions")                                                                           \
     X(double, v0, n->v, "initial velocities")                                                                          \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
-    X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles of turning links, and zeros")                    \
+    X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles, and zeros")                                     \
     X(kt_loop_record, loop, n->loop, "loops, in the description's order")                                              \
     X(kt_planar_loop, planar_loop, n->planar_loop, "loops as they lie in their planes, where links are planar")        \
     X(kt_term_record, term, n->term, "terms of relations between joints")                                              \
@@ -49,16 +49,16 @@ typedef struct kt_counts {
     X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
-    X(int32_t, slot, n->row, "place of an equation among those of its group that count, group by group; -1: void")     \
+    X(int32_t, slot, n->row, "index of an equation among those of its group that are not void, or -1")                 \
     X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
-    X(bool, held, n->v, "coordinates whose positions the assembly keeps")                                              \
-    X(bool, held_velocity, n->v, "coordinates whose velocities the assembly keeps")                                    \
+    X(bool, held, n->v, "coordinates whose positions assembly fixes")                                                  \
+    X(bool, held_velocity, n->v, "coordinates whose velocities assembly fixes")                                        \
     X(uint8_t, given, n->v, "which of a coordinate's position (1) and velocity (2) the description gives")             \
-    X(kt_effect_record, effect, n->effect, "effects, batch by batch, there in the description's order")                \
+    X(kt_effect_record, effect, n->effect, "effects, batch by batch, in the description's order")                      \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
-    X(kt_force_link, force_link, n->force_link, "links whose motion effects ask for; 0: the ground")                   \
+    X(kt_force_link, force_link, n->force_link, "links that carry forces; 0: the ground")                              \
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
-    X(int32_t, force_link_angle_index, n->force_link_angle, "places of these angles among all")                        \
+    X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
     X(double, number, n->number, "of functions of time")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
@@ -101,7 +101,7 @@ void kt_model_name_all(kt_model *model);
 /* A link in motion: world axes, about its own origin. */
 typedef struct kt_link_motion {
     kt_v4 axes[3];       /* R: the link's axes */
-    kt_v4 axis;          /* s: direction of a turn, slide or helix */
+    kt_v4 axis;          /* s: axis of a revolute, prismatic or screw motion */
     kt_v4 offset;        /* r: own origin minus the parent's */
     kt_v4 omega;         /* angular velocity */
     kt_v4 alpha, linear; /* angular acceleration, and the origin's (in dynamics: minus gravity) */
@@ -122,8 +122,8 @@ typedef struct kt_link_kinematics {
     kt_vec3 offset, omega, alpha, linear, position, velocity; /* as in kt_link_motion, without gravity */
 } kt_link_kinematics;
 
-/* A bearer in motion. Its place is base + local: from the world's origin to where its tree stands, and from there on,
- * so that what lies near to each other far from the world's origin is seen at its distance to the last digit. */
+/* A link that carries forces, in motion. Its position is base + local: from the world's origin to the origin of its
+ * tree, and from there to the link, so that distances within a tree keep their digits far from the world's origin. */
 typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
     kt_v4 base, local, velocity;
@@ -135,10 +135,17 @@ typedef struct kt_articulated {
     kt_v4 moment, force;
 } kt_articulated;
 
-/* A one-axis joint accelerates by base - angular . alpha - linear . a of its parent. */
+/* A one-axis joint accelerates by y - K (alpha, a) of its parent. */
 typedef struct kt_response {
-    kt_v4 angular, linear;
-    double base;
+    union {
+        kt_v4 gain_angular; /* K, parent gain */
+        kt_v4 bias_angular; /* in a constraint group: what the velocities alone give */
+    };
+    union {
+        kt_v4 gain_linear;
+        kt_v4 bias_linear;
+    };
+    double free; /* y, free acceleration */
 } kt_response;
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
@@ -148,53 +155,53 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 /* Every array of the data: type, name, count, meaning. */
 #define KT_DATA_FIELDS(X)                                                                                              \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
-    X(kt_response, response, n->link, "from the way back to the way out")                                              \
+    X(kt_response, response, n->link, "from the backward pass to the last")                                            \
     X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
-    X(kt_force_frame, force_link, n->force_link, "motion of the links that effects ask for")                           \
+    X(kt_force_frame, force_link, n->force_link, "motion of the links that carry forces")                              \
     X(double, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                               \
     X(double, force_link_cosine, kt_lanes8(n->force_link_angle), "of these links' angles")                             \
     X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
-    X(kt_planar_response, planar_response, n->planar, "from the way back to the way out")                              \
+    X(kt_planar_response, planar_response, n->planar, "from the backward pass to the last")                            \
     X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \
     X(double, planar_cosine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                    \
     X(double, planar_sine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                      \
-    X(double, cosine, kt_lanes8(n->angle), "of the turning links' angles")                                             \
-    X(double, sine, kt_lanes8(n->angle), "of the turning links' angles")                                               \
+    X(double, cosine, kt_lanes8(n->angle), "of all angles")                                                            \
+    X(double, sine, kt_lanes8(n->angle), "of all angles")                                                              \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
-    X(double, moved_q, kt_lanes8(n->q), "a state beside the one evaluated")                                            \
-    X(double, moved_v, kt_lanes8(n->v), "a state beside the one evaluated")                                            \
+    X(double, moved_q, kt_lanes8(n->q), "a neighbour of the state evaluated")                                          \
+    X(double, moved_v, kt_lanes8(n->v), "a neighbour of the state evaluated")                                          \
     X(double, assembled_q, kt_lanes8(n->q), "a state being assembled")                                                 \
     X(double, given_q, kt_lanes8(n->q), "the position that an assembly starts from")                                   \
     X(double, near_q, kt_where(n->group, kt_lanes8(n->q)), "a position nearer to the given one")                       \
-    X(bool, fixed, kt_where(n->group, n->v), "coordinates that an assembly leaves alone for now")                      \
+    X(bool, fixed, kt_where(n->group, n->v), "coordinates that an assembly does not move yet")                         \
     X(double, assembled_v, kt_lanes8(n->v), "a state being assembled")                                                 \
     X(double, delta, kt_lanes8(n->v), "a step in positions or velocities")                                             \
-    X(double, side, 3 * kt_lanes8(n->v), "accelerations at and beside a singular position")                            \
-    X(double, dense, n->dense, "matrices of the groups of loops")                                                      \
+    X(double, side, 3 * kt_lanes8(n->v), "accelerations at a singular position and near it")                           \
+    X(double, dense, n->dense, "matrices of the constraint groups")                                                    \
     X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
     X(kt_rows, factored, n->group, "which equations of each group")                                                    \
-    X(double, last, n->group, "size of its last independent direction, where a group is near a singular position")     \
+    X(double, last, n->group, "size of its last independent direction if it is near a singular position")              \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
-    X(bool, lost, n->group, "whether one of its directions is all but lost (project.c)")                               \
-    X(double, damping, n->group, "of each group's steps, as it is closed from far off")                                \
-    X(double, gap, n->group, "sum of squares that a group is open by, as it is closed from far off")                   \
-    X(bool, settled, n->group, "whether that is all that can be done for a group")                                     \
-    X(double, neighbour_q, kt_where(n->group, kt_lanes8(n->q)), "a state beside a singular position")                  \
-    X(double, neighbour_v, kt_where(n->group, kt_lanes8(n->v)), "a state beside a singular position")                  \
+    X(bool, lost, n->group, "whether one of its directions is nearly lost (project.c)")                                \
+    X(double, damping, n->group, "of each group's steps in Levenberg-Marquardt assembly")                              \
+    X(double, gap, n->group, "sum of squares of a group's residuals in Levenberg-Marquardt assembly")                  \
+    X(bool, settled, n->group, "whether no step reduces that sum any more")                                            \
+    X(double, neighbour_q, kt_where(n->group, kt_lanes8(n->q)), "a state near a singular position")                    \
+    X(double, neighbour_v, kt_where(n->group, kt_lanes8(n->v)), "a state near a singular position")                    \
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \
-    X(kt_wrench, pushed, kt_where(n->force_link, n->body), "wrenches on bodies: external ones and effects")            \
+    X(kt_wrench, applied, kt_where(n->force_link, n->body), "wrenches on bodies: external ones and effects")           \
     X(kt_wrench, loaded, n->body, "wrenches on bodies: those and the loops'")                                          \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
 struct kt_data {
     void *owned; /* memory of kt_data_create, or NULL */
     const kt_model *model;
-    bool dead;   /* the last projection was refused for a dead point (reduction/project.c) */
-    bool beside; /* the last accelerations are those of states beside a singular position of the loops: poses and
-                    equations are not those of the state that was asked for */
+    bool dead;         /* the last projection was refused for a dead point (reduction/project.c) */
+    bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
+                          those of the state that was asked for */
     kt_iterations iterations;   /* since they were last asked for (kt_data_iterations) */
     kt_iterations closing;      /* of the last projection alone */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of

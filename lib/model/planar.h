@@ -1,14 +1,14 @@
 /* Trees that move in a plane, and what the planar kernels sweep.
  *
- * A tree (a joint on the ground and all that it carries) is planar if all its joints turn about one direction n or
- * slide normal to it. Masses and forces may lie as they will: what they do out of the plane goes into reactions and
- * moves nothing. Trees with the same n share a *plane*: a basis (e1, e2, n) in the world, right-handed. Links are
- * strung so that planar ones come last, plane by plane; links [n.spatial, n.link) are planar, and link i has the place
- * i - n.spatial + 1 in the planar arrays. Place 0 is the ground, as each plane in turn sees it.
+ * A tree (a joint on the ground and all that it carries) is planar if all its joints are revolute about one direction n
+ * or prismatic along a normal to it. Masses and forces may have any direction and position: their components out of the
+ * plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis (e1, e2, n) in the world.
+ * Links are ordered so that planar ones come last, plane by plane: links [n.spatial, n.link) are planar, and link i has
+ * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being swept.
  *
- * At q = 0 every planar link has the angle 0, so there are no rotations at rest: a link's offset, slide and first
- * moment are constant two-vectors in (e1, e2) which only its angle phi against q = 0 turns, kept as c = cos phi, s =
- * sin phi. Heights along n stay as they are.
+ * At q = 0 every planar link has the angle 0, so there are no rotations at rest: a link's offset, prismatic direction
+ * and first moment are constant two-vectors in (e1, e2), which its angle phi relative to q = 0 rotates; it is stored as
+ * c = cos phi, s = sin phi. Heights along n are constant.
  */
 #ifndef KT_MODEL_PLANAR_H
 #define KT_MODEL_PLANAR_H
@@ -26,30 +26,30 @@ typedef enum kt_sweep { KT_SWEEP_SPATIAL = 0, KT_SWEEP_PLANAR, KT_SWEEP_MIXED, K
 typedef struct kt_plane {
     kt_mat3 basis;       /* e1, e2, n, world */
     double gravity[2];   /* along e1, e2 */
-    int32_t first, last; /* places of its links: [first, last) */
+    int32_t first, last; /* planar indices of its links: [first, last) */
 } kt_plane;
 
 /* What a planar kernel reads of a link. */
 typedef struct kt_planar_link {
-    double at[2];     /* origin of the joint frame against the parent's origin, at q = 0 */
-    double along[2];  /* of slides: direction, at q = 0 */
+    double at[2];     /* origin of the joint frame relative to the parent's origin, at q = 0 */
+    double along[2];  /* prismatic: direction, at q = 0 */
     double moment[2]; /* first moment m c, at q = 0 */
     double inertia;   /* of all bodies on the link, about n through its origin */
     double mass;
     double size;    /* as in kt_link */
-    double sign;    /* of turns: 1 about n, -1 about -n */
-    int32_t parent; /* place */
-    int32_t group;  /* of loops that it is part of, or -1 */
+    double sign;    /* revolute: 1 about n, -1 about -n */
+    int32_t parent; /* planar index */
+    int32_t group;  /* the constraint group that it is part of, or -1 */
     int32_t local;  /* its coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
     bool revolute;                 /* about n; otherwise prismatic */
     bool follows, branches, leads; /* as in kt_link */
     bool tops;                     /* it is the first of its group */
-    bool passes;                   /* it carries, near or far, what is not of its group */
+    bool passes;                   /* it carries links that are not of its group */
 } kt_planar_link;
 
-/* Back to the world. */
+/* For transforming a planar link to the world. */
 typedef struct kt_planar_rest {
     kt_v4 axes[3]; /* the link's axes at q = 0 in the plane's basis, columns */
     int32_t plane;
@@ -59,31 +59,36 @@ typedef struct kt_planar_rest {
 typedef struct kt_planar_motion {
     union {
         struct {
-            double c, s; /* of its angle against q = 0 */
+            double c, s; /* of its angle relative to q = 0 */
         };
-        double turn[2];
+        double rotation[2];
     };
     double offset[2];        /* r: own origin minus the parent's */
     double omega;            /* angular velocity about n */
     double alpha;            /* angular acceleration */
     double linear[2];        /* acceleration of the origin (in dynamics: minus gravity); c_f before it is known */
     double moment, force[2]; /* wrench */
-    double first[2];         /* m c, turned; by forward dynamics only */
+    double first[2];         /* m c, rotated; by forward dynamics only */
 } kt_planar_motion;
 
 /* Articulated inertia and bias wrench: n = J alpha + h . a + n_b, f = h alpha + M a + f_b. Of a rigid link h is its
- * first moment turned by a right angle, (-m c_y, m c_x), and M = m I. */
+ * first moment rotated by a right angle, (-m c_y, m c_x), and M = m I. */
 typedef struct kt_planar_inertia {
     double j, h[2];
     double xx, xy, yy; /* M */
     double moment, force[2];
 } kt_planar_inertia;
 
-/* A joint accelerates by base - angular alpha - linear . a of its parent. (`base` and `angular`, a product less and one
- * more than a number, must not be neighbours: gcc 12 would make one fused instruction of the two, whatever it is told
- * of contraction.) */
+/* A joint accelerates by y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. (`free` and
+ * `gain_angular`, a product minus a number and a product plus one, must not be neighbours: gcc 12 would make one fused
+ * instruction of the two, also without contraction.) */
 typedef struct kt_planar_response {
-    double base, linear[2], angular;
+    double free;
+    union {
+        double gain_linear[2];
+        double bias_linear[2]; /* in a constraint group: the acceleration that the velocities alone give */
+    };
+    double gain_angular;
 } kt_planar_response;
 
 #endif

@@ -1,12 +1,12 @@
-/* A loop between links of one plane, as the planar kernels close it: its rows one by one as they lie in the plane.
+/* A loop between links of one plane, in the plane.
  *
- * Turns about n and slides normal to it keep all heights along n and all angles against n. So of an equation either
- * nothing is left, which must hold as it is (a void row), or one equation in the plane, with the same phi:
+ * Rotations about n and translations normal to it change no height along n and no angle to n. So an equation of the loop
+ * is either constant (a void row, which must hold by itself), or one equation in the plane, with the same phi:
  *   along       phi = e . d + constant, e fixed in end 1's frame, d from point 1 to point 2
- *   turn        phi = factor 4 tan(theta / 4), theta from end 1's direction to end 2's
+ *   rotation    phi = factor 4 tan(theta / 4), theta from end 1's direction to end 2's
  *   orthogonal  phi = 2 tan(eps / 2), sin(eps) = cos(theta)
  *   distance    phi = sqrt(d^2 + height^2) - L(t)
- * Rows keep their places among the loop's equations, so that those who count and report equations see no difference.
+ * Each row knows its index among the loop's equations, by which equations are counted and reported.
  */
 #ifndef KT_MODEL_PLANAR_LOOP_H
 #define KT_MODEL_PLANAR_LOOP_H
@@ -26,19 +26,19 @@ typedef enum kt_planar_row_kind {
 } kt_planar_row_kind;
 
 typedef struct kt_planar_row {
-    double e[2];     /* along: at q = 0; distance: the direction that stands in where the points coincide */
-    double constant; /* along: what heights add; turn: the factor */
+    double e[2];     /* along: at q = 0; distance: the direction used where the points coincide */
+    double constant; /* along: contribution of the heights; rotation: the factor */
     int32_t kind;    /* kt_planar_row_kind */
     int32_t row;     /* among the loop's equations */
 } kt_planar_row;
 
-/* Of relations nothing is used. */
+/* Relations use none of it. */
 typedef struct kt_planar_loop {
     double arm[2][2]; /* from the ends' links' origins to their points, at q = 0 */
-    double origin[2]; /* what places on the paths are counted from, as kt_loop_record has it */
-    int32_t place[2]; /* of the ends' links */
-    int32_t ancestor; /* place of the link that carries both */
-    double c, s;      /* of end 2's direction against end 1's, at q = 0 */
+    double origin[2]; /* to which positions on the paths are relative, as in kt_loop_record */
+    int32_t place[2]; /* planar indices of the links on which the ends are */
+    int32_t ancestor; /* planar index of the link that carries both */
+    double c, s;      /* of the angle from end 1's direction to end 2's, at q = 0 */
     double height;    /* of point 2 over point 1 */
     int32_t count;    /* rows in the plane; they come first */
     int32_t void_count;

@@ -1,9 +1,9 @@
 /* What a compiled model is made of: links, bodies, loops, effects.
  *
- * Two trees stand here. The *links* are what the recursions sweep: each has one elementary joint, whose motion is about
- * or along a coordinate axis of the link's own frame (or a ball, or free); a joint of more than one axis is a short
+ * There are two trees. The recursions sweep the *links*: each has one elementary joint, whose motion is about or along a
+ * coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a short
  * chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a frame
- * at rest in its link. Link and body 0 are the ground; a parent precedes its children in both.
+ * fixed in its link. Link and body 0 are the ground; a parent precedes its children in both.
  */
 #ifndef KT_MODEL_RECORD_H
 #define KT_MODEL_RECORD_H
@@ -15,7 +15,7 @@
 
 #include <stdint.h>
 
-/* What of a joint does not move, in the joint frame. */
+/* The axes of a joint in the joint frame, where they are fixed. */
 typedef struct kt_joint_axes {
     kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */
     kt_vec3 second; /* unit; the second axis of a universal joint */
@@ -23,24 +23,24 @@ typedef struct kt_joint_axes {
 
 typedef struct kt_link {
     kt_v4 at;         /* origin of the joint frame in the parent link's frame */
-    kt_v4 turn[3];    /* this link's axes at rest (q = 0) in the parent link's frame, columns */
+    kt_v4 rest[3];    /* this link's axes at rest (q = 0) in the parent link's frame, columns */
     kt_v4 inertia[3]; /* of all bodies on the link, about its origin, link axes */
     kt_v4 moment;     /* first moment m c, link axes */
     double mass;
     double pitch;
-    double size; /* what rounding errors of an inertia along its freedoms are proportional to, with all it carries */
+    double size; /* to which rounding errors of its articulated inertia along its degrees of freedom are proportional */
     int32_t parent;
-    int32_t q, v;   /* first coordinate */
-    int32_t angle;  /* place among the turning links' sines and cosines */
-    int32_t body;   /* whose joint it is part of */
-    int32_t group;  /* of loops that it is part of, or -1 */
-    int32_t local;  /* its first coordinate among the group's */
-    uint8_t motion; /* kt_motion */
-    uint8_t axis;   /* 0, 1, 2 */
-    bool turned;    /* `turn` is not the identity */
-    bool follows;   /* its parent is the link before it */
-    bool branches;  /* some child does not follow it directly */
-    bool leads;     /* the next link is its child */
+    int32_t q, v;         /* first coordinate */
+    int32_t angle;        /* its index among the sines and cosines */
+    int32_t body;         /* whose joint it is part of */
+    int32_t group;        /* the constraint group that it is part of, or -1 */
+    int32_t local;        /* its first coordinate among the group's */
+    uint8_t motion;       /* kt_motion */
+    uint8_t axis;         /* 0, 1, 2 */
+    bool rest_is_rotated; /* `rest` is not the identity */
+    bool follows;         /* its parent is the link before it */
+    bool branches;        /* some child does not follow it directly */
+    bool leads;           /* the next link is its child */
 } kt_link;
 
 static inline kt_motion_facts kt_link_facts(const kt_link *link) { return kt_motion_facts_of((kt_motion)link->motion); }
@@ -63,7 +63,7 @@ typedef struct kt_body_record {
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
     uint32_t name; /* offset in the model's text */
-    bool fixed;    /* to the world, with no freedom between; in the absolute formulation, by what were joints */
+    bool fixed; /* to the world, without degrees of freedom between; in the absolute formulation, by what were joints */
 } kt_body_record;
 
 typedef struct kt_marker_record {
@@ -75,11 +75,11 @@ typedef struct kt_marker_record {
 typedef struct kt_loop_record {
     int32_t type;    /* kt_loop_type */
     int32_t source;  /* index in the description */
-    int32_t body[2]; /* that bear the ends */
-    int32_t link[2]; /* that bear the ends; of relations: the first joint's, and 0 */
+    int32_t body[2]; /* on which the ends are */
+    int32_t link[2]; /* on which the ends are; of relations: the first joint's, and 0 */
     kt_pose
         frame[2];   /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
-    kt_vec3 origin; /* what places on the paths are counted from, in the ancestor's frame */
+    kt_vec3 origin; /* to which positions on the paths are relative, in the ancestor's frame */
     int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
     int32_t path[2];          /* in model->path: the links from below the ancestor down to each end's */
     int32_t length[2];        /* of the paths */
@@ -94,7 +94,7 @@ typedef struct kt_loop_record {
     uint32_t name; /* offset in the model's text */
 } kt_loop_record;
 
-/* Whether time moves its equation. */
+/* Whether its equation depends on time. */
 static inline bool kt_loop_is_driven(const kt_loop_record *loop) {
     return loop->curve.type != KT_FUNCTION_NONE && loop->curve.type != KT_FUNCTION_CONSTANT;
 }
@@ -110,8 +110,9 @@ typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
 enum { KT_GROUP_MATRICES = 20 };
 
-/* Loops that share links are reduced together; groups do not share any. `parent` carries the whole group and is not
- * part of it. Equations that are void at every position are left out; those with a residual come first. */
+/* A constraint group: loops that share links, which are reduced together. No link is in two groups. `parent` carries the
+ * whole group and is not part of it. Equations that are void at every position are left out; those with a residual come
+ * first. */
 typedef struct kt_group {
     int32_t parent;               /* link */
     int32_t loop, loop_count;     /* in model->group_loop */
@@ -127,7 +128,7 @@ typedef struct kt_group {
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
 } kt_group;
 
-/* Numbers that a record has of its kt_effect, under the same names. */
+/* Numbers that are copied from a kt_effect to its record, under the same names. */
 #define KT_EFFECT_NUMBERS(X)                                                                                           \
     X(stiffness)                                                                                                       \
     X(damping)                                                                                                         \
@@ -153,9 +154,9 @@ typedef struct kt_group {
 typedef struct kt_effect_record {
     int32_t type;          /* kt_effect_type */
     int32_t source;        /* index in the description */
-    int32_t body[2];       /* that bear the ends */
+    int32_t body[2];       /* on which the ends are */
     int32_t link[2];       /* of joint effects: link[0] is the joint's */
-    int32_t force_link[2]; /* the links' places in model->bearer */
+    int32_t force_link[2]; /* the links' indices in model->force_link */
     int32_t ends;          /* 1 or 2; 0: a joint */
     uint32_t name;         /* offset in the model's text; 0: none */
     kt_pose frame[2];
@@ -171,16 +172,16 @@ typedef struct kt_effect_record {
     bool in_body;                       /* force, torque: components in the end's axes */
 } kt_effect_record;
 
-/* Effects of one type and kind of ends, one after the other; those on joints come first. */
+/* Effects of one type that have the same number of ends; those on joints come first. */
 typedef struct kt_effect_batch {
     int32_t type, ends;
     int32_t first, count;
 } kt_effect_batch;
 
-/* A link that bears an effect's end, or lies between such a one and the ground. */
+/* A link on which an effect has an end, or one between such a link and the ground. */
 typedef struct kt_force_link {
-    int32_t link, parent; /* the parent's place among the bearers */
-    bool base;            /* part of the joint that the tree stands on the ground with */
+    int32_t link, parent; /* the parent's index in model->force_link */
+    bool base;            /* part of the joint that connects its tree with the ground */
 } kt_force_link;
 
 #endif

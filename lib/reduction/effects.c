@@ -56,7 +56,7 @@ KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wre
     for (int k = 0; k < effect->ends; k++) {
         const kt_mat3 axes = kt_v4_mat3(s->data->force_link[effect->force_link[k]].link.axes);
         const kt_vec3 arm = kt_mat3_apply(axes, effect->arm[k]);
-        kt_wrench *body = &s->data->pushed[effect->body[k]];
+        kt_wrench *body = &s->data->applied[effect->body[k]];
         body->moment = kt_vec3_add(body->moment, kt_vec3_add(wrench[k].moment, kt_vec3_cross(arm, wrench[k].force)));
         body->force = kt_vec3_add(body->force, wrench[k].force);
         s->excess += excess_of_wrench(&wrench[k]);
@@ -150,7 +150,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
     if (has_joint_force_callback(model))
         *tau = data->tau;
     if (has_wrench_callback(model))
-        *external = data->pushed;
+        *external = data->applied;
 }
 
 /* s->power and s->own are constants where this is inlined. */
@@ -161,9 +161,9 @@ KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
         memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
     if (has_wrench_callback(model)) {
         if (*external)
-            memcpy(data->pushed, *external, model->n.body * sizeof *data->pushed);
+            memcpy(data->applied, *external, model->n.body * sizeof *data->applied);
         else
-            memset(data->pushed, 0, model->n.body * sizeof *data->pushed);
+            memset(data->applied, 0, model->n.body * sizeof *data->applied);
         kt_force_frames_sweep(model, data, s->q, s->v);
     }
     kt_effects_recall(model, data, tau, external);

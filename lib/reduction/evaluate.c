@@ -157,13 +157,13 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
                             const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     tau = tau ? tau : model->zero;
-    data->beside = false;
+    data->interpolated = false;
     size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     if (is_near_singular(model, data) && (!failed || is_singular(model, data))) {
         crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
         failed = kernels->forward(model, data, t, q, v, tau, external, true, data->scratch);
-        data->beside = !failed && cross(&c, data->scratch);
-        if (!failed && !data->beside)
+        data->interpolated = !failed && cross(&c, data->scratch);
+        if (!failed && !data->interpolated)
             failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     }
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};

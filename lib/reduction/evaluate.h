@@ -22,7 +22,7 @@ KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, do
 /* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
 
-/* kt_acceleration_evaluate for a model with loops, effects not included; data->beside tells whether a was interpolated
+/* kt_acceleration_evaluate for a model with loops, effects not included; data->interpolated tells whether a was interpolated
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;
 

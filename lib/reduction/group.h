@@ -30,17 +30,18 @@ static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_
         const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;
         const kt_link_motion *m = &data->motion[i];
         kt_response *self = &data->response[i];
-        self->angular = m->alpha;
-        self->linear = m->linear;
+        self->bias_angular = m->alpha;
+        self->bias_linear = m->linear;
         if (up != group->parent) {
-            self->angular += data->response[up].angular;
-            self->linear += data->response[up].linear + kt_v4_cross(data->response[up].angular, m->offset);
+            self->bias_angular += data->response[up].bias_angular;
+            self->bias_linear +=
+                data->response[up].bias_linear + kt_v4_cross(data->response[up].bias_angular, m->offset);
         } else if (up == 0) {
-            self->linear += data->motion[0].linear; /* the ground's acceleration is known: gravity */
+            self->bias_linear += data->motion[0].linear; /* the ground's acceleration is known: gravity */
         }
         kt_articulated *x = &data->articulated[i];
-        x->moment += kt_v4_apply(x->j, self->angular) + kt_v4_apply(x->h, self->linear);
-        x->force += kt_v4_apply(x->g, self->angular) + kt_v4_apply(x->m, self->linear);
+        x->moment += kt_v4_apply(x->j, self->bias_angular) + kt_v4_apply(x->h, self->bias_linear);
+        x->force += kt_v4_apply(x->g, self->bias_angular) + kt_v4_apply(x->m, self->bias_linear);
     }
 }
 

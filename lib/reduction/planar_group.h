@@ -11,7 +11,7 @@
 
 enum { KT_PLANAR_WIDTH = 3 };
 
-/* Accelerations A0 that the velocities alone give while the parent's is zero (in response->linear), and the
+/* Accelerations A0 that the velocities alone give while the parent's is zero (in response->bias_linear), and the
  * corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         double ax, double ay) {
@@ -22,12 +22,12 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
         const int32_t up = model->planar[place].parent;
         const kt_planar_motion *m = &data->planar[place];
         kt_planar_inertia *x = &data->planar_inertia[place];
-        double *linear = data->planar_response[place].linear;
+        double *linear = data->planar_response[place].bias_linear;
         linear[0] = m->linear[0];
         linear[1] = m->linear[1];
         if (up != top) {
-            linear[0] += data->planar_response[up].linear[0];
-            linear[1] += data->planar_response[up].linear[1];
+            linear[0] += data->planar_response[up].bias_linear[0];
+            linear[1] += data->planar_response[up].bias_linear[1];
         } else if (up == 0) {
             linear[0] += ax;
             linear[1] += ay;

@@ -80,13 +80,14 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         w = m->omega;
         p->along[i] = none;
         if (!link->revolute) {
-            p->along[i] = kt_planar_sum(kt_v2_load(m->turn), link->along[0], link->along[1]);
+            p->along[i] = kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
             rate += kt_v2_splat(v[link->v]) * p->along[i];
         }
         p->at[i] = at;
         p->bend[i] = bend;
     }
-    const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->place[k]].turn), flat->arm[k][0], flat->arm[k][1]);
+    const kt_v2 arm =
+        kt_planar_sum(kt_v2_load(data->planar[flat->place[k]].rotation), flat->arm[k][0], flat->arm[k][1]);
     return (kt_pin_end){.point = at + arm,
                         .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
                         .linear = bend - kt_v2_splat(w * w) * arm,

@@ -26,7 +26,7 @@ static void load(const kt_model *model, kt_data *data, double t, const double *q
         memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
     if (!model->n.group)
         return;
-    if (data->beside || model->sweep != KT_SWEEP_SPATIAL)
+    if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
         (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
     kernels->multipliers(model, data, v, a);
     kernels->react(model, data, t, data->loaded, data->loop_wrench);
@@ -53,7 +53,7 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, con
                              kt_wrench *joints, kt_wrench *loops, kt_error *error) {
     if (joints || loops)
         load(model, data, t, q, v, tau, external, a);
-    const kt_status status = kt_links_update(model, data, q, v, a, !data->beside, links, error);
+    const kt_status status = kt_links_update(model, data, q, v, a, !data->interpolated, links, error);
     if (status != KT_OK)
         return status;
     const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, data->loaded) : NULL;

@@ -269,7 +269,7 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 void tangle_free(tangle *g) { kt_tree_free(&g->tree); }
 
 bool tangle_was_near_singular(const kt_model *model, const kt_data *data) {
-    bool near = data->beside;
+    bool near = data->interpolated;
     for (size_t i = 0; i < model->n.group; i++)
         near = near || data->near[i];
     return near;

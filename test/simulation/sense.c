@@ -228,7 +228,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
                 kt_multiplier_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, multipliers, &error),
                 &error))
             break;
-        beside += data->beside;
+        beside += data->interpolated;
         differing += memcmp(multipliers, record.multipliers,
                             (size_t)kt_model_mobility(model).equations * sizeof *multipliers) != 0;
         differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
