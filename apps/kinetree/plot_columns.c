@@ -139,7 +139,35 @@ static void add_panels(kt_chart *chart) {
                                                                   .y_log = is_log(chart, kind)};
 }
 
+/* Whether a name is one of the parts of a column's name between points: "legs" of "marker.legs.toes.x". */
+static bool has_part(const char *column, const char *name) {
+    for (const char *dot = strchr(column, '.'); dot != NULL; dot = strchr(dot + 1, '.'))
+        if (begins_with(dot + 1, name))
+            return true;
+    return false;
+}
+
+/* A body's name alone: the columns about it. */
+static bool say_columns_about(const kt_table *table, const char *option, const char *name) {
+    enum { NAMED = 4 };
+    char columns[400] = "";
+    size_t used = 0;
+    int count = 0;
+    for (int i = 0; i < table->columns; i++)
+        if (has_part(table->names[i], name) && count++ < NAMED)
+            used += (size_t)snprintf(columns + used, sizeof columns - used, "%s'%.80s'", used > 0 ? ", " : "",
+                                     table->names[i]);
+    if (count > NAMED)
+        snprintf(columns + used, sizeof columns - used, " and %d more", count - NAMED);
+    if (count > 0)
+        kt_say("plot: --%s: there is no column '%s'; about it there %s %s", option, name, count == 1 ? "is" : "are",
+               columns);
+    return count > 0;
+}
+
 static int say_no_column(const kt_table *table, const char *option, const char *name) {
+    if (say_columns_about(table, option, name))
+        return KT_EXIT_USAGE;
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int i = 0; i < table->columns; i++)
         (void)kt_nearest_try(&nearest, table->names[i]);

@@ -157,13 +157,24 @@ static int say_no_marker(const kt_model *model, int body, const char *name) {
     return KT_EXIT_USAGE;
 }
 
+/* Of a marker without its body: names all that are called so. */
+static int say_no_pair(const kt_model *model, const char *word) {
+    char pairs[400] = "";
+    size_t used = 0;
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        if (kt_marker_find(model, body, word) >= 0 && used < sizeof pairs - 100)
+            used += (size_t)snprintf(pairs + used, sizeof pairs - used, "%s'%.40s.%.40s'", used > 0 ? " or " : "",
+                                     kt_body_name(model, body), word);
+    kt_say("run: --markers takes BODY.MARKER, not '%s'%s%s%s", word, used > 0 ? "; did you mean " : "", pairs,
+           used > 0 ? "?" : "");
+    return KT_EXIT_USAGE;
+}
+
 /* "BODY.MARKER" into the model's own strings. */
 static int read_marker(const kt_model *model, char *word, kt_marker_pair *pair) {
     char *dot = strchr(word, '.');
-    if (dot == NULL) {
-        kt_say("run: --markers takes BODY.MARKER, not '%s'", word);
-        return KT_EXIT_USAGE;
-    }
+    if (dot == NULL)
+        return say_no_pair(model, word);
     *dot = '\0';
     int body = kt_body_find(model, word);
     if (body < 0)

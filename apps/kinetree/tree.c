@@ -1,7 +1,7 @@
 /* Trees as text, readable for one body and for a hundred thousand.
  *
- * A body stands under its parent, indented by one more place. Two things are abridged: a run of bodies that each carry
- * just one shows its first two and its last; a body with many children shows the first ones. Then the tree is cut at
+ * A body stands under its parent, indented by one more place. Two things are abridged: a long run of bodies that each
+ * carry just one shows its first two and its last; a body with many children shows the first ones. Then the tree is cut at
  * the deepest level that keeps it within LINES_MAX lines; levels count branchings, not the bodies of a run.
  */
 #include "tree.h"
@@ -14,7 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { LINES_MAX = 100, RUN_SHOWN = 2, CHILDREN_MAX = 10, CHILDREN_SHOWN = 8 };
+enum { LINES_MAX = 100, RUN_SHOWN = 2, RUN_MAX = 12, CHILDREN_MAX = 10, CHILDREN_SHOWN = 8 };
 
 typedef struct kt_glyphs {
     const char *branch, *last, *through, *none, *more;
@@ -111,7 +111,7 @@ static void draw_children(kt_drawing *d, int body, int level);
 static void draw_run(kt_drawing *d, int body, bool is_last, int level) {
     size_t used = d->used;
     int length, end = end_of_run(d, body, &length);
-    bool is_abridged = length > RUN_SHOWN + 2;
+    bool is_abridged = length > RUN_MAX;
     for (int i = 0;; i++) {
         show_body(d, i > 0 || is_last ? d->glyphs->last : d->glyphs->branch, body);
         push(d, i > 0 || is_last ? d->glyphs->none : d->glyphs->through);

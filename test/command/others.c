@@ -281,6 +281,23 @@ KT_TEST(path_in_space_has_one_scale_on_both_axes) {
 }
 #endif
 
+/* A name without what stands before it. */
+KT_TEST(half_names_of_markers_and_columns_are_completed) {
+    kt_write_file("half.yaml", "kinetree: 1\n"
+                               "bodies: [{name: leg, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1],\n"
+                               "  markers: {toe: [1, 0, 0]}}]\n"
+                               "simulate: {duration: 0.1}\n");
+    kt_expect(1, "run: --markers takes BODY.MARKER, not 'toe'; did you mean 'leg.toe'?",
+              "$K run half.yaml --markers toe");
+    kt_expect(0, NULL, "$K run half.yaml --markers leg.toe --quiet");
+#ifdef KT_HAS_CAIRO
+    kt_expect(1,
+              "there is no column 'leg'; about it there are 'position.leg', 'velocity.leg', 'marker.leg.toe.x', "
+              "'marker.leg.toe.y' and 1 more\n",
+              "$K plot half.csv --columns leg");
+#endif
+}
+
 /* ---- on a terminal ----------------------------------------------------------------------------------------------- */
 
 KT_TEST(terminal_gets_boxes_and_a_bar) {
