@@ -1,6 +1,8 @@
-/* What an accuracy study says to people: how it was made, what each method does, what each goal costs. */
+/* What an accuracy study has found: tables for people, what else costs how much, and every run as CSV. */
 #include "accuracy.h"
+#include "output.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -225,4 +227,163 @@ void kt_findings_print(const kt_findings *findings) {
     putchar('\n');
     for (int g = 0; g < findings->arguments->goal_count; g++)
         print_goal(findings, findings->arguments->goals[g]);
+}
+
+/* ---- what else costs -------------------------------------------------------------------------------------------- */
+
+enum { VARIANTS_MAX = 12, LARGE = 40 };
+
+static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base, const char *label) {
+    kt_variant *variant = &variants[(*count)++];
+    *variant = *base;
+    variant->label = label;
+    return variant;
+}
+
+/* A line here is a line of the table. */
+static int list_variants(const kt_findings *findings, kt_variant *variants) {
+    static const char *const reductions[] = {"QR reduction", "partitioning", "SVD reduction"};
+    const kt_variant base = kt_variant_default(&findings->scene->run);
+    const bool has_loops = kt_loop_count(kt_accuracy_model(findings->study)) > 0;
+    int count = 0;
+    add(variants, &count, &base, "as the scene has it");
+    add(variants, &count, &base, "with its records")->records = true;
+    if (has_loops) {
+        add(variants, &count, &base, "without projection")->simulation.unprojected = true;
+        for (int i = 0; i < 3; i++)
+            if (i != (int)base.model.reduction)
+                add(variants, &count, &base, reductions[i])->model.reduction = (kt_reduction)i;
+        const bool is_mass = base.model.metric == KT_METRIC_MASS;
+        add(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
+            is_mass ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
+    }
+    if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
+        add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
+    if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
+        return count; /* six coordinates a body: making that model alone takes long */
+    const bool is_absolute = base.model.formulation == KT_FORMULATION_ABSOLUTE;
+    add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->model.formulation =
+        is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
+    return count;
+}
+
+/* The point whose variants are compared: the cheapest for the middle goal, or the best there is. */
+static int choose(const kt_findings *findings) {
+    const kt_accuracy_arguments *arguments = findings->arguments;
+    int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);
+    for (int decade = -6; best < 0 && decade < 0; decade++)
+        best = kt_accuracy_best(findings->study, pow(10.0, decade));
+    return best;
+}
+
+int kt_findings_print_prices(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    const int chosen = choose(findings);
+    kt_variant variants[VARIANTS_MAX];
+    if (chosen < 0)
+        return KT_EXIT_DONE;
+    const kt_accuracy_curve *curve = kt_findings_curve(findings, chosen);
+    const kt_accuracy_point *point = &results->points[chosen];
+    const int count = list_variants(findings, variants);
+    if (!findings->arguments->prices && 12.0 * count * point->cpu > 0.2 * findings->arguments->budget)
+        return KT_EXIT_DONE;
+    char setting[64];
+    kt_findings_setting(curve, point, setting, sizeof setting);
+    printf("\nwhat else costs how much, with %s at %s\n", curve->method->name, setting);
+    printf("  %-26s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
+    double base = (double)NAN;
+    for (int i = 0; i < count; i++) {
+        kt_accuracy_point measured;
+        kt_error error = {0};
+        kt_status status = kt_accuracy_measure(findings->study, &variants[i], curve->method, curve->adaptive,
+                                               point->setting, &measured, &error);
+        if (status != KT_OK) {
+            kt_say_error(&error);
+            return kt_exit_code(status);
+        }
+        if (i == 0)
+            base = measured.cpu;
+        printf("  %-26s ", variants[i].label);
+        if (measured.usable)
+            printf("%10.3g  %6.2f  %8.0f  %9.2g  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
+                   (double)measured.counts.evaluations / results->duration, measured.error.position,
+                   measured.error.energy);
+        else
+            printf("%10s  %6s  %8s  %9.2g  %9s", "-", "-", "-", measured.error.position, "-");
+        if (kt_loop_count(kt_accuracy_model(findings->study)) > 0)
+            printf("  %9.2g\n", measured.error.constraint.position);
+        else
+            puts("          -");
+    }
+    return KT_EXIT_DONE;
+}
+
+/* ---- CSV -------------------------------------------------------------------------------------------------------- */
+
+/* Numbers read back to the same bits; what is not known stays empty. */
+static void put(FILE *file, double value) {
+    if (isnan(value))
+        fputc(',', file);
+    else
+        fprintf(file, ",%.17g", value);
+}
+
+static void write_point(FILE *file, const char *variant, const kt_accuracy_curve *curve,
+                        const kt_accuracy_point *point) {
+    const kt_accuracy_error *error = &point->error;
+    fprintf(file, "%s,%s,%d,%s,%.17g,%s", variant, curve->method->name, curve->method->order,
+            curve->adaptive ? "tolerance" : "step", point->setting,
+            point->status != KT_OK ? "failed"
+            : !point->usable       ? "unusable"
+            : point->believed      ? "ok"
+                                   : "below the reference");
+    put(file, error->position);
+    put(file, error->velocity);
+    put(file, error->end_position);
+    put(file, error->end_velocity);
+    put(file, error->energy);
+    put(file, error->constraint.position);
+    put(file, error->constraint.velocity);
+    fprintf(file, ",%llu,%llu,%llu,%llu", (unsigned long long)point->counts.steps,
+            (unsigned long long)point->counts.rejected, (unsigned long long)point->counts.evaluations,
+            (unsigned long long)point->counts.factorizations);
+    put(file, point->cpu);
+    put(file, isnan(point->cpu) ? (double)NAN : point->spread);
+    fprintf(file, ",%d,%d,%d\n", point->repeats, point->cheapest, point->fewest);
+}
+
+static int write_points(const kt_accuracy_results *results, FILE *file) {
+    fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
+          "error.end.velocity,error.energy,constraint.position,constraint.velocity,steps,rejected,evaluations,"
+          "factorizations,cpu,cpu.spread,repeats,cheapest,fewest\n",
+          file);
+    for (int c = 0; c < results->curve_count; c++) {
+        const kt_accuracy_curve *curve = &results->curves[c];
+        const char *label = results->variants[curve->variant].label;
+        for (int i = 0; i < curve->count; i++)
+            write_point(file, label != NULL ? label : "", curve, &results->points[curve->first + i]);
+    }
+    return fflush(file) != 0 || ferror(file) != 0;
+}
+
+int kt_findings_write(const kt_findings *findings, const char *path) {
+    kt_output output;
+    if (strcmp(path, "-") == 0) {
+        (void)write_points(findings->results, stdout);
+        return kt_finish_output(KT_EXIT_DONE);
+    }
+    int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    errno = 0;
+    FILE *file = fopen(kt_output_path(&output), "w");
+    bool failed = file == NULL || write_points(findings->results, file) != 0;
+    const int reason = errno;
+    if (file != NULL)
+        failed = fclose(file) != 0 || failed;
+    if (failed)
+        kt_say("%s cannot be written: %s", path, strerror(reason != 0 ? reason : errno));
+    if (kt_output_end(&output, failed ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE) != 0)
+        failed = true;
+    return failed ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
 }

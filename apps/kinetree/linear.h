@@ -61,7 +61,4 @@ typedef struct kt_mover {
 
 int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least);
 
-/* modes --plot: the shapes of the slowest modes. Needs kt_plot_check; returns an exit code. */
-int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark);
-
 #endif
