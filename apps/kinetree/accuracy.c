@@ -230,10 +230,10 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
         return KT_EXIT_USAGE;
     }
     if (!arguments->quiet && kt_model_mobility(model).minimal == 0)
-        kt_say(
-            "accuracy: the scene has no degrees of freedom: its loops alone tell the motion, and the projection after "
-            "each step closes them to rounding, whatever the method; what methods differ in is the step that the "
-            "projection can follow, and its cost");
+        kt_say("accuracy: the scene has no degrees of freedom: its loops alone determine the motion, and the "
+               "projection after "
+               "each step closes them to rounding, whatever the method; what methods differ in is the step that the "
+               "projection can follow, and its cost");
     code = arguments->reference != NULL
                ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
                : -1;

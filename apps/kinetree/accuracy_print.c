@@ -40,7 +40,7 @@ static void print_horizon(const kt_accuracy_results *results) {
                1.0 / results->growth, results->amplification, results->duration, results->asked, results->duration);
         break;
     case KT_ACCURACY_DISAGREEMENT:
-        printf("  after %.4g s the reference and its check part: the motion cannot be known there; of the %g s asked "
+        printf("  after %.4g s the reference and its check disagree: the motion is not known there; of the %g s asked "
                "for,\n"
                "  the study looks at the first %.4g s\n",
                results->duration, results->asked, results->duration);
@@ -125,7 +125,7 @@ static void print_methods(const kt_findings *findings) {
     for (int i = 0; i < results->curve_count; i++)
         if (results->curves[i].stable_step > 0.0) {
             puts("  beyond 'stable to' it is not accuracy but stability that forbids a step (of adaptive methods, on\n"
-                 "  average): 'kinetree stability' tells which modes do, and rkc2 bears them");
+                 "  average): 'kinetree stability' shows which modes do, and rkc2 is stable with them");
             return;
         }
 }

@@ -103,7 +103,7 @@ static void tell_wrong(const kt_findings *findings, const kt_accuracy_point *bas
     if (point->status != KT_OK) {
         add(text, size, "breaks down before the end");
     } else if (!point->usable) {
-        add(text, size, "goes another way");
+        add(text, size, "takes another branch");
         add(text, size, "while its loops open by no more than %.1g", open->position);
     } else {
         if (times > 2.0)

@@ -169,7 +169,8 @@ static const char *read_parts(FILE *file, const kt_checkpoint *checkpoint, kt_pr
     if (memcmp(head.kind, checkpoint_kind, sizeof head.kind) != 0)
         return "it is not a checkpoint of this version of kinetree";
     if (head.scene != checkpoint->scene || head.size != checkpoint->size)
-        return "it belongs to another scene, or to this one run in another way; give the scene and the options of the "
+        return "it belongs to another scene, or to this one run with other options; give the scene and the options of "
+               "the "
                "run that wrote it";
     if (!take(file, so_far, sizeof *so_far, &sum) || !take(file, checkpoint->block, checkpoint->size, &sum) ||
         !take(file, &given, sizeof given, &unused) || fgetc(file) != EOF)

@@ -57,7 +57,7 @@ void kt_say_blown_up(kt_outcome *outcome, double time) {
     const double scale = kt_energy_watch_scale(energy);
     outcome->is_blown_up = true;
     const char *remedy = outcome->run->step > 0.0
-                             ? "Take smaller steps ('kinetree stability' tells which are stable), or an adaptive method"
+                             ? "Take smaller steps ('kinetree stability' shows which are stable), or an adaptive method"
                              : "Take a smaller tolerance";
     const kt_warning warning = {
         .code = "blow_up", .time = time, .value = energy->gain, .unit = "J", .is_said = true, .remedy = remedy};

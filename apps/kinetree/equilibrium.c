@@ -99,7 +99,8 @@ static const char *uncertain_words(const kt_small_motion *motion, char *words, s
     }
     words[0] = '\0';
     if (count > 0)
-        (void)snprintf(words, size, " (%d of them cannot be told from zero, being uncertain by up to %.1e 1/s)", count,
+        (void)snprintf(words, size,
+                       " (%d of them cannot be distinguished from zero: they are uncertain by up to %.1e 1/s)", count,
                        error);
     return words;
 }

@@ -43,7 +43,7 @@ kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate);
 /* The same as the columns of results have it: "crank", "ball[2]". */
 kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);
 
-/* Whether a mode's eigenvalue cannot be told from zero. */
+/* Whether a mode's eigenvalue cannot be distinguished from zero. */
 bool kt_mode_is_neutral(const kt_mode *mode);
 /* Whether that is so only because its eigenvalue is uncertain by more than its size. A double eigenvalue of zero, as of a
  * body that drifts, comes out as large as the root of the rounding errors, and counts as zero. */

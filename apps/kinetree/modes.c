@@ -175,7 +175,7 @@ static void warn(const kt_linear_system *system, const char *state) {
 
 enum { NAMED = 3, NEUTRAL_NAMED = 6 };
 
-/* Zero where it cannot be told from it. */
+/* Zero where x is no larger than its error. */
 static double told(double x, double error) { return fabs(x) > error ? x : 0.0; }
 
 static void print_movers(const kt_small_motion *motion, int mode) {
@@ -254,7 +254,7 @@ static void print_neutral(const kt_small_motion *motion) {
         print_neutral_coordinates(motion, false);
     }
     if (count[1] > 0) {
-        printf("%d eigenvalue%s cannot be told from zero, being uncertain by up to %.1e 1/s: ", count[1],
+        printf("%d eigenvalue%s cannot be distinguished from zero (uncertain by up to %.1e 1/s): ", count[1],
                count[1] == 1 ? "" : "s", error);
         print_neutral_coordinates(motion, true);
     }

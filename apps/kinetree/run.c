@@ -65,7 +65,8 @@ static int take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
     double start = cpu_now();
     if (has_energy_beyond_numbers(record)) {
-        kt_say("t = %.9g s: the energy is beyond all numbers: the motion has blown up; take smaller steps, or see what "
+        kt_say("t = %.9g s: the energy exceeds the range of numbers: the motion has diverged; take smaller steps, or "
+               "see what "
                "drives it",
                record->time);
         sinks->failed = true;
@@ -272,7 +273,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
 static int check_columns(const kt_model *model, const kt_run *run) {
     for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
         if (kt_body_find(model, kt_loop_name(model, i)) > 0) {
-            kt_say("run: loop '%s' bears the name of a body, and with 'reaction' recorded both would have the same "
+            kt_say("run: loop '%s' has the name of a body, and with 'reaction' recorded both would have the same "
                    "columns; rename one of them",
                    kt_loop_name(model, i));
             return KT_EXIT_SCENE;

@@ -29,7 +29,7 @@ static const kt_option options[] = {
      NULL},
     {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S", "of the motion; default: the scene's", NULL},
     {"samples", KT_OPTION_COUNT, offsetof(arguments, samples), "N",
-     "states along the motion that are looked at; default: 9, 1 for large scenes", NULL},
+     "states along the motion that are linearised; default: 9, 1 for large scenes", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
      "draw the modes times the step in the method's region of stability, .svg or .png", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "the picture on a dark page", NULL},
@@ -263,7 +263,7 @@ static void say_inactive(const kt_stability_look *look, const json_t *list) {
     if (count > NAMED)
         snprintf(names + used, sizeof names - used, " and %zu more", count - NAMED);
     if (count > 0)
-        kt_say("stability: %s act%s in none of the %d state%s looked at: what %s to the largest step is not in these "
+        kt_say("stability: %s act%s in none of the %d linearised state%s: what %s to the largest step is not in these "
                "numbers; give more --samples, or a --duration in which %s",
                names, count == 1 ? "s" : "", samples, samples == 1 ? "" : "s", count == 1 ? "it does" : "they do",
                count == 1 ? "it acts" : "they act");
@@ -299,7 +299,7 @@ static int show(const kt_stability_look *look, const arguments *given) {
         printf("%s: %d state%s in %g s\n\n", kt_show(look->name).text, samples, samples == 1 ? "" : "s",
                look->duration);
         if (kt_model_mobility(look->model).minimal == 0) {
-            puts("there are no degrees of freedom: what moves is told by loops alone, and any step is stable");
+            puts("there are no degrees of freedom: loops alone determine the motion, and any step is stable");
         } else {
             print_modes(look);
             print_limits(look);

@@ -325,7 +325,7 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.120s'", name);
     return kt_error_set(error, KT_ERROR_STEP, where,
-                        gone ? "no equilibrium: the mechanism runs away in this joint, which nothing holds (still "
+                        gone ? "no equilibrium: this joint accelerates without bound, and nothing holds it (still "
                                "accelerating by %.3g %s after %d steps)"
                              : "no equilibrium was found: this joint still accelerates by %.3g %s after %d steps; try "
                                "another start",

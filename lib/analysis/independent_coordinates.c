@@ -195,7 +195,7 @@ static kt_status refuse_singular(const kt_linearization *l, size_t g, kt_error *
                    group.loop_count > 1 ? " and those that share its links" : "", l->t);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
                         "a singular position: equations depend on each other for an instant, the mechanism can go on "
-                        "in more than one way, and there is no linearisation; take a position beside it");
+                        "in more than one way, and there is no linearisation; take a neighbouring position");
 }
 
 /* Whether all groups have their usual ranks here. */

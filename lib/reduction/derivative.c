@@ -228,7 +228,7 @@ static kt_status refuse_singular(const work *w, const double *q, const double *v
         if (w->data->near[g])
             return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                                 "the loops are at a singular position, or next to one, where accelerations have no "
-                                "derivative that could be told; take one beside it");
+                                "defined derivative; take a neighbouring one");
     return KT_OK;
 }
 

@@ -63,7 +63,7 @@ static bool is_lost(const char *text, const char *set) {
     if (!kt_check_true(set, line != NULL))
         return false;
     line += strlen(words);
-    return strncmp(line, "goes another way", 16) == 0 || strncmp(line, "breaks down", 11) == 0;
+    return strncmp(line, "takes another branch", 20) == 0 || strncmp(line, "breaks down", 11) == 0;
 }
 
 /* Through singular positions; dopri5 at a tolerance that the reduction takes to 1e-6. */

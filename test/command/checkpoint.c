@@ -92,9 +92,9 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
     break_off();
     const char resume[] = "--out part.csv --summary part.json --resume";
     kt_expect(0, NULL, "cp part.csv.partial before.csv; cp part.state good");
-    kt_expect(1, "it belongs to another scene, or to this one run in another way",
+    kt_expect(1, "it belongs to another scene, or to this one run with other options",
               "$K run chain.yaml %s --integrator tsit5 %s good", options, resume);
-    kt_expect(1, "it belongs to another scene, or to this one run in another way",
+    kt_expect(1, "it belongs to another scene, or to this one run with other options",
               "$K run chain.yaml %s --out part.csv --resume good --interval 0.01", options);
     kt_expect(1, "it belongs to another scene",
               "sed 's/mass: 1$/mass: 1.5/; s/-9.8/-9.7/' chain.yaml >other.yaml; $K run other.yaml %s %s good", options,

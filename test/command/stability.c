@@ -57,7 +57,7 @@ KT_TEST(stops_that_act_in_no_state_are_told) {
     char text[400];
     snprintf(text, sizeof text, swing, "0.95");
     kt_write_file("stop.yaml", text);
-    kt_expect(0, "stability: joint_limit 'stop' of 'mass' acts in none of the 9 states looked at",
+    kt_expect(0, "stability: joint_limit 'stop' of 'mass' acts in none of the 9 linearised states",
               "$K stability stop.yaml");
     kt_ran ran = kt_shell("$K stability stop.yaml --json");
     json_t *root = kt_json(ran.out);
@@ -76,7 +76,7 @@ KT_TEST(stability_says_what_it_cannot_do) {
     kt_ran ran = kt_shell("$K stability still.yaml");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("nothing moves", ran.out,
-                      "there are no degrees of freedom: what moves is told by loops alone, and any step is stable\n");
+                      "there are no degrees of freedom: loops alone determine the motion, and any step is stable\n");
 #ifdef KT_HAS_CAIRO
     kt_expect(1, "a picture's name ends in .svg or .png", "$K stability " PENDULUM " --plot a.pdf");
     kt_expect(1, "nothing to draw", "$K stability still.yaml --plot a.svg");
