@@ -82,7 +82,7 @@ KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const ch
 KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
 
 /* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false; 0 for
- * a type that does not exist. O(1). */
+ * a type that does not exist, and in a library without loops. O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
 
 /* What a coordinate of a joint measures. */

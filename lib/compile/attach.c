@@ -169,7 +169,7 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         for (int k = 0; k < r->term_count; k++)
             m->term[r->term + k] = (kt_term_record){.link = joint_link(m, kt_loop_term(loop, k).joint),
                                                     .coefficient = kt_loop_term(loop, k).coefficient};
-        if (m->n.planar && !kt_attach_is_relation(r->type) &&
+        if (KT_HAS_LOOPS && m->n.planar && !kt_attach_is_relation(r->type) &&
             (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
             m->planar_loop[i] = a->flat[i];
             kt_planar_ends(m, r, &m->planar_loop[i]);
@@ -329,7 +329,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_attach_fill_effects(a, m);
     kt_aligned_release(*model);
     *model = m;
-    return kt_groups_rank(m, error);
+    return KT_HAS_LOOPS ? kt_groups_rank(m, error) : KT_OK;
 }
 
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,

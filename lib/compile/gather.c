@@ -100,7 +100,7 @@ static void place_groups(kt_model *m) {
             group->count[k] = group->row_count;
             group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
         }
-        m->n.dense += kt_group_layout(group);
+        m->n.dense += KT_HAS_LOOPS ? kt_group_layout(group) : 0;
         m->link[group->parent].branches = true;
         if ((size_t)group->parent >= m->n.spatial)
             m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;

@@ -209,11 +209,13 @@ static size_t drop_planes(kt_body_plane *body, size_t count, kt_plane *plane, si
 
 size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane, kt_planar_loop *flat) {
     find_trees(o->description, body, o->count);
-    kt_trees_join(o, body);
+    if (KT_HAS_LOOPS)
+        kt_trees_join(o, body);
     find_normals(o->description, body, o->count);
     const size_t planes = choose_planes(body, o->count, plane);
     check_planes(o->description, body, o->count, plane);
-    kt_loops_planar_rows(o, body, plane, flat);
+    if (KT_HAS_LOOPS)
+        kt_loops_planar_rows(o, body, plane, flat);
     for (size_t i = 1; i <= o->count; i++)
         if (body[i].tree == (int32_t)i)
             body[i].plane = body[body[i].component].plane;

@@ -1,6 +1,7 @@
 /* Coaxial: the z axes of both ends have one direction. */
 #include "loop/orientation.h"
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -11,6 +12,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_coaxial) = {
     .rows = 2, .evaluate = evaluate, .part = {KT_PART_TILT_X, KT_PART_TILT_Y}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

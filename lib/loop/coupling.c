@@ -1,6 +1,7 @@
 /* Coupling: sum of coefficient * position = offset; gears, pulleys, mimic joints. */
 #include "loop/loop.h"
 
+#ifndef KT_NO_LOOPS
 static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double offset[3];
     kt_curve_evaluate(&loop->curve, numbers, t, offset);
@@ -8,6 +9,7 @@ static kt_relation_row relate(const kt_loop_record *loop, const double *numbers,
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -11,6 +11,7 @@
 #include <float.h>
 #include <math.h>
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     double length[3];
@@ -32,6 +33,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_DISTANCE}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,6 +1,7 @@
 /* Inline: the second point stays on the first end's z axis; d_x = d_y = 0. */
 #include "loop/relative.h"
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -11,6 +12,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_inline) = {.rows = 2, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

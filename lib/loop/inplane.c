@@ -1,6 +1,7 @@
 /* Inplane: the second point stays in the plane through the first, normal to its z axis; d_z = 0. */
 #include "loop/relative.h"
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -10,6 +11,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_inplane) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_Z}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,6 +1,7 @@
 /* Motion: a joint's position follows a function of time; phi = q - f(t), phi_t = -f', and -f'' in phi''. */
 #include "loop/loop.h"
 
+#ifndef KT_NO_LOOPS
 static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double f[3];
     kt_curve_evaluate(&loop->curve, numbers, t, f);
@@ -8,6 +9,7 @@ static kt_relation_row relate(const kt_loop_record *loop, const double *numbers,
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_motion) = {.relate = relate};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

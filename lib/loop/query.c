@@ -16,11 +16,11 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
     return (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type] : NULL;
 }
 
-bool kt_loop_is_relation(kt_loop_type type) { return kt_loop_kinds_baseline[type]->rows == 0; }
+bool kt_loop_is_relation(kt_loop_type type) { return KT_HAS_LOOPS && kt_loop_kinds_baseline[type]->rows == 0; }
 
 /* Where a type has the key `holonomic`, false leaves its holonomic equation out. */
 int kt_loop_equation_count(const kt_loop *loop) {
-    if ((unsigned)loop->type >= KT_LOOP_TYPE_COUNT)
+    if (!KT_HAS_LOOPS || (unsigned)loop->type >= KT_LOOP_TYPE_COUNT)
         return 0;
     if (kt_loop_is_relation(loop->type))
         return 1;
@@ -83,7 +83,7 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
         return kt_link_lengths(link) ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
     }
     generic_ends(end);
-    if (row >= kt_loop_kinds_baseline[record->type]->evaluate(record, model->number, end, 0.0, rows) ||
+    if (!KT_HAS_LOOPS || row >= kt_loop_kinds_baseline[record->type]->evaluate(record, model->number, end, 0.0, rows) ||
         !rows[row].holonomic)
         return KT_MEASURE_NONE;
     const kt_vector f = rows[row].force;

@@ -1,6 +1,7 @@
 /* Revolute: spherical and coaxial; free to turn about z. */
 #include "loop/orientation.h"
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -13,6 +14,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_revolute) = {
     .rows = 5, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -25,6 +25,7 @@
 
 #include <math.h>
 
+#ifndef KT_NO_LOOPS
 static const double FLAT = 1e-6;
 
 typedef struct contact {
@@ -68,6 +69,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

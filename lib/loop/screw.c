@@ -13,6 +13,7 @@
  */
 #include "loop/orientation.h"
 
+#ifndef KT_NO_LOOPS
 static const double TURN = 6.283185307179586;
 
 static kt_real advance(const kt_loop_record *loop, const kt_loop_end end[2], kt_real along) {
@@ -44,6 +45,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

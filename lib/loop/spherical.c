@@ -1,6 +1,7 @@
 /* Spherical: the two points coincide; d = 0, in the first end's axes. */
 #include "loop/relative.h"
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -12,6 +13,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 const kt_loop_kind KT_KERNEL(kt_loop_spherical) = {
     .rows = 3, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,6 +1,7 @@
 /* Weld: spherical and parallel; no freedom. */
 #include "loop/orientation.h"
 
+#ifndef KT_NO_LOOPS
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -15,6 +16,7 @@ const kt_loop_kind KT_KERNEL(kt_loop_weld) = {
     .rows = 6,
     .evaluate = evaluate,
     .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z}};
+#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -25,6 +25,14 @@ typedef struct kt_counts {
     size_t spatial, spatial_angle, planar, plane, planar_loop;
 } kt_counts;
 
+/* Whether the library has loops: without (-Dloops=disabled) no model has constraint groups, and what asks for this before it
+ * asks for groups is not compiled. */
+#ifdef KT_NO_LOOPS
+enum { KT_HAS_LOOPS = 0 };
+#else
+enum { KT_HAS_LOOPS = 1 };
+#endif
+
 /* Angles are taken in groups of eight (algebra/sincos.h), from anywhere among them. */
 #define KT_ANGLES(count) ((count) + 7)
 

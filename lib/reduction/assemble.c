@@ -293,35 +293,8 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
                                true, error);
 }
 
-/* ---- the call ---------------------------------------------------------------------------------------------------- */
-
-kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
-    const kt_input input = {.q = q, .v = v};
-    double *new_q = data->assembled_q, *new_v = data->assembled_v, *given = data->given_q;
-    kt_status status = kt_input_check(model, &input, error);
-    if (status != KT_OK)
-        return status;
-    memcpy(new_q, q, model->n.q * sizeof *q);
-    memcpy(new_v, v, model->n.v * sizeof *v);
-    (void)kt_unit_quaternions(model, new_q); /* none is zero */
-    memcpy(given, new_q, model->n.q * sizeof *q);
-    if (model->n.group) {
-        status = assemble_positions(model, data, t, given, new_q, error);
-        if (status == KT_OK)
-            status = assemble_velocities(model, data, t, new_q, new_v, error);
-    }
-    if (status != KT_OK)
-        return status;
-    memcpy(q, new_q, model->n.q * sizeof *q);
-    memcpy(v, new_v, model->n.v * sizeof *v);
-    return KT_OK;
-}
-
-void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q) {
-    memcpy(q, data->assembled_q, model->n.q * sizeof *q);
-}
-
-void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v) {
-    if (kt_state_assemble(model, data, 0.0, q, v, NULL) != KT_OK)
-        return;
+kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
+                            kt_error *error) {
+    const kt_status status = assemble_positions(model, data, t, given, q, error);
+    return status == KT_OK ? assemble_velocities(model, data, t, q, v, error) : status;
 }

@@ -219,11 +219,12 @@ static void solve_column(work *w, double *d, const double *e) {
 
 /* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
 static kt_status refuse_singular(const work *w, const double *q, const double *v, kt_error *error) {
+    if (!KT_HAS_LOOPS || !w->model->n.group)
+        return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
     kt_violation violation;
-    if (w->model->n.group)
-        (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
-               kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
+    (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
+           kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
     for (size_t g = 0; g < w->model->n.group; g++)
         if (w->data->near[g])
             return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
@@ -264,7 +265,7 @@ static kt_status solve(work *w, const double *q, const double *v, kt_error *erro
     const size_t n = w->n;
     const kt_dual_motion at = {
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
-    if (w->p)
+    if (KT_HAS_LOOPS && w->p)
         kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
     kt_dual_effects(&at, w->d_q, w->d_v);
     for (size_t j = 0; j < n && has_own_effects(w->model); j++) {

@@ -45,13 +45,14 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
         return status;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
-    kt_reduction_kernels_of(model)->fill(model, data, t, q, v ? v : model->zero);
+    if (KT_HAS_LOOPS)
+        kt_reduction_kernels_of(model)->fill(model, data, t, q, v ? v : model->zero);
     if (jacobian)
         memset(jacobian, 0, model->n.row * model->n.v * sizeof *jacobian);
     for (int k = 0; k < 3; k++)
         if (vectors[k])
             memset(vectors[k], 0, model->n.row * sizeof *vectors[k]);
-    for (size_t g = 0; g < model->n.group; g++)
+    for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
         write_group(model, data, g, &out);
     return KT_OK;
 }
@@ -76,7 +77,6 @@ static size_t write_basis(const kt_model *model, const kt_data *data, size_t g, 
 kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q, double *basis,
                             int *columns, kt_error *error) {
     const size_t nv = model->n.v;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     const kt_input input = {.q = q};
     size_t count = 0;
     const kt_status status = kt_input_check(model, &input, error);
@@ -84,7 +84,8 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
         return status;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
-    if (model->n.group) {
+    if (KT_HAS_LOOPS && model->n.group) {
+        const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
         kernels->fill(model, data, t, q, model->zero);
         if (!kernels->factor(model, data, KT_ROWS_ALL, false))
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
@@ -93,7 +94,7 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
     }
     memset(basis, 0, nv * nv * sizeof *basis);
     memset(data->delta, 0, nv * sizeof *data->delta); /* 1 for coordinates of a group */
-    for (size_t g = 0; g < model->n.group; g++)
+    for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
         count += write_basis(model, data, g, basis + count * nv, data->delta);
     for (size_t i = 0; i < nv; i++)
         if (data->delta[i] == 0.0)

@@ -317,27 +317,6 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
 /* ---- calls ---------------------------------------------------------------------------------------------------------
  */
 
-bool kt_unit_quaternions(const kt_model *model, double *q) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
-        if (!motion.quaternions)
-            continue;
-        double *p = q + link->q + motion.plain;
-        const kt_quat given = kt_quat_make(p[0], p[1], p[2], p[3]);
-        if (fabs(kt_quat_norm_squared(given) - 1.0) <= 4.0 * DBL_EPSILON)
-            continue;
-        const kt_quat unit = kt_quat_normalize(given);
-        if (!isfinite(unit.w + unit.x + unit.y + unit.z))
-            return false;
-        p[0] = unit.w;
-        p[1] = unit.x;
-        p[2] = unit.y;
-        p[3] = unit.z;
-    }
-    return true;
-}
-
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error) {
     memcpy(data->assembled_q, q, model->n.q * sizeof *q);
@@ -382,8 +361,7 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
             error, KT_ERROR_SINGULAR, where,
             "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
             "bodies that move there mass or inertia");
-    const kt_status status = kt_input_check(model, input, error);
-    return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
+    return kt_state_refuse_not_finite(model, t, input, error);
 }
 
 /* Adds the iterations of the last projection to the totals. */
@@ -395,60 +373,18 @@ static void remember(kt_data *data) {
     most->capped += last->capped + (last->position == KT_POSITION_STEPS_MAX ? 1U : 0U);
 }
 
-/* How far the velocities in loops were off before the projection: with steps that fit the motion, by the error of a step;
- * where a step has led over a dead point, by as much as they are. */
-static void measure_correction(const kt_model *model, kt_data *data, const double *from, const double *to) {
-    data->correction = data->fastest = 0.0;
-    for (size_t i = 0; i < model->n.group_v; i++) {
-        const int32_t v = model->group_v[i];
-        const double change = fabs(to[v] - from[v]) / model->unit[i];
-        data->fastest = fmax(data->fastest, fabs(to[v]) / model->unit[i]);
-        if (change > data->correction) {
-            data->correction = change;
-            data->corrected_v = v;
-        }
-    }
-}
-
-kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
-                           kt_error *error) {
-    bool moved = false;
-    double *new_q = data->assembled_q, *new_v = data->assembled_v;
+kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
+                           bool *moved, kt_error *error) {
     kt_violation violation;
-    const kt_input input = {.q = q, .v = v};
-    data->dead = false;
-    memcpy(new_q, q, model->n.q * sizeof *q);
-    memcpy(new_v, v, model->n.v * sizeof *v);
-    if (!kt_unit_quaternions(model, new_q))
-        return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
-    if (model->n.group) {
-        /* What the data were used for before must not decide: a dead point is looked for where this projection factors. */
-        if (model->driven)
-            memset(data->near, 0, model->n.group * sizeof *data->near);
-        kt_closure closure = kt_project_in_place(model, data, t, new_q, new_v, KT_POSITION_STEPS_MAX, KT_CLOSED,
-                                                 KT_CLOSED_STEP, &moved, &violation);
-        data->dead = closure == KT_CLOSURE_DONE && is_dead_point(model, data);
-        if (data->dead)
-            closure = KT_CLOSURE_DEAD;
-        remember(data);
-        if (closure != KT_CLOSURE_DONE)
-            return refuse(model, data, t, closure, &input, violation.gap <= KT_CLOSED_STEP, error);
-    }
-    measure_correction(model, data, v, new_v);
-    moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
-    memcpy(q, new_q, model->n.q * sizeof *q);
-    memcpy(v, new_v, model->n.v * sizeof *v);
-    if (changed)
-        *changed = moved;
-    return KT_OK;
-}
-
-kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                           kt_residual *residual, kt_error *error) {
-    kt_violation violation = kt_violation_none;
-    const kt_input input = {.q = q, .v = v};
-    if (model->n.group && !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
-        return refuse(model, data, t, KT_CLOSURE_NOT_FINITE, &input, false, error);
-    *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
-    return KT_OK;
+    /* What the data were used for before must not decide: a dead point is looked for where this projection factors. */
+    if (model->driven)
+        memset(data->near, 0, model->n.group * sizeof *data->near);
+    kt_closure closure =
+        kt_project_in_place(model, data, t, q, v, KT_POSITION_STEPS_MAX, KT_CLOSED, KT_CLOSED_STEP, moved, &violation);
+    data->dead = closure == KT_CLOSURE_DONE && is_dead_point(model, data);
+    if (data->dead)
+        closure = KT_CLOSURE_DEAD;
+    remember(data);
+    return closure == KT_CLOSURE_DONE ? KT_OK
+                                      : refuse(model, data, t, closure, input, violation.gap <= KT_CLOSED_STEP, error);
 }

@@ -2,6 +2,7 @@
 #ifndef KT_REDUCTION_PROJECT_H
 #define KT_REDUCTION_PROJECT_H
 
+#include "dynamics/dynamics.h"
 #include "kinetree/reduction.h"
 #include "reduction/kernel.h"
 
@@ -31,6 +32,16 @@ typedef enum kt_closure {
 /* Scales quaternions to unit norm; those within rounding of it keep their bits (another division would only make them
  * wander). Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);
+
+/* What a state that is not finite is refused with: the number that is to blame, or that a number is huge. */
+kt_status kt_state_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
+
+/* kt_state_project and kt_state_assemble of a model with loops, in place; `given`: the positions as they were given. `input`
+ * is for messages. */
+kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
+                           bool *moved, kt_error *error);
+kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
+                            kt_error *error);
 
 /* right <- -phi in all groups whose gap is above `goal`. */
 void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal);

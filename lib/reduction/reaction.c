@@ -18,14 +18,14 @@
  * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
 static void load(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const double *tau,
                  const kt_wrench *external, const double *a) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     kt_effects_recall(model, data, &tau, &external);
     if (external)
         memcpy(data->loaded, external, model->n.body * sizeof *external);
     else
         memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
-    if (!model->n.group)
+    if (!KT_HAS_LOOPS || !model->n.group)
         return;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
         (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
     kernels->multipliers(model, data, v, a);
@@ -87,11 +87,11 @@ static double multiplier_of(const kt_model *model, const kt_data *data, const kt
 
 kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
                               kt_error *error) {
-    for (size_t i = 0; i < model->n.loop; i++)
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
             if (!isfinite(multiplier_of(model, data, &model->loop[i], r)))
                 return refuse("loop", kt_loop_name(model, (int)i), t, error);
-    for (size_t i = 0; i < model->n.loop; i++)
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
             multipliers[model->loop[i].equation + r] = multiplier_of(model, data, &model->loop[i], r);
     return KT_OK;

@@ -141,7 +141,7 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
 #define KT_RANK_FLOOR 1e-3
 
 /* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
- * from neighbouring states (evaluate.c). */
+ * from neighbouring states (near_singular.c). */
 #define KT_NEAR_SINGULAR 1e-2
 
 /* x (m): a solution of the independent equations of A x = b (k). */

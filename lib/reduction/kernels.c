@@ -1,0 +1,36 @@
+/* The kernels for a model, and the layout of a group's matrices. */
+#include "reduction/kernel.h"
+
+size_t kt_group_layout(kt_group *group) {
+    const size_t m = (size_t)group->v_count, k = (size_t)group->row_count, s = m < k ? m : k;
+    size_t used = 0, *at = group->at;
+#define KT_GROUP_PLACE(name, count, meaning)                                                                           \
+    *at++ = used;                                                                                                      \
+    used += ((count) + 7) / 8 * 8;
+    KT_GROUP_FIELDS(KT_GROUP_PLACE)
+#undef KT_GROUP_PLACE
+    return used;
+}
+
+const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
+    if (model->sweep == KT_SWEEP_SPATIAL)
+        return kt_reduction_kernels_in_space(model);
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
+        return &kt_reduction_planar_kernels_v4;
+    if (model->level == KT_ISA_V3)
+        return &kt_reduction_planar_kernels_v3;
+#endif
+    return &kt_reduction_planar_kernels_baseline;
+}
+
+const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model) {
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
+        return &kt_reduction_kernels_v4;
+    if (model->level == KT_ISA_V3)
+        return &kt_reduction_kernels_v3;
+#endif
+    (void)model;
+    return &kt_reduction_kernels_baseline;
+}
