@@ -108,7 +108,7 @@ static kt_function function_of(const kt_attach *a, const kt_loop *loop, const kt
 
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
-    for (int i = 0; i < d->loop_count; i++) {
+    for (int i = 0; KT_HAS_LOOPS && i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         kt_loop_record *r = &a->loop[i];
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
@@ -154,7 +154,7 @@ static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *ori
 }
 
 static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
-    for (size_t i = 0; i < m->n.loop; i++) {
+    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
         const kt_loop *loop = &a->description->loops[i];
         kt_loop_record *r = &m->loop[i];
         *r = a->loop[i];
@@ -192,7 +192,7 @@ static double length_of(const kt_attach *a, const kt_model *m) {
     kt_vec3 common = none;
     double longest = 0.0;
     bool has_common = false;
-    for (size_t i = 0; i < m->n.loop; i++) {
+    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
         const kt_loop_record *r = &m->loop[i];
         kt_vec3 own = none;
         const bool counted = !kt_attach_is_relation(r->type) && find_origin(m, r, &own);

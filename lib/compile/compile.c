@@ -51,7 +51,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         status = kt_model_build(description, settings, &tree, error);
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
-    if (status == KT_OK && settings->formulation == KT_FORMULATION_ABSOLUTE)
+    if (KT_HAS_LOOPS && status == KT_OK && settings->formulation == KT_FORMULATION_ABSOLUTE)
         status = kt_absolute_compile(description, settings, tree, &tree->absolute, error);
     if (status == KT_OK)
         *model = tree;

@@ -59,9 +59,9 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
 
 /* Sizes of the groups, and where in its group each loop and link stands. */
 static void measure_groups(kt_attach *a, kt_model *m) {
-    for (size_t g = 0; g < m->n.group; g++)
+    for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++)
         m->group[g] = (kt_group){.parent = -1};
-    for (size_t i = 0; i < m->n.loop; i++) {
+    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
         kt_group *group = &m->group[m->loop[i].group];
         m->loop[i].row = group->row_count;
         group->row_count += m->loop[i].row_count;
@@ -84,7 +84,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
 /* The groups one after the other in the lists of loops, links, coordinates, equations and matrices. */
 static void place_groups(kt_model *m) {
     int32_t loop = 0, link = 0, v = 0, row = 0;
-    for (size_t g = 0; g < m->n.group; g++) {
+    for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
         kt_group *group = &m->group[g];
         group->loop = loop;
         group->link = link;
@@ -120,9 +120,9 @@ static void mark_passing(kt_model *m) {
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
-    if (m->n.group)
+    if (KT_HAS_LOOPS && m->n.group)
         m->forward = kt_closed_forward;
-    for (size_t i = 0; i < m->n.loop; i++) {
+    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
         kt_group *group = &m->group[m->loop[i].group];
         m->group_loop[group->loop + group->loop_count++] = (int32_t)i;
     }

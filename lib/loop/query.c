@@ -16,7 +16,7 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
     return (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type] : NULL;
 }
 
-bool kt_loop_is_relation(kt_loop_type type) { return KT_HAS_LOOPS && kt_loop_kinds_baseline[type]->rows == 0; }
+bool kt_loop_is_relation(kt_loop_type type) { return kt_descriptor_end_count(kt_loop_descriptor(type)) == 0; }
 
 /* Where a type has the key `holonomic`, false leaves its holonomic equation out. */
 int kt_loop_equation_count(const kt_loop *loop) {

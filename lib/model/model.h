@@ -53,7 +53,7 @@ enum { KT_HAS_LOOPS = 1 };
     X(kt_term_record, term, n->term, "terms of relations between joints")                                              \
     X(int32_t, path, n->path, "links on the loops' paths")                                                             \
     X(kt_group, group, n->group, "groups of loops that share links")                                                   \
-    X(int32_t, group_loop, n->loop, "loops, group by group")                                                           \
+    X(int, group_loop, n->loop, "loops, group by group")                                                               \
     X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \

@@ -4,6 +4,7 @@
 
 #include "base/arena.h"
 #include "kinetree/simulation.h"
+#include "model/model.h"
 
 #include <math.h>
 
@@ -110,7 +111,7 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
 }
 
 static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
-    return simulation->model != simulation->face;
+    return KT_HAS_LOOPS && simulation->model != simulation->face;
 }
 
 /* The callbacks of the integrator. */

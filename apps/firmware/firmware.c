@@ -1,0 +1,161 @@
+/* Computed torque as firmware: for a processor without an operating system, and the same to the last bit everywhere.
+ *
+ * The model of a seven-axis arm (that of computed_torque.c, whose comment has the control law) is compiled on the device at
+ * start-up. Then, every millisecond,
+ *
+ *     tau = M(q) (a_d + Kp (q_d - q) + Kd (v_d - v)) + h(q, v)      one call of kt_dynamics_inverse
+ *
+ * The plant, an arm that is 10 % heavier, is simulated beside the controller (classical Runge-Kutta steps of 1 ms). After STEPS
+ * ticks the program prints the state as the bits of its doubles, and a hash of the torques and states of all ticks. The same
+ * program prints the same on x86-64 and on a Cortex-M7: the library computes sines and all else by itself, in a fixed order.
+ * For the same reason the path is a polynomial: sin and exp of two C libraries differ in their last bits.
+ */
+#include <kinetree/kinetree.h>
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { JOINTS = 7, BODIES = 8, STEPS = 500 };
+
+static const double tick = 1e-3, frequency = 25.0; /* s; rad/s, of the decoupled errors, damping 1 */
+
+typedef struct part {
+    const char *name;
+    char axis;         /* of its joint */
+    double up;         /* origin above the parent's, m, along the parent's z */
+    double mass;       /* kg */
+    double com[3];     /* m */
+    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, kg m^2 */
+} part;
+
+static const part parts[BODIES] = {
+    {"shoulder_yaw", 'z', 0.15, 4.8, {0, -0.028, 0.122}, {0.0331, 0.0314, 0.0123, 0, 0, 0.0049}},
+    {"shoulder_pitch", 'y', 0.19, 4.6, {0, 0.041, 0.062}, {0.0305, 0.0287, 0.0115, 0, 0, -0.0042}},
+    {"upper_arm_roll", 'z', 0.21, 3.7, {0, 0.026, 0.131}, {0.0246, 0.0238, 0.0078, 0, 0, -0.0031}},
+    {"elbow", 'Y', 0.19, 3.2, {0, 0.034, 0.067}, {0.0176, 0.0164, 0.0061, 0, 0, 0.0027}},
+    {"forearm_roll", 'z', 0.21, 2.4, {0.0005, 0.021, 0.076}, {0.0127, 0.0116, 0.0046, 0.0001, 0, 0.0022}},
+    {"wrist", 'y', 0.19, 1.9, {0, 0.0006, 0.0009}, {0.0049, 0.0043, 0.0036, 0, 0, 0}},
+    {"flange", 'z', 0.08, 0.6, {0, 0, 0.02}, {0.0006, 0.0006, 0.0009, 0, 0, 0}},
+    {"tool", '-', 0.045, 1.5, {0.03, 0, 0.06}, {0.0035, 0.0041, 0.0019, 0, 0.0004, 0}},
+};
+
+static kt_body make_body(int i, double scale) {
+    const part *p = &parts[i];
+    kt_body body = kt_body_default();
+    body.name = p->name;
+    body.parent = i > 0 ? parts[i - 1].name : NULL;
+    body.joint.type = p->axis == '-' ? KT_JOINT_FIXED : KT_JOINT_REVOLUTE;
+    body.joint.axis = p->axis == 'y'   ? kt_vec3_make(0.0, 1.0, 0.0)
+                      : p->axis == 'Y' ? kt_vec3_make(0.0, -1.0, 0.0)
+                                       : kt_vec3_make(0.0, 0.0, 1.0);
+    body.joint.at = kt_vec3_make(0.0, 0.0, p->up);
+    body.mass = scale * p->mass;
+    body.com = kt_vec3_make(p->com[0], p->com[1], p->com[2]);
+    body.inertia = kt_sym3_make(scale * p->inertia[0], scale * p->inertia[1], scale * p->inertia[2],
+                                scale * p->inertia[3], scale * p->inertia[4], scale * p->inertia[5]);
+    return body;
+}
+
+static kt_status make_arm(double scale, kt_model **model, kt_error *error) {
+    kt_body bodies[BODIES];
+    kt_description arm = kt_description_default();
+    for (int i = 0; i < BODIES; i++)
+        bodies[i] = make_body(i, scale);
+    arm.name = "seven-axis arm";
+    arm.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    arm.bodies = bodies;
+    arm.body_count = BODIES;
+    return kt_model_compile(&arm, NULL, model, error);
+}
+
+/* From `from` to `to` in half a second, from rest to rest: s = 10 x^3 - 15 x^4 + 6 x^5. */
+static void path(double t, double *q, double *v, double *a) {
+    static const double from[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
+    static const double to[JOINTS] = {0.9, 0.2, 0.1, 0.9, -0.5, 1.5, 1.0};
+    const double time = STEPS * tick, x = t / time;
+    const double s = x * x * x * (10.0 + x * (-15.0 + 6.0 * x)), rate = 30.0 * x * x * (1.0 + x * (x - 2.0)) / time;
+    const double second = 60.0 * x * (1.0 + x * (2.0 * x - 3.0)) / (time * time);
+    for (int i = 0; i < JOINTS; i++) {
+        q[i] = from[i] + s * (to[i] - from[i]);
+        v[i] = rate * (to[i] - from[i]);
+        a[i] = second * (to[i] - from[i]);
+    }
+}
+
+/* One tick of control: joint positions and velocities in, torques out. */
+static kt_status control(const kt_model *model, kt_data *data, double t, const double *q, const double *v, double *tau,
+                         kt_error *error) {
+    double q_d[JOINTS], v_d[JOINTS], u[JOINTS];
+    path(t, q_d, v_d, u);
+    for (int i = 0; i < JOINTS; i++)
+        u[i] += frequency * frequency * (q_d[i] - q[i]) + 2.0 * frequency * (v_d[i] - v[i]);
+    return kt_dynamics_inverse(model, data, q, v, u, NULL, tau, error); /* M u + h */
+}
+
+static uint64_t bits_of(double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* FNV-1a, a double at a time. */
+static uint64_t hash(uint64_t so_far, const double *x, int count) {
+    for (int i = 0; i < count; i++)
+        so_far = (so_far ^ bits_of(x[i])) * UINT64_C(1099511628211);
+    return so_far;
+}
+
+static void print(const char *name, uint64_t bits) {
+    printf("%s %08" PRIx32 "%08" PRIx32 "\n", name, (uint32_t)(bits >> 32), (uint32_t)bits);
+}
+
+static kt_status follow(const kt_model *known, kt_data *data, kt_simulation *plant, kt_error *error) {
+    double q[JOINTS], v[JOINTS], tau[JOINTS];
+    uint64_t seen = UINT64_C(14695981039346656037);
+    path(0.0, q, v, tau);
+    kt_status status = kt_simulation_set_state(plant, 0.0, q, v, error);
+    for (int n = 0; n < STEPS && status == KT_OK; n++) {
+        status =
+            control(known, data, n * tick, kt_simulation_positions(plant), kt_simulation_velocities(plant), tau, error);
+        if (status == KT_OK)
+            status = kt_simulation_set_torque(plant, tau, error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(plant, (n + 1) * tick, error);
+        seen = hash(seen, tau, JOINTS);
+        seen = hash(seen, kt_simulation_positions(plant), JOINTS);
+        seen = hash(seen, kt_simulation_velocities(plant), JOINTS);
+    }
+    for (int i = 0; i < JOINTS && status == KT_OK; i++)
+        print(parts[i].name, bits_of(kt_simulation_positions(plant)[i]));
+    if (status == KT_OK)
+        print("all", seen);
+    return status;
+}
+
+int main(void) {
+    kt_model *known = NULL, *arm = NULL;
+    kt_data *data = NULL;
+    kt_simulation *plant = NULL;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    run.integrator = "rk4";
+    run.step = tick;
+    run.duration = STEPS * tick;
+    kt_status status = make_arm(1.0, &known, &error);
+    if (status == KT_OK)
+        status = make_arm(1.1, &arm, &error);
+    if (status == KT_OK)
+        status = kt_data_create(known, &data, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(arm, &run, NULL, &plant, &error);
+    if (status == KT_OK)
+        status = follow(known, data, plant, &error);
+    if (status != KT_OK)
+        printf("%s: %s\n", error.where, error.message);
+    kt_simulation_free(plant);
+    kt_data_free(data);
+    kt_model_free(arm);
+    kt_model_free(known);
+    return status == KT_OK ? 0 : 1;
+}

@@ -1,0 +1,66 @@
+"""firmware PROGRAM SOURCE-ROOT BUILD-DIRECTORY: apps/firmware prints the same here and on a Cortex-M7, where it fits into 200 kB."""
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note, skip
+
+TEXT_MOST = 200_000  # bytes
+TARGET = [0.9, 0.2, 0.1, 0.9, -0.5, 1.5, 1.0]  # rad, where the path of apps/firmware/firmware.c ends
+EMULATOR = ["qemu-system-arm", "-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", "none",
+            "-semihosting-config", "enable=on,target=native", "-kernel"]
+
+
+def run(*command, **more):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, **more)
+
+
+def build(source, folder):
+    """Problems; the program and the archive that it links are in `folder` then."""
+    if not (folder / "build.ninja").is_file():
+        shutil.rmtree(folder, ignore_errors=True)
+        made = run("meson", "setup", folder, source, "--cross-file", source / ".ci/cortex-m7.ini", "-Dwerror=true")
+        if made.returncode != 0:
+            return (made.stdout + made.stderr).splitlines()
+    made = run("ninja", "-C", folder, "apps/firmware/firmware")
+    return [] if made.returncode == 0 else (made.stdout + made.stderr).splitlines()[-40:]
+
+
+def main():
+    program, source, folder = (pathlib.Path(argument) for argument in sys.argv[1:])
+    here = run(program)
+    lines = dict(line.split() for line in here.stdout.splitlines())
+    claim("program_ends_well_here", [] if here.returncode == 0 else [here.stdout + here.stderr])
+    reached = [struct.unpack(">d", bytes.fromhex(bits))[0] for bits in list(lines.values())[:7]]
+    far = max(abs(q - wanted) for q, wanted in zip(reached, TARGET))
+    note(f"after 500 steps joints are within {far:.3g} rad of the end of the path, bound 0.02, ratio {far / 0.02:.3g}")
+    claim("arm_follows_the_path_to_its_end", [] if len(reached) == 7 and far < 0.02 else [here.stdout])
+
+    newlib = run("arm-none-eabi-gcc", "-print-file-name=rdimon.specs").stdout.strip()
+    if not pathlib.Path(newlib).is_file():
+        skip("cortex_m7_gives_the_same_bits", "newlib for arm-none-eabi is not on this machine")
+        sys.exit(77)
+    problems = build(source, folder)
+    claim("core_and_program_are_built_for_a_cortex_m7_without_a_warning", problems)
+    if problems:
+        finish()
+    archive, firmware = folder / "lib/libkinetree.a", folder / "apps/firmware/firmware"
+    claim("archive_is_built_alone", [str(path) for path in folder.rglob("*.so*")] + ([] if archive.is_file() else ["no archive"]))
+
+    size = re.search(r"^\s*(\d+)\s+(\d+)\s+(\d+)", run("arm-none-eabi-size", firmware).stdout, flags=re.M)
+    text = int(size[1]) if size else 0
+    note(f"{text} bytes of text, bound {TEXT_MOST}, ratio {text / TEXT_MOST:.3f}; data {size and size[2]}, bss {size and size[3]}")
+    claim("text_is_at_most_200_kB", [] if 0 < text <= TEXT_MOST else [f"{text} bytes"])
+
+    there = run(*EMULATOR, firmware, timeout=300)
+    claim("program_ends_well_on_the_device", [] if there.returncode == 0 else [f"status {there.returncode}", there.stdout, there.stderr])
+    claim("cortex_m7_gives_the_bits_of_this_machine_over_500_steps",
+          [] if there.stdout == here.stdout and "all" in lines else [f"here: {here.stdout}", f"there: {there.stdout}"])
+    finish()
+
+
+main()
