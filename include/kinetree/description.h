@@ -4,9 +4,9 @@
  * kt_description_check, and nothing is owned: names, lists and numbers stay the caller's. kt_model_compile copies what
  * it needs, and the description may go.
  *
- * SI units and radians. A body bears one joint, the one that carries it on its parent, and the joint bears the body's
- * name. The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the
- * parent of bodies that have none. What has a name in scene files has it in scene-files.md.
+ * SI units and radians. A body has one joint, which connects it with its parent, and the joint has the name of its body.
+ * The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the parent of
+ * bodies that name none. Names of types and keys are those of scene files (types.md).
  */
 #ifndef KINETREE_DESCRIPTION_H
 #define KINETREE_DESCRIPTION_H
@@ -72,13 +72,13 @@ KT_API kt_function kt_function_table(const double *rows, int number_count, kt_in
 /* Types of joints. X(type, name in scene files, positions, velocities) */
 #define KT_JOINT_LIST(X)                                                                                               \
     X(KT_JOINT_FIXED, fixed, 0, 0)             /* no motion */                                                         \
-    X(KT_JOINT_REVOLUTE, revolute, 1, 1)       /* a turn about axis */                                                 \
-    X(KT_JOINT_PRISMATIC, prismatic, 1, 1)     /* a slide along axis */                                                \
-    X(KT_JOINT_SCREW, screw, 1, 1)             /* a turn that slides, by pitch */                                      \
-    X(KT_JOINT_CYLINDRICAL, cylindrical, 2, 2) /* a turn and a slide, on one axis */                                   \
+    X(KT_JOINT_REVOLUTE, revolute, 1, 1)       /* rotation about axis */                                               \
+    X(KT_JOINT_PRISMATIC, prismatic, 1, 1)     /* translation along axis */                                            \
+    X(KT_JOINT_SCREW, screw, 1, 1)             /* rotation, and translation by pitch */                                \
+    X(KT_JOINT_CYLINDRICAL, cylindrical, 2, 2) /* rotation about and translation along axis */                         \
     X(KT_JOINT_PLANAR, planar, 3, 3)           /* in the plane normal to axis */                                       \
-    X(KT_JOINT_UNIVERSAL, universal, 2, 2)     /* a turn about axis, then about axis2 */                               \
-    X(KT_JOINT_SPHERICAL, spherical, 4, 3)     /* every turn */                                                        \
+    X(KT_JOINT_UNIVERSAL, universal, 2, 2)     /* rotation about axis, then about axis2 */                             \
+    X(KT_JOINT_SPHERICAL, spherical, 4, 3)     /* every rotation */                                                    \
     X(KT_JOINT_FREE, free, 7, 6)               /* all six */
 
 /* How a body can be joined to its parent; kt_joint has their coordinates. */
@@ -106,8 +106,8 @@ enum {
  *   spherical: quaternion; angular velocity in the body frame;
  *   free: x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular in the body frame.
  * A quaternion of four zeros stands for no rotation.
- * What is given of the initial state an assembly moves only where it cannot close the loops by moving the rest
- * (kt_state_assemble). All that is not zero is given; `given` tells which zeros are as well. */
+ * An assembly moves a given part of the initial state only where it cannot close the loops by moving the other parts
+ * (kt_state_assemble). A part is given if it is not zero, or if `given` names it. */
 typedef struct kt_joint {
     kt_joint_type type;   /* default: fixed */
     kt_vec3 axis;         /* in the joint frame; any non-zero length */
@@ -132,7 +132,7 @@ typedef struct kt_marker {
 
 /* Types of shapes. X(type, name in scene files) */
 #define KT_SHAPE_LIST(X)                                                                                               \
-    X(KT_SHAPE_NONE, none)         /* nothing to be seen */                                                            \
+    X(KT_SHAPE_NONE, none)         /* no solid */                                                                      \
     X(KT_SHAPE_POINT, point)       /* a point mass */                                                                  \
     X(KT_SHAPE_ROD, rod)           /* between two points */                                                            \
     X(KT_SHAPE_BOX, box)           /* edges along the axes */                                                          \
@@ -193,10 +193,10 @@ typedef struct kt_end {
     X(KT_LOOP_PARALLEL, parallel)       /* 3: equal orientation */                                                     \
     X(KT_LOOP_COAXIAL, coaxial)         /* 2: axis of both ends parallel */                                            \
     X(KT_LOOP_ORTHOGONAL, orthogonal)   /* 1: axis normal to axis2 */                                                  \
-    X(KT_LOOP_REVOLUTE, revolute)       /* 5: free to turn about axis */                                               \
-    X(KT_LOOP_PRISMATIC, prismatic)     /* 5: free to slide along axis */                                              \
-    X(KT_LOOP_SCREW, screw)             /* 5: free to turn and slide by pitch */                                       \
-    X(KT_LOOP_CYLINDRICAL, cylindrical) /* 4: free to turn about and slide along axis */                               \
+    X(KT_LOOP_REVOLUTE, revolute)       /* 5: free to rotate about axis */                                             \
+    X(KT_LOOP_PRISMATIC, prismatic)     /* 5: free to move along axis */                                               \
+    X(KT_LOOP_SCREW, screw)             /* 5: free to rotate and move by pitch */                                      \
+    X(KT_LOOP_CYLINDRICAL, cylindrical) /* 4: free to rotate about and move along axis */                              \
     X(KT_LOOP_PLANAR, planar)           /* 3: free in the plane normal to axis */                                      \
     X(KT_LOOP_WELD, weld)               /* 6: one rigid part */                                                        \
     X(KT_LOOP_UNIVERSAL, universal)     /* 4: Cardan joint */                                                          \
@@ -204,7 +204,7 @@ typedef struct kt_end {
     X(KT_LOOP_MOTION, motion)           /* 1: a joint's position is a function of time */                              \
     X(KT_LOOP_ROLLING, rolling)         /* 2 of velocities, and 1 where holonomic */
 
-/* What a loop can ask of its two ends, or of joints; how many equations that is. */
+/* Types of constraints between two ends, or between joints. */
 typedef enum kt_loop_type {
 #define KT_LOOP_ENUM(id, name) id,
     KT_LOOP_LIST(KT_LOOP_ENUM)
@@ -251,7 +251,7 @@ typedef struct kt_loop {
     X(KT_EFFECT_ATTRACTION, attraction)         /* by inverse squares */                                               \
     X(KT_EFFECT_CONTACT, contact)               /* a sphere and a half-space */
 
-/* What can push; kt_effect has the formulas. */
+/* Types of force elements; kt_effect has the formulas. */
 typedef enum kt_effect_type {
 #define KT_EFFECT_ENUM(id, name) id,
     KT_EFFECT_LIST(KT_EFFECT_ENUM)
@@ -263,9 +263,9 @@ typedef enum kt_effect_type {
 typedef struct kt_effect_end kt_effect_end;
 typedef struct kt_effect_balance kt_effect_balance;
 
-/* What a caller's own effect does: a wrench at each of its ends (moment about the end's point, world axes), or the
- * force of a scalar joint with position q and velocity v. Outputs come as zeros; balance may be NULL. effect.h has the
- * structs, an example, and what the returned number means. */
+/* The callback of a caller's own effect: it writes a wrench at each of its ends (moment about the end's point, world axes),
+ * or the force in a joint of one coordinate with position q and velocity v. Outputs are zeros when it is called; balance
+ * may be NULL. effect.h has the structs, an example, and what the returned number means. */
 typedef int kt_effect_wrench_callback(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
                                       kt_effect_balance *balance);
 typedef int kt_effect_joint_force_callback(void *user, double t, double q, double v, double *force,
@@ -274,7 +274,7 @@ typedef int kt_effect_joint_force_callback(void *user, double t, double q, doubl
 /* Whose axes the components of a force or torque are along. */
 typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
 
-/* Something that pushes; only the members of its type are read. Each type's file in lib/effect has its formula.
+/* A force element; only the members of its type are read. types.md has the keys that stand for them.
  *   spring: pulls its ends together with stiffness (distance - length) + damping (rate of the distance);
  *   joint_spring: -stiffness (q - rest) - damping v in a joint; joint_damper: -damping v;
  *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v;
@@ -284,13 +284,13 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     along and about the first end's axes; for less than half a turn between the ends;
  *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
  *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
- *   contact: a sphere on a plane that bears a half-space; where it is x deep, a normal force that never pulls,
+ *   contact: a sphere and the half-space under a plane; at a depth x, a normal force that never pulls,
  *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
  *     sphere's lowest point, against the slip.
  * All forces are continuous, for the integrator's error control. Friction is a function of the speed, smooth over
  * `smoothing` or `slip`: a load below it creeps instead of resting, and the smaller they are, the smaller the steps
  * must be. Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N where
- * the joint slides. */
+ * the coordinate is a length. */
 typedef struct kt_effect {
     const char *name;      /* may be NULL */
     kt_effect_type type;   /* which members are read */
@@ -355,12 +355,12 @@ typedef struct kt_description {
     int body_count;                 /* length of bodies */
     const kt_loop *loops;           /* constraints that the tree cannot carry */
     int loop_count;                 /* length of loops */
-    const kt_effect *effects;       /* what pushes, besides gravity */
+    const kt_effect *effects;       /* what acts besides gravity */
     int effect_count;               /* length of effects */
     const char *const *hold;        /* joints of which the assembly keeps what is given of position and velocity; all
                                        of the position, where none of it is given */
     int hold_count;                 /* length of hold */
-    kt_inertia_limit inertia_check; /* default: strict. With warn, kt_inertia_excess tells what was let pass */
+    kt_inertia_limit inertia_check; /* default: strict. With warn, kt_inertia_excess is what was accepted */
 } kt_description;
 
 /* Structs to start from: no motion (fixed joint), axes z, no mass, no shape. */

@@ -28,15 +28,15 @@
  *
  * or, in a scalar joint, effect.joint and effect.joint_force. Scene files have no such effects.
  *
- * A callback is a function of its arguments alone: the same arguments must give the same result, at whatever times and
- * in whatever order it is asked, and from several threads where the model is shared by several. It is asked at every
- * stage of every step, also of steps that are not accepted. It returns
+ * A callback is a function of its arguments alone: the same arguments must give the same result, at any time and in any
+ * order of calls, and from several threads if these share the model. It is called at every stage of every step, also of
+ * steps that are not accepted. It returns
  *   0: done;
- *   > 0: not to be had in this state: an adaptive method tries a smaller step, with a fixed one the step fails with
- *     KT_ERROR_EFFECT;
+ *   > 0: the force cannot be computed in this state: an adaptive method tries a smaller step, with a fixed one the step
+ *     fails with KT_ERROR_EFFECT;
  *   < 0: stop: the step fails with KT_ERROR_CALLBACK.
- * In every case of failure the state is what it was before the step, and the error names the time and the effect. So it
- * does, with KT_ERROR_NOT_FINITE, where what an effect exerts, this or any other, is not finite.
+ * After a failure the state is what it was before the step, and the error names the time and the effect. The same holds,
+ * with KT_ERROR_NOT_FINITE, if the force of any effect is not finite.
  */
 #ifndef KINETREE_EFFECT_H
 #define KINETREE_EFFECT_H
@@ -47,7 +47,7 @@
 extern "C" {
 #endif
 
-/* An end in motion, world axes. For a caller's effects the point is counted from the world's origin. */
+/* An end in motion, world axes. In a caller's effects the point is relative to the world's origin. */
 struct kt_effect_end {
     kt_mat3 axes;     /* of the end's frame */
     kt_vec3 point;    /* its origin, m */
@@ -55,7 +55,7 @@ struct kt_effect_end {
     kt_vec3 velocity; /* of the point, m/s */
 };
 
-/* Where the power P of all that an effect exerts comes from: P = supplied - dissipated - d(energy)/dt. */
+/* The parts of the power P of an effect: P = supplied - dissipated - d(energy)/dt. */
 struct kt_effect_balance {
     double energy;     /* potential energy, J */
     double dissipated; /* power turned into heat, W */

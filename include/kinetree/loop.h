@@ -1,9 +1,9 @@
-/* Loops: the constraints between links that a tree cannot carry. What a model has of them, and where their equations
- * stand; how they are described is in description.h (kt_loop), and what is done with them in reduction.h.
+/* Loops: the constraints between links that a tree cannot carry. The loops of a model, and the rows of their equations;
+ * description.h has how they are described (kt_loop), and reduction.h what is computed of them.
  *
  * A loop of u tree coordinates is phi(u, t) = 0, with A v = b' and A a = b'' for velocities and accelerations [MSD 7.4,
- * 7.28]; rolling has rows A v = b' alone [MSD 4.17]. Orientations are compared to first order in the violation, so that
- * a type has as many equations as it takes freedoms away (KT_LOOP_LIST says how many).
+ * 7.28]; rolling has rows A v = b' alone [MSD 4.17]. Residuals of orientations are of first order in the error, so that a
+ * type has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
  *
  * Loops come in the description's order, counted from 0; indices are not checked. Every call is O(1) unless it says
  * otherwise, allocates nothing and cannot fail.
@@ -17,15 +17,15 @@
 extern "C" {
 #endif
 
-/* How many loops a model has; their names (which live as long as the model) and types. */
+/* The number of loops of a model; their names (valid as long as the model) and types. */
 KT_API int kt_loop_count(const kt_model *model);
 KT_API const char *kt_loop_name(const kt_model *model, int loop);
 KT_API kt_loop_type kt_loop_type_of(const kt_model *model, int loop);
 
-/* The index of a loop; -1 where there is none of that name. O(loops). */
+/* The index of the loop of that name; -1: none. O(loops). */
 KT_API int kt_loop_find(const kt_model *model, const char *name);
 
-/* Where the equations of a loop stand among those of all loops: rows of the matrix, and entries of the vectors, that
+/* The equations of a loop among those of all loops: rows of the matrix, and entries of the vectors, that
  * kt_loop_equations writes. */
 typedef struct kt_loop_rows {
     int first; /* row */
@@ -35,7 +35,7 @@ typedef struct kt_loop_rows {
 /* Of one loop. */
 KT_API kt_loop_rows kt_loop_rows_of(const kt_model *model, int loop);
 
-/* What the residual of an equation is a measure of. */
+/* What the residual of an equation measures. */
 typedef enum kt_loop_measure {
     KT_MEASURE_LENGTH = 0, /* m */
     KT_MEASURE_ANGLE, /* rad, to first order: 4 tan(angle / 4), of two axes that are to be normal 2 tan(angle / 2) */

@@ -14,23 +14,22 @@
  *         kt_scene_free(&scene);
  *     }
  *
- * The format is version 1 of scene-files.md. What that page leaves open is settled here:
+ * The format is version 1 of scene-files.md, with the types of types.md. What these pages leave open is settled here:
  * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
  *   merge keys are refused, so that a small file cannot stand for a large one; nesting ends at 32 levels.
  * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, idle
  *   leading zeros (017), underscores and quotes are refused. The process's locale plays no part.
- * - An angle may end in ` deg` or ` rad`, and so may an initial rate of turning (then per second); a length
+ * - An angle may end in ` deg` or ` rad`, and so may an initial angular rate (then per second); a length
  *   may not.
  * - Text that YAML reads as a number, boolean or null needs quotes.
- * - A `joint` and a `shape` name their `type`; a key that the type has no use for is refused. `pitch`, `to` of
- *   a rod, `size` of a box, `radius` of a sphere, `radius` and `length` of a cylinder have no default.
- * - Com and inertia are those of the shape where `mass` and `shape` both stand there and `com` or `inertia`
- *   does not.
+ * - A `joint` and a `shape` name their `type`; a key that the type does not have is refused.
+ * - Com and inertia are those of the shape where `mass` and `shape` are both given and `com` or `inertia` is not.
  * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
  * - Loops have a `name`; effects may have one. Rolling without the contact has `holonomic: false`.
- * - Lengths that are initial by default are those of the given positions, before loops are closed.
+ * - A distance loop without a length keeps that of the given positions, before loops are closed; a spring without a length
+ *   is unstretched at the start, where they have been closed.
  * - Where `simulate` or `output`, or one of their keys, is missing, kt_run_default stands.
- * What the format has and this version cannot do is refused with KT_ERROR_UNSUPPORTED, never ignored.
+ * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
 #define KINETREE_SCENE_H
@@ -43,7 +42,7 @@
 extern "C" {
 #endif
 
-/* Where the items of a scene stand in its file. */
+/* Lines and columns of the items of a scene in its file. */
 typedef struct kt_scene_marks kt_scene_marks;
 
 /* What a scene file says. All strings and arrays that reading puts in it belong to it (or are static). */
@@ -64,10 +63,10 @@ typedef void kt_scene_report(void *user, const kt_error *fault);
 /* Reads a scene from a regular file (`path`), or from `size` bytes of text (`path` is then only its name in messages;
  * NULL: "scene"). The file's form and the mechanism are both checked, and every fault of both is reported in one go;
  * only YAML's own syntax ends the reading at the first, and of more than 1000 faults the rest is counted. A fault that
- * another one brings about is not told. report may be NULL.
+ * follows from another one is not reported. report may be NULL.
  * On success *scene is filled, to be released with kt_scene_free; on failure it is untouched. Errors, *error being the
  * first fault: KT_ERROR_FILE (the file cannot be read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL (the mechanism, as
- * kt_description_check), KT_ERROR_UNSUPPORTED, KT_ERROR_MEMORY, KT_ERROR_ARGUMENT.
+ * kt_description_check), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT.
  * Time and memory grow in proportion to the size of the file. */
 KT_API KT_CHECKED kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user,
                                           kt_error *error);

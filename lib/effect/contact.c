@@ -6,12 +6,12 @@
  *     N = k x^m max(0, 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1),
  * c being the slope of the coefficient of restitution, 1 - c v for slow impacts at v, whatever m. N is continuous where
  * contact begins and ends, for the damping vanishes with x^m, and it never pulls: a sphere that leaves faster than
- * 2 / (3 c) leaves the dent behind, whose energy turns into heat without a force.
+ * 2 / (3 c) leaves the indentation behind, and its energy is dissipated without a force.
  *
  * Friction opposes the tangential part of s,
  *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|,
  * smooth in s_t: below v0 (`slip`) it is a damper mu N / v0, and under a load T < mu N a body creeps at
- * v0 artanh(T / (mu N)) instead of resting. In l, not in the centre, it makes a ball roll. What is not elastic is
+ * v0 artanh(T / (mu N)) instead of resting. It acts in l, not in the centre, and so makes a ball roll. What is not elastic is
  *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
  */
 #include "effect/effect.h"
@@ -19,7 +19,7 @@
 static void check(kt_checker *checker, const kt_effect *effect) {
     if (kt_number_is_fine(effect->exponent) && !(effect->exponent >= 1.0))
         kt_checker_fault(checker, "exponent", -1,
-                         "exponent is %g; it must be 1 or more: below, contact would be endlessly stiff at its begin",
+                         "exponent is %g; it must be 1 or more: below, contact would begin with an infinite stiffness",
                          effect->exponent);
 }
 

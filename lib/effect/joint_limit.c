@@ -1,9 +1,9 @@
-/* Elastic stops of a joint. Beyond a stop by x > 0, moving further at the rate w = dx/dt, it pushes back with
+/* Elastic stops of a joint. At x > 0 beyond a stop, with the rate w = dx/dt, the force back is
  *     N = k x + c w k x / (k x + c |w|),   V = k x^2 / 2,   dissipated = c w^2 k x / (k x + c |w|) >= 0.
  *
  * The damping force is the harmonic mean (halved) of c |w| and k x: far inside it is that of a damper c, and at the
  * stop it grows from zero with the spring's own force, which it never exceeds. So the force is continuous where contact
- * begins and ends - a plain damper c w would jump there - and N >= 0 always: a stop never pulls back. It needs no
+ * begins and ends - a plain damper c w would jump there - and N >= 0 always: a stop never pulls. It needs no
  * length or rate over which to blend, and scales with the joint's units. (The idea that damping must vanish with the
  * indentation is Hunt and Crossley's, 1975.) N has a kink at x = 0, as every one-sided spring; elsewhere it is C1. A
  * joint that leaves with c |w| >> k x hardly feels the stop, whose energy then turns into heat.

@@ -2,9 +2,9 @@
  *     tension = k (|d| - L) + c rate,  V = k (|d| - L)^2 / 2,  dissipated = c rate^2
  * and the ends are pulled together by it, so that a spring of no length (L = 0) pulls with -k d.
  *
- * Where the points coincide n is undefined. In a motion through that place n is -d' / |d'| before it and d' / |d'|
- * after it: the push k L n changes sign there, and c rate n = c d' does not. The mean of both sides is taken: no push,
- * and damping of the whole d'.
+ * Where the points coincide n is undefined. In a motion through such a state n is -d' / |d'| before it and d' / |d'|
+ * after it: the elastic force k L n changes its sign there, and c rate n = c d' does not. The mean of both sides is taken:
+ * no elastic force, and damping of the whole d'.
  */
 #include "effect/effect.h"
 

@@ -64,7 +64,7 @@ KT_INLINE kt_real kt_triple_norm(kt_triple a) { return kt_sqrt(kt_triple_dot(a, 
 
 /* ---- rotations by their Euler vector ------------------------------------------------------------------------------
  *
- * theta of R, and G^-T u, where w = G theta' is the angular velocity in the axes that R is told in [MSD A.28]:
+ * theta of R, and G^-T u, where w = G theta' is the angular velocity in the axes that R is expressed in [MSD A.28]:
  *     G^-1 = 1 - [theta] / 2 + c [theta]^2,   c = (1 - y cot y) / |theta|^2,   y = |theta| / 2
  *          c = 1 / 12 + x / 720 + x^2 / 30240 + ..,  x = |theta|^2: |B_2k| x^(k-1) / (2 k)!
  * In the changes, R' = w x R: w = sum r_k x r_k' / 2 over its columns, and theta' = G^-1 w.

@@ -1,4 +1,4 @@
-/* Cylindrical: about `axis`, then along it. */
+/* Cylindrical: rotation about `axis`, then translation along it. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
@@ -19,7 +19,7 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of rotation and displacement", .needed = false},
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of rotation and translation", .needed = false},
     KT_JOINT_FRAME_KEYS,
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2], angle and length", .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
@@ -29,7 +29,7 @@ const kt_joint_kind kt_joint_cylindrical = {
     .descriptor =
         {
             .name = "cylindrical",
-            .help = "rotation about an axis and displacement along it",
+            .help = "rotation about an axis and translation along it",
             .formula = "R = exp(q1 [axis]),  p = q2 axis",
             .example = "bodies:\n"
                        "  - name: box\n"

@@ -1,4 +1,4 @@
-/* Fixed: no degree of freedom; the body shares its parent's link. */
+/* Fixed: no degree of freedom; the body is on the link of its parent. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {

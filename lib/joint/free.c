@@ -1,5 +1,5 @@
 /* Free: position in the joint frame and a quaternion; velocity in the joint frame, angular velocity in the body frame.
- * One element, not six: a free link takes nothing from its parent but the wrench, and passes no inertia on. */
+ * It is one element, not six: a free link transmits neither force nor inertia to its parent. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {

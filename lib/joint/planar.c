@@ -1,5 +1,5 @@
-/* Planar: along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then about the axis. The translations come first,
- * so that x, y and their rates are components in the joint frame's triad. */
+/* Planar: translation along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then rotation about the axis. The
+ * translations come first, so that x, y and their rates are components in the triad of the joint frame. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
@@ -35,7 +35,7 @@ const kt_joint_kind kt_joint_planar = {
     .descriptor =
         {
             .name = "planar",
-            .help = "displacements in a plane and a rotation about its normal",
+            .help = "translations in a plane and a rotation about its normal",
             .formula = "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
                        "z;  y, z for x;  z, x for y",
             .example = "bodies:\n"

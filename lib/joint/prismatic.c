@@ -1,4 +1,4 @@
-/* Prismatic: one degree of freedom, along `axis`. */
+/* Prismatic: one degree of freedom, translation along `axis`. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
@@ -18,7 +18,7 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the displacement", .needed = false},
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the translation", .needed = false},
     KT_JOINT_FRAME_KEYS,
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "q, the length", .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "its rate", .needed = false},
@@ -27,7 +27,7 @@ static const kt_key keys[] = {
 const kt_joint_kind kt_joint_prismatic = {.descriptor =
                                               {
                                                   .name = "prismatic",
-                                                  .help = "displacement along an axis",
+                                                  .help = "translation along an axis",
                                                   .formula = "R = 1,  p = q axis",
                                                   .example =
                                                       "bodies:\n"

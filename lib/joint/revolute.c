@@ -1,4 +1,4 @@
-/* Revolute: one degree of freedom, about `axis`. */
+/* Revolute: one degree of freedom, rotation about `axis`. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {

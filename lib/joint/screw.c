@@ -1,4 +1,4 @@
-/* Screw: one degree of freedom, about `axis`, advancing `pitch` metres a radian along it. */
+/* Screw: one degree of freedom, rotation about `axis` with an advance of `pitch` metres a radian along it. */
 #include "joint/joint.h"
 
 static int elements(const kt_joint *joint, kt_element *out) {
@@ -29,7 +29,7 @@ static const kt_key keys[] = {
 const kt_joint_kind kt_joint_screw = {.descriptor =
                                           {
                                               .name = "screw",
-                                              .help = "rotation about an axis, and displacement along it in proportion",
+                                              .help = "rotation about an axis, and translation along it in proportion",
                                               .formula = "R = exp(q [axis]),  p = pitch q axis",
                                               .example =
                                                   "bodies:\n"

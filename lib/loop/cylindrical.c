@@ -1,4 +1,4 @@
-/* Cylindrical: inline and coaxial; free to turn about z and to slide along it. */
+/* Cylindrical: the equations of inline and coaxial; rotation about z and translation along it are free. */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
@@ -23,7 +23,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_cylindrical_descriptor = {
     .name = "cylindrical",
-    .help = "a rotation about the axis and a displacement along it are left free",
+    .help = "a rotation about the axis and a translation along it are left free",
     .formula = "the equations of inline and of coaxial",
     .example = "bodies:\n"
                "  - name: box\n"

@@ -1,4 +1,4 @@
-/* The list of loop types, for one level of the instruction set. */
+/* The list of loop types, for one instruction set. */
 #include "loop/loop.h"
 
 #define KT_LOOP_EXTERN(id, name) extern const kt_loop_kind KT_KERNEL(kt_loop_##name);

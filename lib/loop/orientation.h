@@ -1,10 +1,10 @@
-/* Rows that close an orientation, first order in the error and regular up to half a turn of it.
+/* Rows for orientations: of first order in the error, and regular up to an error of half a turn.
  *
- * The skew part of the relative rotation [MSD 6.51] is sin(theta) n: first order, but past a quarter turn it shrinks
- * again, so a search for its zero goes astray there, and half a turn looks closed. 2 sin(theta / 2) n still has no
- * slope at half a turn. The residuals here are 4 tan(theta / 4) n (modified Rodrigues parameters: Wiener 1962; Schaub
- * and Junkins 1996, J. Astronautical Sciences 44): at half a turn it is 4 and has the slope 2. Newton's step turns back
- * by 2 sin(theta / 2), never too far.
+ * The skew part of the relative rotation [MSD 6.51] is sin(theta) n. It is of first order, but beyond a quarter turn it
+ * decreases again: there an iteration diverges, and at half a turn the residual is zero. 2 sin(theta / 2) n has zero slope
+ * at half a turn. The residuals here are 4 tan(theta / 4) n (modified Rodrigues parameters: Wiener 1962; Schaub
+ * and Junkins 1996, J. Astronautical Sciences 44): at half a turn they are 4 and have the slope 2. Newton's step rotates
+ * back by 2 sin(theta / 2), never too far.
  *
  * Frame 1 has the axes e_k, frame 2 the axes f_k; w = w2 - w1; x' is the rate seen in frame 1, where f_k' = w x f_k and
  * the rate of w is (w2' - w1') - g, g = w1 x w2 (relative.h). So a row with moment m has -m . g in its drift.
@@ -16,9 +16,9 @@
 
 #include <math.h>
 
-/* How far (sine) from a place where its direction is undefined an axis is kept for the equations' sake: within this of
- * it their slopes, which would grow without bound, are those of an axis moved so far; their residual stays its own, so
- * that a step out of there makes it less. */
+/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to it, where their
+ * slopes grow without bound, the slopes are those of an axis at this distance; the residual is that of the axis itself, so
+ * that a step away from there decreases it. */
 #define KT_AXIS_CLEARANCE 1e-3
 
 /* ---- equal orientation ---------------------------------------------------------------------------------------------
@@ -54,8 +54,8 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
 /* ---- one axis ------------------------------------------------------------------------------------------------------
  */
 
-/* f, or where its sine against e is below the clearance, f moved so far from the line of e (towards `aside`, normal to
- * e, where f lies on that line). *sine: f's own. */
+/* f; or if its sine against e is below the clearance, f moved to that distance from the line of e (towards `aside`, normal
+ * to e, if f lies on that line). *sine: that of f itself. */
 KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_real *sine) {
     const kt_vector across = kt_cross(kt_cross(e, f), e); /* f's part normal to e */
     *sine = kt_sqrt(kt_dot(across, across));
@@ -66,7 +66,7 @@ KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_
     return kt_scale(KT_AXIS_CLEARANCE, away) + kt_scale(along, e);
 }
 
-/* The second end's z axis, clear of being opposite to the first's; *sine is 1 where it is not near. */
+/* The second end's z axis, at the clearance from being opposite to the first's; *sine is 1 if it is not near that. */
 KT_INLINE kt_vector kt_axis_not_opposite(const kt_loop_end end[2], kt_real *sine) {
     const kt_vector e = end[0].axes[2], f = end[1].axes[2];
     *sine = 1.0;
@@ -85,8 +85,8 @@ KT_INLINE kt_real kt_axis_gap(kt_real sine) {
  *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2),  F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
  * h_x = -e_y . f, h_y = e_x . f. For a direction k of frame 1, (k . f)' = w . (f x k) and (k . f)'' = w' . (f x k) +
  * k . (w x (w x f)); then the chain rule. The moments' part along h, 2 / (1 + b), is near half a turn the difference of
- * two large terms: b and e x f are made of the same h, lest their roundings tell. At c = -1 the direction is undefined:
- * h along e_y is taken. */
+ * two large terms: b and e x f are computed from the same h, so that their roundings cancel. At c = -1 the direction is
+ * undefined, and h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
     kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine), w = r->w;

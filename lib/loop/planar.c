@@ -1,4 +1,4 @@
-/* Planar: inplane and coaxial; free to slide along x and y and to turn about z. */
+/* Planar: the equations of inplane and coaxial; translation along x and y and rotation about z are free. */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
@@ -22,7 +22,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_planar_descriptor = {
     .name = "planar",
-    .help = "displacements in a plane and a rotation about its normal are left free",
+    .help = "translations in a plane and a rotation about its normal are left free",
     .formula = "the equations of inplane and of coaxial",
     .example = "bodies:\n"
                "  - name: box\n"

@@ -1,4 +1,4 @@
-/* The rows of a loop in a plane (model/planar_loop.h), from the parts that its type consists of (kind.h).
+/* The rows of a loop in a plane (model/planar_loop.h), from the parts that its type consists of (loop.h).
  *
  * The ends are given in the plane's basis, with its normal n last. With e_k the axes of end 1 and f_k those of end 2:
  *   x, y, z            phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
@@ -15,10 +15,10 @@ static kt_vec3 axis_of(const kt_pose *end, int k) {
 
 static double across(kt_vec3 u) { return sqrt(u.x * u.x + u.y * u.y); }
 
-/* What is being laid flat. */
+/* A loop whose planar form is being computed. */
 typedef struct sheet {
     const kt_pose *end;
-    double direction, length; /* what passes for zero */
+    double direction, length; /* bounds below which a number counts as zero */
     kt_planar_loop *flat;
 } sheet;
 

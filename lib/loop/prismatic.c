@@ -1,4 +1,4 @@
-/* Prismatic: inline and parallel; free to slide along z. */
+/* Prismatic: the equations of inline and parallel; translation along z is free. */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
@@ -25,7 +25,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_prismatic_descriptor = {
     .name = "prismatic",
-    .help = "a displacement along the axis is left free",
+    .help = "a translation along the axis is left free",
     .formula = "the equations of inline and of parallel",
     .example = "bodies:\n"
                "  - name: box\n"

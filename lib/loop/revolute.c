@@ -1,4 +1,4 @@
-/* Revolute: spherical and coaxial; free to turn about z. */
+/* Revolute: the equations of spherical and coaxial; rotation about z is free. */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS

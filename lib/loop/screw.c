@@ -8,8 +8,8 @@
  *     theta'' = k . w' - (k . w) c' / (1 + c),       c' = w . (f x e)        (w . f' = w . (w x f) = 0)
  * also where the axes are not closed. (Differentiate tan(theta / 2) = z / w of q and insert
  * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).)
- * Whole revolutions are not remembered: of all angles that end in this rotation, the one with the least |phi| counts,
- * so a nut may be anywhere on its thread.
+ * Whole revolutions are not counted: of all angles that give this rotation, the one with the least |phi| is taken, so
+ * that a nut may be anywhere on its thread.
  */
 #include "loop/orientation.h"
 
@@ -56,7 +56,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_screw_descriptor = {
     .name = "screw",
-    .help = "a rotation about the axis, and a displacement along it in proportion, are left free",
+    .help = "a rotation about the axis, and a translation along it in proportion, are left free",
     .formula = "the equations of inline and of coaxial, and\n"
                "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
                "not counted",

@@ -1,4 +1,4 @@
-/* Universal (Cardan joint): spherical and orthogonal. */
+/* Universal (Cardan joint): the equations of spherical and orthogonal. */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS

@@ -1,4 +1,4 @@
-/* Weld: spherical and parallel; no freedom. */
+/* Weld: the equations of spherical and parallel; no degree of freedom is left. */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS

@@ -1,8 +1,8 @@
-/* The faults that kt_description_check finds, told where they stand in the file.
+/* The faults that kt_description_check finds, reported at their places in the file.
  *
  * A fault comes with the item and the key that it is about. The item's node is known, and the key is looked up in it,
- * so that nothing needs to be kept for the many keys that are right. A fault that follows from one of form, told
- * already, is left out: a mass that could not be read is not zero.
+ * so that nothing is stored for the many keys that are right. A fault that follows from one of form, which has been
+ * reported, is left out: a mass that could not be read is not zero.
  */
 #include "scene/part.h"
 
@@ -171,15 +171,15 @@ static bool is_tree_known(const kt_reader *r) {
            !kt_node_is_faulty(kt_node_find(r->root, "loops"));
 }
 
-/* What only the whole mechanism shows is told by its compilation, where it comes so far; here only beside other faults,
- * as long as there is room for more and memory, of which it takes what a compilation does. */
+/* Faults that only the whole mechanism shows are reported by its compilation. If there are other faults, so that there will be
+ * none, they are looked for here, as long as there is room for more faults. It takes the memory of a compilation. */
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_checking c = {r, description};
     kt_error error;
     if (kt_description_check(description, take_fault, &c, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);
     else if (r->fault_count > 0 && r->fault_count < KT_FAULT_COUNT_MAX && is_tree_known(r)) {
-        const kt_status told = kt_model_check(description, take_fault, &c, &error);
-        (void)told; /* fault by fault, or not to be had */
+        const kt_status status = kt_model_check(description, take_fault, &c, &error);
+        (void)status; /* its faults have been reported one by one; without memory there are none to report */
     }
 }

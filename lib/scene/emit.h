@@ -17,7 +17,7 @@ typedef struct kt_emit_level {
     int indent;
 } kt_emit_level;
 
-/* A struct of zeros writes nothing and only looks for what cannot be written. */
+/* A struct of zeros writes nothing: it finds what cannot be written. */
 typedef struct kt_emitter {
     FILE *stream;   /* NULL: none */
     kt_error fault; /* the first thing that cannot be written */

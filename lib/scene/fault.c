@@ -1,4 +1,4 @@
-/* Faults of a scene file: found in any order, told in that of the lines.
+/* Faults of a scene file: found in any order, reported in that of the lines.
  *
  * A message is  [NOUN 'NAME': ][PATH: ]WHAT , the noun being that of the innermost body, loop or effect and the path
  * what lies within it: "body 'crank': joint.axis: the axis is zero".
@@ -35,7 +35,7 @@ void kt_phrase_add(kt_phrase *phrase, const char *format, ...) {
 
 /* ---- the list of faults ------------------------------------------------------------------------------------------ */
 
-/* Room for one fault more; NULL where there is none, or where enough have been told. */
+/* Room for one fault more; NULL where there is none, or where enough have been reported. */
 static kt_fault *next_fault(kt_reader *r) {
     if (r->fault_count == KT_FAULT_COUNT_MAX) {
         r->fault_dropped++;

@@ -55,8 +55,8 @@ typedef struct kt_scope {
     const char *name; /* of what has a noun; NULL: not known, and list[index] says which */
 } kt_scope;
 
-/* Reports a fault at a node, which becomes faulty. The message is what the scope and the format make. A node that is
- * faulty already stays silent. Returns false. */
+/* Reports a fault at a node, which becomes faulty. The message is what the scope and the format make. Of a node that is
+ * faulty already nothing is reported. Returns false. */
 bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *node, const char *format, ...)
     KT_PRINTF(5, 6);
 
@@ -70,7 +70,7 @@ bool kt_reader_out_of_memory(kt_reader *r);
 /* Sorts the faults by line and column. */
 void kt_fault_sort(kt_reader *r);
 
-/* "expected X, found Y" with what the node holds, and how to mend it where that can be told. Returns false. */
+/* "expected X, found Y" with what the node holds, and how to mend it where that is known. Returns false. */
 bool kt_fault_expected(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected);
 
 /* A growing text for messages. */

@@ -231,7 +231,7 @@ KT_TEST(effects_are_checked) {
     REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_ATTRACTION, e->strength = nan_value), -1, "strength", "effects[0]",
                    "strength is nan; give a finite number");
     REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_CONTACT, e->exponent = 0.9), -1, "exponent", "effects[0]",
-                   "exponent is 0.9; it must be 1 or more: below, contact would be endlessly stiff at its begin");
+                   "exponent is 0.9; it must be 1 or more: below, contact would begin with an infinite stiffness");
     mechanism m;
     mechanism_fill(&m);
     m.effects[COIL].initial_length = true;

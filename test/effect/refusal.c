@@ -86,7 +86,7 @@ KT_TEST(exponent_of_a_contact_is_a_number_from_one_on) {
     check_told(contact, "exponent is nan; give a finite number\n");
     contact.exponent = 0.999;
     check_told(contact,
-               "exponent is 0.999; it must be 1 or more: below, contact would be endlessly stiff at its begin\n");
+               "exponent is 0.999; it must be 1 or more: below, contact would begin with an infinite stiffness\n");
     contact.exponent = 1.0;
     check_told(contact, "");
 }

@@ -153,7 +153,7 @@ def sources_named(root, pages):
         text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.S | re.M)
         for quoted in re.findall(r"`([^`\n]+)`", text):
             word = quoted.split()[0].rstrip("/")
-            if re.search(r"\b(NAME|FOLDER|FILE|TARGET)\b|[*<>$]|_NAME\b", word):
+            if re.search(r"(?<![A-Z])(NAME|FOLDER|FILE|TARGET)(?![A-Z])|[*<>$]", word):
                 continue
             if re.match(r"(lib|include|apps|test|bench|\.ci)/", word):
                 if word not in files:
