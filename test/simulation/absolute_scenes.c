@@ -71,7 +71,7 @@ static bool weighted_accelerations(kt_simulation *tree, kt_simulation *other, co
         status = kt_simulation_acceleration(other, b, &error);
     if (status == KT_OK)
         status = kt_dynamics_mass(model, data, q, mass, &error);
-    *least = INFINITY;
+    *least = (double)INFINITY;
     for (int i = 0; i < nv; i++) {
         const double weight = sqrt(mass[(size_t)i * (size_t)(nv + 1)]);
         *least = fmin(*least, weight);
@@ -137,7 +137,7 @@ static double least_inertia(const kt_model *model) {
     const int nv = kt_model_nv(model);
     kt_data *data = NULL;
     kt_error error;
-    double least = INFINITY;
+    double least = (double)INFINITY;
     kt_model_initial(model, q, v);
     kt_status status = kt_data_create(model, &data, &error);
     if (status == KT_OK)
