@@ -89,6 +89,7 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
     return KT_ELIMINATION_PASSED;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): verdicts are written by way of the judgement */
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict) {
     judgement j = {.verdict = verdict};
     kt_articulated_motion(model, data, q, model->zero, model->n.link);

@@ -1,6 +1,8 @@
 /* The joints' algebra on positions: rates, steps along the exponential map, differences, norms. */
 #include "dynamics/tree.h"
 
+#include "joint/joint.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -54,6 +56,35 @@ KT_TEST(each_joint_type_has_the_coordinates_of_the_list) {
             kt_check_equal_int("first velocity", c.v, (b - 1) * known[i].nv);
         }
         kt_tree_free(&tree);
+    }
+}
+
+/* A velocity of a motion with these facts is the rate of a length, of an angle, or a component of a rotation. */
+static bool measures(kt_motion_facts motion, int k, kt_coordinate_kind kind) {
+    if (k < motion.lengths)
+        return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_PLACE;
+    return k < motion.plain ? kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS
+                            : kind == KT_COORDINATE_ROTATION;
+}
+
+KT_TEST(coordinates_of_a_joint_type_are_those_of_its_motions) {
+    for (int type = 0; type < KT_JOINT_TYPE_COUNT; type++) {
+        kt_joint joint = kt_joint_default();
+        kt_element element[KT_ELEMENT_MAX];
+        int nq = 0, nv = 0, alike = 0;
+        joint.type = (kt_joint_type)type;
+        const int count = kt_joint_kinds[type]->elements(&joint, element);
+        for (int i = 0; i < count; i++) {
+            const kt_motion_facts motion = kt_motion_facts_of(element[i].motion);
+            for (int k = 0; k < motion.velocities; k++)
+                alike += measures(motion, k, kt_joint_coordinate_kind(joint.type, nv + k));
+            nq += motion.positions;
+            nv += motion.velocities;
+        }
+        kt_note("%s", kt_joint_type_name(joint.type));
+        kt_check_equal_int("positions", nq, kt_joint_sizes[type].nq);
+        kt_check_equal_int("velocities", nv, kt_joint_sizes[type].nv);
+        kt_check_equal_int("velocities that measure what the descriptor says", alike, nv);
     }
 }
 
