@@ -14,7 +14,7 @@
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect, "in the description's order")                                               \
-    X(int32_t, force_link, n->link, "place of a link among the bearers; 0: it is none")
+    X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")
 
 typedef struct kt_attach {
     const kt_description *description;

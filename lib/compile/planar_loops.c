@@ -124,9 +124,9 @@ void kt_planar_ends(const kt_model *m, const struct kt_loop_record *loop, kt_pla
     flat->origin[1] = origin[1];
     for (int k = 0; k < 2; k++) {
         const kt_v4 at = kt_v4_from(loop->frame[k].position);
-        flat->place[k] = loop->link[k] ? loop->link[k] - shift : 0;
+        flat->link[k] = loop->link[k] ? loop->link[k] - shift : 0;
         const kt_v4 arm =
-            flat->place[k] ? kt_v4_apply(m->planar_rest[flat->place[k]].axes, at) : kt_v4_apply_transposed(basis, at);
+            flat->link[k] ? kt_v4_apply(m->planar_rest[flat->link[k]].axes, at) : kt_v4_apply_transposed(basis, at);
         flat->arm[k][0] = arm[0];
         flat->arm[k][1] = arm[1];
     }

@@ -80,11 +80,11 @@ typedef struct kt_dof_batch {
 } kt_dof_batch;
 
 typedef struct kt_derivative_link {
-    int32_t last;                  /* its last node */
-    kt_v4 place, velocity, linear; /* of the origin; linear: the spatial acceleration's part */
-    kt_articulated inertia;        /* [J H; G M], and in moment and force F^C */
-    kt_v4 bn[3], bf[3];            /* 2B by columns */
-    kt_v4 xn[3], xf[3];            /* X */
+    int32_t last;                   /* its last node */
+    kt_v4 origin, velocity, linear; /* the origin, its velocity; linear: the spatial acceleration's part */
+    kt_articulated inertia;         /* [J H; G M], and in moment and force F^C */
+    kt_v4 bn[3], bf[3];             /* 2B by columns */
+    kt_v4 xn[3], xf[3];             /* X */
 } kt_derivative_link;
 
 /* A strip of columns stored in memory on its way from a node to its children and back. */

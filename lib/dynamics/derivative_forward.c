@@ -27,11 +27,11 @@ typedef struct flow {
     strip q[6], v[6], psi[3], s[3];
 } flow;
 
-typedef struct place {
+typedef struct columns {
     kt_derivative_work *w;
     size_t nv, batch, lane; /* of the strip's first column */
     size_t low, high;       /* its nodes, first and last */
-} place;
+} columns;
 
 #if defined(__AVX512F__)
 KT_INLINE strip splat(double x) { return (strip){x, x, x, x, x, x, x, x}; }
@@ -86,30 +86,30 @@ KT_INLINE void clear6(strip *x) {
 
 KT_INLINE void clear3(strip *x) { x[0] = x[1] = x[2] = splat(0.0); }
 
-KT_INLINE double *result(const place *p, kt_v8 *matrix, size_t f) {
+KT_INLINE double *result(const columns *p, kt_v8 *matrix, size_t f) {
     return (double *)&matrix[p->batch * p->nv + f] + p->lane;
 }
 
 /* The lanes whose columns belong to node n. */
-KT_INLINE bits lanes_of(const place *p, size_t n) {
+KT_INLINE bits lanes_of(const columns *p, size_t n) {
     bits node;
     memcpy(&node, p->w->batch[p->batch].node + p->lane, sizeof node);
     return node == (int64_t)n;
 }
 
 /* Adds the columns of these lanes. */
-KT_INLINE void enter3(const place *p, bits mine, strip *to, const kt_v8 *from) {
+KT_INLINE void add_columns3(const columns *p, bits mine, strip *to, const kt_v8 *from) {
     to[0] += (strip)((bits)load(&from[0], p->lane) & mine);
     to[1] += (strip)((bits)load(&from[1], p->lane) & mine);
     to[2] += (strip)((bits)load(&from[2], p->lane) & mine);
 }
 
-KT_INLINE void enter6(const place *p, bits mine, strip *to, const kt_v8 *from) {
-    enter3(p, mine, to, from);
-    enter3(p, mine, to + 3, from + 3);
+KT_INLINE void add_columns6(const columns *p, bits mine, strip *to, const kt_v8 *from) {
+    add_columns3(p, mine, to, from);
+    add_columns3(p, mine, to + 3, from + 3);
 }
 
-static inline void clear_rows(const place *p, kind is, size_t from, size_t to) {
+static inline void clear_rows(const columns *p, kind is, size_t from, size_t to) {
     const strip none = splat(0.0);
     for (size_t f = from; f < to; f++) {
         if (is.q || is.unit)
@@ -129,7 +129,7 @@ KT_INLINE void project_wrench(const kt_dof_row *row, strip *f, double *y) {
 }
 
 /* A unit joint force applied at degree of freedom f. */
-KT_INLINE void apply_unit(const place *p, size_t f, const kt_dof_row *row, strip *x, double *y) {
+KT_INLINE void apply_unit(const columns *p, size_t f, const kt_dof_row *row, strip *x, double *y) {
     const size_t lane = f - p->batch * KT_LANES - p->lane;
     if (lane >= WIDTH)
         return;
@@ -138,7 +138,7 @@ KT_INLINE void apply_unit(const place *p, size_t f, const kt_dof_row *row, strip
         x[k][lane] += row->u[k];
 }
 
-KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
+KT_INLINE void eliminate(const columns *p, kind is, size_t n, flow *x) {
     kt_derivative_work *w = p->w;
     const kt_derivative_node *node = &w->node[n];
     for (int32_t k = node->count - 1; k >= 0; k--) {
@@ -157,9 +157,9 @@ KT_INLINE void push(const place *p, kind is, size_t n, flow *x) {
         return;
     const bits mine = lanes_of(p, n);
     if (is.q)
-        enter6(p, mine, x->q, w->batch[p->batch].wrench[0]);
+        add_columns6(p, mine, x->q, w->batch[p->batch].wrench[0]);
     if (is.v)
-        enter6(p, mine, x->v, w->batch[p->batch].wrench[1]);
+        add_columns6(p, mine, x->v, w->batch[p->batch].wrench[1]);
 }
 
 KT_INLINE void clear(kind is, flow *x) {
@@ -231,7 +231,7 @@ KT_INLINE void gather(kind is, const kt_derivative_state *from, flow *x) {
 #undef GATHER
 }
 
-static inline void empty(const place *p) {
+static inline void clear_branches(const columns *p) {
     kt_derivative_work *w = p->w;
     for (size_t n = p->high; n > p->low; n--)
         if (w->node[n].branches)
@@ -242,18 +242,18 @@ static inline void empty(const place *p) {
 }
 
 /* Returns the root of the strip's first column. */
-KT_INLINE size_t backward_pass(const place *p, kind is) {
+KT_INLINE size_t backward_pass(const columns *p, kind is) {
     kt_derivative_work *w = p->w;
     flow x;
     clear(is, &x);
     if (w->branched)
-        empty(p);
+        clear_branches(p);
     for (size_t n = p->high;;) {
         const kt_derivative_node *node = &w->node[n];
         const size_t parent = (size_t)node->parent, next = n > p->low ? n - 1 : parent;
         if (node->branches)
             gather(is, &w->state[n], &x);
-        push(p, is, n, &x);
+        eliminate(p, is, n, &x);
         if (!next)
             return n;
         if (parent != next) {
@@ -287,7 +287,7 @@ KT_INLINE void respond(const kt_dof_row *row, bool after, strip *x, const strip 
 }
 
 /* One node: before the strip's own nodes, among them, or after them. */
-KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, flow *x, strip *excess) {
+KT_INLINE void accelerate(const columns *p, kind is, bool before, bool after, size_t n, flow *x, strip *excess) {
     kt_derivative_work *w = p->w;
     const kt_derivative_node *node = &w->node[n];
     if (!node->parent)
@@ -298,13 +298,13 @@ KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, 
         const kt_dof_batch *b = &w->batch[p->batch];
         const bits mine = lanes_of(p, n);
         if (is.q) {
-            enter6(p, mine, x->q, b->rate);
-            enter3(p, mine, x->psi, b->psi);
+            add_columns6(p, mine, x->q, b->rate);
+            add_columns3(p, mine, x->psi, b->psi);
         }
         if (is.v)
-            enter6(p, mine, x->v, b->phi);
+            add_columns6(p, mine, x->v, b->phi);
         if (is.v || is.loaded)
-            enter3(p, mine, x->s, b->s);
+            add_columns3(p, mine, x->s, b->s);
     }
     for (int32_t k = 0; k < node->count; k++) {
         const size_t f = (size_t)node->first + (size_t)k;
@@ -321,17 +321,17 @@ KT_INLINE void move(const place *p, kind is, bool before, bool after, size_t n, 
         leave(is, x, &w->state[n]);
 }
 
-KT_INLINE size_t forward_pass(const place *p, kind is, size_t root, strip *excess) {
+KT_INLINE size_t forward_pass(const columns *p, kind is, size_t root, strip *excess) {
     const kt_derivative_work *w = p->w;
     flow x;
     size_t n = root;
     clear(is, &x);
     for (; n < p->low; n++)
-        move(p, is, true, false, n, &x, excess);
+        accelerate(p, is, true, false, n, &x, excess);
     for (; n <= p->high; n++)
-        move(p, is, false, false, n, &x, excess);
+        accelerate(p, is, false, false, n, &x, excess);
     for (; n < w->nodes && w->node[n].parent; n++)
-        move(p, is, false, true, n, &x, excess);
+        accelerate(p, is, false, true, n, &x, excess);
     return n;
 }
 
@@ -341,12 +341,12 @@ KT_INLINE bool sweep(const kt_model *model, kind is, kt_derivative_work *w) {
     strip excess = splat(0.0);
     for (size_t first = 0; first < nv; first += WIDTH) {
         const size_t last = first + WIDTH < nv ? first + WIDTH : nv;
-        const place p = {.w = w,
-                         .nv = nv,
-                         .batch = first / KT_LANES,
-                         .lane = first % KT_LANES,
-                         .low = (size_t)w->row[first].node,
-                         .high = (size_t)w->row[last - 1].node};
+        const columns p = {.w = w,
+                           .nv = nv,
+                           .batch = first / KT_LANES,
+                           .lane = first % KT_LANES,
+                           .low = (size_t)w->row[first].node,
+                           .high = (size_t)w->row[last - 1].node};
         const size_t root = backward_pass(&p, is), end = forward_pass(&p, is, root, &excess);
         clear_rows(&p, is, 0, (size_t)w->node[root].first);
         clear_rows(&p, is, end < w->nodes ? (size_t)w->node[end].first : nv, nv);

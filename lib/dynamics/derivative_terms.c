@@ -68,7 +68,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
     for (size_t lane = 0; lane < KT_LANES && model->n.v > 0; lane++) /* without degrees of freedom there is no batch */
         w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
     w->node[0] = (kt_derivative_node){0};
-    kt_derivative_link ground = {.place = none};
+    kt_derivative_link ground = {.origin = none};
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &data->motion[i], *up = &data->motion[link->parent];
@@ -77,7 +77,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
         kt_v4 angular, linear;
         kt_joint_twist(link, up, m, v, &angular, &linear);
         if (link->parent == 0) { /* expressed about the origin of this link */
-            ground.place = -m->offset;
+            ground.origin = -m->offset;
             ground.velocity = -linear;
             ground.linear = -model->gravity;
         }
@@ -86,7 +86,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
                         .alpha = up->alpha,
                         .linear = px->linear + kt_v4_cross(up->alpha, m->offset)};
         const kt_v4 acceleration = m->linear - gravity;
-        x->place = px->place + m->offset;
+        x->origin = px->origin + m->offset;
         x->velocity = c.velocity + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
         weigh(link, m, acceleration, x);
@@ -155,7 +155,7 @@ static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_li
         x->xn[k] -= un * kt_v4_splat(e[k]);
         x->xf[k] -= uf * kt_v4_splat(e[k]);
     }
-    const kt_v4 p = x->place;
+    const kt_v4 p = x->origin;
     row->d = d;
     store6(row->s, s, l + kt_v4_cross(p, s));
     store6(row->u, vn + kt_v4_cross(p, vf), vf);
@@ -166,7 +166,7 @@ static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_li
 static inline void set_column(const kt_dof_motion *m, const kt_derivative_link *x, kt_v4 moment, kt_v4 force,
                               kt_dof_batch *to, size_t lane) {
     const kt_articulated *r = &x->inertia;
-    const kt_v4 p = x->place, s = m->s[0], l = m->s[1];
+    const kt_v4 p = x->origin, s = m->s[0], l = m->s[1];
     const kt_v4 qn = kt_v4_apply(r->j, m->rate[0]) + kt_v4_apply(r->h, m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]) +
                      kt_v4_apply(x->xn, s) + kt_v4_cross(s, moment) + kt_v4_cross(l, force);
     const kt_v4 qf = kt_v4_apply(r->g, m->rate[0]) + kt_v4_apply(r->m, m->rate[1]) + kt_v4_apply(x->bf, m->psi[0]) +

@@ -35,6 +35,7 @@ KT_INLINE void project(const kt_dof *dof, void *context) {
                                                                              : n + kt_v4_splat(dof->pitch) * f);
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): tau is written by way of the projection */
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                            const kt_wrench *external, double *tau) {
     const size_t count = model->n.spatial;

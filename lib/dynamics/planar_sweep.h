@@ -104,10 +104,10 @@ KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motio
         const kt_body_record *body = &model->body[b];
         if ((size_t)body->link < model->n.spatial)
             continue;
-        const size_t place = (size_t)body->link - model->n.spatial + 1;
-        const kt_planar_rest *rest = &model->planar_rest[place];
+        const size_t k = (size_t)body->link - model->n.spatial + 1;
+        const kt_planar_rest *rest = &model->planar_rest[k];
         const kt_mat3 *basis = &model->plane[rest->plane].basis;
-        kt_planar_motion *m = &motion[place];
+        kt_planar_motion *m = &motion[k];
         const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
         const double flat[2] = {arm[0], arm[1]};
         const double fx = kt_vec3_dot(basis->x, external[b].force), fy = kt_vec3_dot(basis->y, external[b].force);

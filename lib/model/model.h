@@ -36,7 +36,7 @@ enum { KT_HAS_LOOPS = 1 };
 /* Angles are taken in groups of eight (algebra/sincos.h), from anywhere among them. */
 #define KT_ANGLES(count) ((count) + 7)
 
-/* Every array of a model: type, name, count, meaning. One list declares, measures and places. */
+/* Every array of a model: type, name, count, meaning. One list declares, measures and lays out. */
 #define KT_MODEL_FIELDS(X)                                                                                             \
     X(kt_link, link, n->link, "elementary joints and what they carry")                                                 \
     X(kt_plane, plane, n->plane, "planes in which trees move")                                                         \
@@ -97,7 +97,7 @@ struct kt_model {
     KT_ARENA_DECLARE(KT_MODEL_FIELDS)
 };
 
-/* Bytes of a model with these counts; places its arrays in the block at base where that and model are not NULL. */
+/* Bytes of a model with these counts; lays its arrays out in the block at base unless that or model is NULL. */
 size_t kt_model_layout(void *memory, const kt_counts *n);
 
 /* Enters all names of bodies and markers in the model's table. */

@@ -36,7 +36,7 @@ typedef struct kt_planar_row {
 typedef struct kt_planar_loop {
     double arm[2][2]; /* from the ends' links' origins to their points, at q = 0 */
     double origin[2]; /* to which positions on the paths are relative, as in kt_loop_record */
-    int32_t place[2]; /* planar indices of the links on which the ends are */
+    int32_t link[2];  /* planar indices of the links on which the ends are */
     int32_t ancestor; /* planar index of the link that carries both */
     double c, s;      /* of the angle from end 1's direction to end 2's, at q = 0 */
     double height;    /* of point 2 over point 1 */

@@ -18,11 +18,11 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
     const int32_t *index = model->group_link + group->link, count = group->link_count,
                   first = kt_planar_index_shift(model, 0);
     for (int l = 0; l < count; l++) {
-        const int32_t place = index[l] + first;
-        const int32_t up = model->planar[place].parent;
-        const kt_planar_motion *m = &data->planar[place];
-        kt_planar_inertia *x = &data->planar_inertia[place];
-        double *linear = data->planar_response[place].bias_linear;
+        const int32_t k = index[l] + first;
+        const int32_t up = model->planar[k].parent;
+        const kt_planar_motion *m = &data->planar[k];
+        kt_planar_inertia *x = &data->planar_inertia[k];
+        double *linear = data->planar_response[k].bias_linear;
         linear[0] = m->linear[0];
         linear[1] = m->linear[1];
         if (up != top) {
@@ -38,22 +38,22 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
     }
 }
 
-/* The component of (moment, force) along the degree of freedom of the link at index `place`. */
-KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data, int32_t place, double moment,
-                                     double fx, double fy) {
-    const kt_planar_link *link = &model->planar[place];
+/* The component of (moment, force) along the degree of freedom of the link with planar index k. */
+KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data, int32_t k, double moment, double fx,
+                                     double fy) {
+    const kt_planar_link *link = &model->planar[k];
     double u[2];
     if (link->revolute)
         return link->sign * moment;
-    kt_planar_along(link, &data->planar[place], u);
+    kt_planar_along(link, &data->planar[k], u);
     return u[0] * fx + u[1] * fy;
 }
 
-/* The columns of M, and if the parent (top) accelerates of F, for the degree of freedom of the link at index `place`,
+/* The columns of M, and if the parent (top) accelerates of F, for the degree of freedom of the link with planar index k,
  * whose composite c is complete. */
 KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
-                                      int32_t place, const kt_planar_inertia *c) {
-    const kt_planar_link *link = &model->planar[place];
+                                      int32_t k, const kt_planar_inertia *c) {
+    const kt_planar_link *link = &model->planar[k];
     const int m = w->m, own = link->local;
     double moment, fx, fy, u[2];
     if (link->revolute) {
@@ -62,13 +62,13 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
         fy = link->sign * c->h[1];
         w->mass[own * (m + 1)] = c->j;
     } else {
-        kt_planar_along(link, &data->planar[place], u);
+        kt_planar_along(link, &data->planar[k], u);
         moment = c->h[0] * u[0] + c->h[1] * u[1];
         fx = c->xx * u[0] + c->xy * u[1];
         fy = c->xy * u[0] + c->yy * u[1];
         w->mass[own * (m + 1)] = u[0] * fx + u[1] * fy;
     }
-    for (int32_t j = place;;) {
+    for (int32_t j = k;;) {
         const double *r = data->planar[j].offset;
         j = model->planar[j].parent;
         if (j == 0)
@@ -96,15 +96,14 @@ static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data
         w->mass[i] = 0.0;
     const int32_t *index = model->group_link + group->link, first = kt_planar_index_shift(model, 0);
     for (int l = group->link_count - 1; l >= 0; l--) {
-        const int32_t place = index[l] + first;
-        const kt_planar_link *link = &model->planar[place];
-        kt_planar_inertia *x = &data->planar_inertia[place];
-        w->bias[link->local] =
-            tau[link->v] - kt_planar_along_dof(model, data, place, x->moment, x->force[0], x->force[1]);
-        kt_planar_group_column(model, data, w, top, place, x);
+        const int32_t k = index[l] + first;
+        const kt_planar_link *link = &model->planar[k];
+        kt_planar_inertia *x = &data->planar_inertia[k];
+        w->bias[link->local] = tau[link->v] - kt_planar_along_dof(model, data, k, x->moment, x->force[0], x->force[1]);
+        kt_planar_group_column(model, data, w, top, k, x);
         if (link->parent == 0)
             continue;
-        kt_planar_shift(x, data->planar[place].offset);
+        kt_planar_shift(x, data->planar[k].offset);
         kt_planar_add(link->parent == top ? total : &data->planar_inertia[link->parent], x);
     }
 }

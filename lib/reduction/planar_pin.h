@@ -86,8 +86,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         p->at[i] = at;
         p->bend[i] = bend;
     }
-    const kt_v2 arm =
-        kt_planar_sum(kt_v2_load(data->planar[flat->place[k]].rotation), flat->arm[k][0], flat->arm[k][1]);
+    const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->link[k]].rotation), flat->arm[k][0], flat->arm[k][1]);
     return (kt_pin_end){.point = at + arm,
                         .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
                         .linear = bend - kt_v2_splat(w * w) * arm,

@@ -65,7 +65,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
             vy += v[link->v] * u[1];
         }
     }
-    kt_planar_rotate(&data->planar[flat->place[k]], flat->arm[k], end->arm);
+    kt_planar_rotate(&data->planar[flat->link[k]], flat->arm[k], end->arm);
     end->omega = w;
     end->point[0] = x + end->arm[0];
     end->point[1] = y + end->arm[1];
@@ -95,8 +95,8 @@ KT_INLINE void kt_planar_relate(const kt_data *data, const kt_planar_loop *flat,
     r->seen[0] = r->linear[0] + (twice * uy + ww * r->d[0]);
     r->seen[1] = r->linear[1] - (twice * ux - ww * r->d[1]);
     r->w = end[1].omega - w1;
-    r->first = &data->planar[flat->place[0]];
-    r->second = &data->planar[flat->place[1]];
+    r->first = &data->planar[flat->link[0]];
+    r->second = &data->planar[flat->link[1]];
 }
 
 /* theta: cosine and sine. */

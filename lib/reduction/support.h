@@ -35,22 +35,22 @@ typedef struct kt_support {
 /* Expresses s, given about the point `at` (relative to O), about O. */
 KT_INLINE void kt_express_about_origin(kt_v4 at, kt_v4 s[2]) { s[1] += kt_v4_cross(at, s[0]); }
 
-static inline void kt_support_add(kt_support *w, const kt_link *link, int end, kt_v4 place,
+static inline void kt_support_add(kt_support *w, const kt_link *link, int end, kt_v4 origin,
                                   const kt_dof_motion *motion) {
     const int count = kt_link_dofs(link);
     const int32_t first = w->count;
     for (int k = 0; k < count; k++) {
         kt_support_dof *f = &w->x->dof[w->count++];
         *f = (kt_support_dof){.motion = motion[k], .v = link->v + k, .end = end, .first = first + (k >= 3 ? 3 : 0)};
-        kt_express_about_origin(place, f->motion.s);
-        kt_express_about_origin(place, f->motion.psi);
-        kt_express_about_origin(place, f->motion.rate);
-        kt_express_about_origin(place, f->motion.phi);
+        kt_express_about_origin(origin, f->motion.s);
+        kt_express_about_origin(origin, f->motion.psi);
+        kt_express_about_origin(origin, f->motion.rate);
+        kt_express_about_origin(origin, f->motion.phi);
     }
 }
 
-/* Follows the path from the ancestor, whose origin is at `place`, to a frame on a link. */
-static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 place, int end, int32_t to,
+/* Follows the path from the ancestor, whose origin is at `origin`, to a frame on a link. */
+static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 origin, int end, int32_t to,
                                      const kt_pose *frame) {
     const kt_model *model = w->x->model;
     const kt_link_motion *motion = w->x->data->motion;
@@ -64,33 +64,33 @@ static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 plac
         const kt_link_motion *m = &motion[w->x->chain[n]];
         c.velocity += kt_v4_cross(c.omega, m->offset);
         c.linear += kt_v4_cross(c.alpha, m->offset);
-        place += m->offset;
+        origin += m->offset;
         kt_dof_motions_set(link, &motion[link->parent], m, w->x->v, w->x->a, &c, dof);
-        kt_support_add(w, link, end, place, dof);
+        kt_support_add(w, link, end, origin, dof);
     }
     kt_support_end *e = &w->end[end];
     kt_v4 turn[3];
     kt_v4_from_mat3(frame->rotation, turn);
     kt_v4_multiply(motion[to].axes, turn, e->axes);
-    e->point = place + kt_v4_apply(motion[to].axes, kt_v4_from(frame->position));
+    e->point = origin + kt_v4_apply(motion[to].axes, kt_v4_from(frame->position));
     e->velocity[0] = c.omega, e->velocity[1] = c.velocity;
     e->acceleration[0] = c.alpha, e->acceleration[1] = c.linear;
-    kt_express_about_origin(place, e->velocity);
-    kt_express_about_origin(place, e->acceleration);
+    kt_express_about_origin(origin, e->velocity);
+    kt_express_about_origin(origin, e->acceleration);
 }
 
 /* Finds both paths. O is the origin of the first link on the path. */
 static inline void kt_support_find(kt_support *w, int32_t ancestor, int ends, const int32_t link[2],
                                    const kt_pose frame[2]) {
     int32_t first = ends < 2 || link[0] != ancestor ? link[0] : link[1];
-    kt_v4 place = kt_v4_splat(0.0);
+    kt_v4 origin = kt_v4_splat(0.0);
     while (first != ancestor && w->x->model->link[first].parent != ancestor)
         first = w->x->model->link[first].parent;
     if (first != ancestor)
-        place -= w->x->data->motion[first].offset;
+        origin -= w->x->data->motion[first].offset;
     w->count = 0;
     for (int end = 0; end < ends; end++)
-        kt_support_follow(w, ancestor, place, end, link[end], &frame[end]);
+        kt_support_follow(w, ancestor, origin, end, link[end], &frame[end]);
 }
 
 /* ---- a direction ------------------------------------------------------------------------------------------------- */
