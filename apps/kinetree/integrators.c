@@ -10,7 +10,8 @@ const kt_usage kt_usage_integrators = {
                 "  kinetree run pendulum.yaml --integrator tsit5 --tolerance 1e-10\n"
                 "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3\n",
     .operands = "",
-    .about = "Lists the explicit Runge-Kutta methods. Adaptive ones choose their steps by a tolerance and can also be\n"
+    .about = "Lists the methods, explicit Runge-Kutta methods all: a stabilised one takes more stages than those\n"
+             "listed where the motion decays fast. Adaptive ones choose their steps by a tolerance and can also be\n"
              "given a fixed step; the others need one. Dense is the order of the records between steps.\n",
 };
 
@@ -19,11 +20,12 @@ int kt_command_integrators(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_integrators, argc, argv, NULL, &operands);
     if (code >= 0)
         return code;
-    printf("%-9s  %5s  %6s  %8s  %5s  %s\n", "name", "order", "stages", "adaptive", "dense", "title");
+    printf("%-9s  %5s  %6s  %8s  %5s  %-10s  %s\n", "name", "order", "stages", "adaptive", "dense", "family", "title");
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *method = kt_method_at(i);
-        printf("%-9s  %5d  %6d  %8s  %5d  %s\n", method->name, method->order, method->stages,
-               kt_method_is_adaptive(method) ? "yes" : "no", kt_method_dense_order(method), method->title);
+        printf("%-9s  %5d  %6d  %8s  %5d  %-10s  %s\n", method->name, method->order, method->stages,
+               kt_method_is_adaptive(method) ? "yes" : "no", kt_method_dense_order(method),
+               kt_method_family_name(method), method->title);
     }
     puts("\nsources");
     for (int i = 0; i < kt_method_count(); i++)
