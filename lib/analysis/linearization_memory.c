@@ -62,11 +62,10 @@ KT_ARENA_ARRAYS(place_system, kt_system_arrays, KT_SYSTEM_FIELDS, const kt_linea
 
 /* The systems' arrays follow those of the linearisation. */
 static size_t lay_out(void *memory, const kt_linearization_sizes *s) {
-    kt_system_arrays measured;
+    kt_linearization *l = memory;
     size_t used = place_linearization(memory, s);
     for (int k = 0; k < 2; k++)
-        used += place_system(memory ? &((kt_linearization *)memory)->arrays[k] : &measured,
-                             memory ? (char *)memory + used : NULL, s);
+        used += memory ? place_system(&l->arrays[k], (char *)memory + used, s) : place_system(NULL, NULL, s);
     return used;
 }
 

@@ -26,13 +26,6 @@ static inline size_t kt_arena_round(size_t bytes) {
     return (bytes + KT_ARENA_ALIGNMENT - 1) / KT_ARENA_ALIGNMENT * KT_ARENA_ALIGNMENT;
 }
 
-/* Takes `bytes` from the block at *used: NULL while measuring. */
-static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
-    void *place = base ? base + *used : NULL;
-    *used += kt_arena_round(bytes);
-    return place;
-}
-
 /* ---- a list of fields -------------------------------------------------------------------------------------------- */
 
 #define KT_ARENA_MEMBER(type, name, count, meaning) type *name;
@@ -40,17 +33,19 @@ static inline void *kt_arena_take(char *base, size_t *used, size_t bytes) {
 
 /* For a function that has `object`, `memory` (NULL: only measured), `used`, and the names of the counts. */
 #define KT_ARENA_PLACE(type, name, count, meaning)                                                                     \
-    object->name = (type *)kt_arena_take(memory, &used, (count) * sizeof(type));
+    if (memory != NULL)                                                                                                \
+        object->name = (type *)(void *)((char *)memory + used);                                                        \
+    used += kt_arena_round((count) * sizeof(type));
 
 #define KT_ARENA_LAYOUT(function, object_type, list, ...)                                                              \
     static size_t function(void *memory, __VA_ARGS__) {                                                                \
-        object_type measured, *object = memory ? (object_type *)memory : &measured;                                    \
+        object_type *object = (object_type *)memory;                                                                   \
         size_t used = kt_arena_round(sizeof *object);                                                                  \
         list(KT_ARENA_PLACE) return used;                                                                              \
     }
 
 /* The same for arrays of a struct that lies elsewhere, as that of a calculation's working arrays does:
- * function(object, memory, ...). The object must be there to be measured, too. */
+ * function(object, memory, ...). The object may be NULL while measuring, unless counts read it. */
 #define KT_ARENA_ARRAYS(function, object_type, list, ...)                                                              \
     static size_t function(object_type *object, void *memory, __VA_ARGS__) {                                           \
         size_t used = 0;                                                                                               \

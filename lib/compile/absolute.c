@@ -294,7 +294,7 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
     const loosen_counts n = count_most(description, tree);
     loosen w = {.from = description, .tree = tree};
     struct kt_absolute *made = calloc(1, sizeof *made + tree->n.body * sizeof made->joint[0]);
-    const size_t bytes = place_arrays(&w, NULL, &n);
+    const size_t bytes = place_arrays(NULL, NULL, &n);
     void *memory = made ? kt_arena_allocate(bytes, "the absolute formulation", error) : NULL;
     kt_status status = memory ? KT_OK : KT_ERROR_MEMORY;
     if (!made)

@@ -339,7 +339,7 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
     n.effect = (size_t)description->effect_count;
     n.planar_loop = n.planar ? n.loop : 0;
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
-    const size_t bytes = place_arrays(&a, NULL, &n);
+    const size_t bytes = place_arrays(NULL, NULL, &n);
     void *memory = kt_arena_allocate(bytes, "compiling loops and effects", error);
     if (!memory)
         return KT_ERROR_MEMORY;

@@ -371,7 +371,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
 static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
     const kt_description *d = b->description;
     const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
-    const size_t bytes = place_arrays(b, NULL, n, loops, table);
+    const size_t bytes = place_arrays(NULL, NULL, n, loops, table);
     void *memory = kt_arena_allocate(bytes, "compiling the description", error);
     if (!memory)
         return KT_ERROR_MEMORY;

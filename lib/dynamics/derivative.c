@@ -28,10 +28,7 @@ static kernels kernels_of(const kt_model *model) {
 
 KT_ARENA_ARRAYS(place_arrays, kt_derivative_work, KT_DERIVATIVE_FIELDS, const kt_counts *n)
 
-size_t kt_derivative_work_size(const kt_model *model) {
-    kt_derivative_work measured;
-    return place_arrays(&measured, NULL, &model->n);
-}
+size_t kt_derivative_work_size(const kt_model *model) { return place_arrays(NULL, NULL, &model->n); }
 
 static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_derivative_work *w, kt_error *error) {
     const size_t needed = kt_derivative_work_size(model);

@@ -27,12 +27,13 @@ size_t kt_integrator_size(const kt_method *method, size_t n) {
     return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
 }
 
-void kt_integrator_poison(kt_integrator *object, unsigned char byte) {
-    const kt_integrator_sizes *s = &object->sizes;
+void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
+    kt_integrator *object = it;
+    const kt_integrator_sizes *s = &it->sizes;
     KT_INTEGRATOR_SCRATCH(KT_ARENA_POISON)
-    object->stages_known = false;
-    object->dense_known = false;
-    object->derivative_slot = -1;
+    it->stages_known = false;
+    it->dense_known = false;
+    it->derivative_slot = -1;
 }
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */

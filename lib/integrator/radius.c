@@ -132,8 +132,11 @@ static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result)
     return KT_TRY_PASSED;
 }
 
-KT_ARENA_LAYOUT(lay_out, kt_stabilised_scratch, KT_STABILISED_FIELDS, size_t n)
-size_t kt_stabilised_lay_out(void *memory, size_t n) { return lay_out(memory, n); }
+KT_ARENA_ARRAYS(place_arrays, kt_stabilised_scratch, KT_STABILISED_FIELDS, size_t n)
+
+size_t kt_stabilised_scratch_size(size_t n) {
+    return kt_arena_round(sizeof(kt_stabilised_scratch)) + place_arrays(NULL, NULL, n);
+}
 
 kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result) {
     kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
@@ -141,7 +144,7 @@ kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result) {
     result->result = KT_TRY_PASSED;
     if (rejected && scratch->radius_is_of_now)
         return KT_TRY_PASSED;
-    (void)lay_out(scratch, it->sizes.n);
+    (void)place_arrays(scratch, it->scratch + kt_arena_round(sizeof *scratch), it->sizes.n);
     scratch->radius_is_of_now = rejected || known < 0.0 || age >= (it->options.step > 0.0 ? AGE_MAX_FIXED : AGE_MAX);
     scratch->radius = known;
     if (!scratch->radius_is_of_now)

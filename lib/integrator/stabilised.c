@@ -77,7 +77,7 @@ static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
     (void)method;
     sizes->slots = SLOTS;
     sizes->history = KT_STABILISED_HISTORY;
-    sizes->scratch = kt_stabilised_lay_out(NULL, sizes->n);
+    sizes->scratch = kt_stabilised_scratch_size(sizes->n);
 }
 
 static void init(kt_integrator *it) {

@@ -72,7 +72,7 @@ typedef struct kt_stabilised_scratch {
     KT_ARENA_DECLARE(KT_STABILISED_FIELDS)
 } kt_stabilised_scratch;
 
-size_t kt_stabilised_lay_out(void *memory, size_t n);
+size_t kt_stabilised_scratch_size(size_t n);
 
 static inline kt_stabilised_scratch *kt_stabilised_scratch_of(const kt_integrator *it) {
     return (kt_stabilised_scratch *)(void *)it->scratch;

@@ -67,8 +67,7 @@ typedef struct work {
 KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, size_t p)
 
 size_t kt_acceleration_work_size(const kt_model *model) {
-    work w;
-    return place_arrays(&w, NULL, model, model->n.v, model->n.row);
+    return place_arrays(NULL, NULL, model, model->n.v, model->n.row);
 }
 
 static bool has_own_effects(const kt_model *model) {
