@@ -1,5 +1,5 @@
 /* What serves comparison, and no simulation needs: other formulations of the equations of loops, and the study of what
- * accuracy costs.
+ * accuracy costs. A library of its own, libkinetree-study.
  *
  * The study of accuracy: a scene is run by every method at many steps and tolerances, each run's error held against a
  * reference whose own uncertainty is known, and its cost is counted and timed.

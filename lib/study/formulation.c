@@ -3,7 +3,6 @@
  */
 #include "study/formulation.h"
 #include "model/model.h"
-#include "reduction/evaluate.h"
 #include "reduction/reduce.h"
 
 #include <math.h>
@@ -18,15 +17,15 @@ kt_status kt_formulation_refuse(double t, kt_status status, const char *message,
 
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
+/* f = tau + forces of effects - (h - J' external) */
 static kt_status fill_force(kt_constraint_formulation *set, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, kt_error *error) {
     double *f = set->force;
-    kt_status status =
-        set->model->n.effect ? kt_effects_apply(set->model, data, t, q, v, &tau, &external, error) : KT_OK;
+    kt_status status = kt_effect_forces(set->model, data, t, q, v, f, error);
     if (status == KT_OK)
         status = kt_dynamics_inverse(set->model, data, q, v, NULL, external, set->x, error);
     for (int i = 0; i < set->n && status == KT_OK; i++)
-        f[i] = (tau ? tau[i] : 0.0) - set->x[i];
+        f[i] += (tau ? tau[i] : 0.0) - set->x[i];
     return status;
 }
 

@@ -30,7 +30,7 @@ def build_and_run(compiler, folder, package, pkg_environment, libdir, static):
     flags = run("pkg-config", "--cflags", "--libs", *(["--static"] if static else []), package, environment=pkg_environment)
     if flags.returncode != 0:
         return flags.stderr.splitlines()
-    names = ("kinetree-scene", "kinetree")
+    names = ("kinetree-scene", "kinetree-study", "kinetree")
     words = [f"-l:lib{word[2:]}.a" if static and word[2:] in names else word for word in shlex.split(flags.stdout)]
     source, program = folder / "program.c", folder / "program"
     source.write_text(PROGRAM)
@@ -124,6 +124,7 @@ def main():
 
         found = {path.relative_to(root).as_posix() for path in root.rglob("*")}
         wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", "/libkinetree.so.0", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
+        wanted += ["/libkinetree-study.so", "/libkinetree-study.a", "/kinetree-study.pc"]
         wanted += ["/libkinetree-lapack.so"] if has_module == "true" else []
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []
         wanted += ["/bin/kinetree"] if has_command == "true" else []
@@ -151,13 +152,13 @@ def main():
             for path in pc.parent.glob("kinetree*.pc"):
                 path.write_text(path.read_text().replace(f"prefix={prefix}", f"prefix={root}{prefix}", 1))
             prefix = f"{root}{prefix}"
-            for package in ["kinetree"] + (["kinetree-scene"] if has_scene == "true" else []):
+            for package in ["kinetree", "kinetree-study"] + (["kinetree-scene"] if has_scene == "true" else []):
                 for static in (False, True):
                     claim(f"program_links_{package.replace('-', '_')}_{'statically' if static else 'shared'}",
                           build_and_run(compiler, folder, package, environment, pc.parent.parent, static))
         if pc and shutil.which("cmake"):
             libdir = pc.parent.parent
-            for target in ["kinetree", "static"] + (["scene", "scene-static"] if has_scene == "true" else []):
+            for target in ["kinetree", "static", "study", "study-static"] + (["scene", "scene-static"] if has_scene == "true" else []):
                 claim(f"cmake_finds_{target.replace('-', '_')}", build_with_cmake(folder, prefix, target, libdir))
             claim("cmake_refuses_what_is_not_there",
                   [] if build_with_cmake(folder, prefix, "moon", libdir) else ["it found kinetree::moon"])

@@ -1,6 +1,6 @@
 """What the libraries import, export and hold, read from their symbols.
 
-nm.py INCLUDE-DIRECTORY HAS-LOOPS CORE.a CORE.so [SCENE.a SCENE.so]
+nm.py INCLUDE-DIRECTORY HAS-LOOPS CORE.a CORE.so STUDY.a STUDY.so [SCENE.a SCENE.so]
 """
 import collections
 import fnmatch
@@ -109,10 +109,10 @@ def declared(include):
 
 def main():
     has_loops = sys.argv.pop(2) == "true"
-    include, core, core_shared, *scene = [pathlib.Path(argument) for argument in sys.argv[1:]]
+    include, core, core_shared, study, study_shared, *scene = [pathlib.Path(argument) for argument in sys.argv[1:]]
     problems = []
     seen = collections.Counter()
-    for place, symbol in imports(core):
+    for place, symbol in [*imports(core), *imports(study)]:
         seen[place] += 1
         allowed = CORE_MAY_IMPORT + (SET_UP_MAY_IMPORT if is_set_up(place) else [])
         if not matches(symbol, allowed):
@@ -125,9 +125,10 @@ def main():
                                                    if not any(matches(symbol, [pattern]) for symbol in loops)])
     else:
         claim("core_without_loops_has_nothing_of_loops", sorted(loops))
-    claim("core_keeps_nothing_between_calls", list(writable_sections(core)))
+    claim("core_keeps_nothing_between_calls", [*writable_sections(core), *writable_sections(study)])
 
-    found = {core_shared.name: exports(core_shared)}
+    found = {core_shared.name: exports(core_shared), study_shared.name: exports(study_shared)}
+    claim("core_exports_nothing_of_the_study", sorted(found[core_shared.name] & found[study_shared.name]))
     if scene:
         claim("scene_library_never_prints_or_exits",
               [f"{place} imports {symbol}" for place, symbol in imports(scene[0]) if symbol in SCENE_MAY_NOT_IMPORT])
