@@ -334,15 +334,15 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
     }
 }
 
-/* What eliminating the degrees of freedom of a link leaves: nothing at all, for there is no inertia along one of them;
- * what is passed to its parent; or nothing for its parent. */
+/* The outcome of eliminating the degrees of freedom of a link: there is no inertia along one of them; x is to be passed
+ * to the parent; or nothing is passed, because a group is eliminated as a whole. */
 typedef enum kt_elimination { KT_ELIMINATION_SINGULAR, KT_ELIMINATION_PASSED, KT_ELIMINATION_ENDED } kt_elimination;
 
-/* x is the articulated inertia of link i with all it carries; it receives what is left. */
+/* x is the articulated inertia of link i with all it carries; it receives the projected one. */
 typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau,
                                     kt_articulated *x, void *context);
 
-/* Of a link whose joint is all there is. */
+/* Of a link that is in no group. */
 KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data, size_t i, const double *tau,
                                             kt_articulated *x, void *context) {
     (void)context;

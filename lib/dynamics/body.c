@@ -97,14 +97,15 @@ static inline void write_column(const kt_dof *dof, void *context) {
 void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, double *jacobian) {
     memset(jacobian, 0, 6 * model->n.v * sizeof *jacobian);
     columns c = {.arm = carry(model, data->kinematics, body, at).arm};
-    kt_v4 axes[3], parent[3];
-    kt_v4_from_mat3(data->kinematics[model->body[body].link].axes, axes);
+    kt_v4 axes[3], parent[3] = {{0.0}};
     for (int32_t i = model->body[body].link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
-        kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
+        const kt_link_kinematics *m = &data->kinematics[i];
+        kt_v4_from_mat3(m->axes, axes);
+        if (kt_link_dofs(link) > 1) /* one degree of freedom has its axis, and does not ask for the parent's */
+            kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
         c.first = jacobian + 6 * (size_t)link->v;
         kt_dofs_visit(link, parent, axes, axes[link->axis], write_column, &c);
-        c.arm += kt_v4_from(data->kinematics[i].offset);
-        memcpy(axes, parent, sizeof axes);
+        c.arm += kt_v4_from(m->offset);
     }
 }

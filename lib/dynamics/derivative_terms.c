@@ -116,8 +116,7 @@ static inline void load(const kt_model *model, const kt_data *data, const kt_wre
     }
 }
 
-/* ---- backward pass: rows, columns, and what is passed to the parent ------------------------------------------------------
- */
+/* ---- backward pass: rows, columns, and what is passed to the parent ---------------------------------------------- */
 
 KT_INLINE void store6(double *to, kt_v4 a, kt_v4 b) {
     for (int k = 0; k < 3; k++) {

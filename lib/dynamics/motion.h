@@ -1,6 +1,6 @@
 /* What each elementary motion does to a link (model/motion.h), in world axes about the link's own origin: its pose, and
- * its degrees of freedom. Velocities, Jacobians, joint forces and the rows of loops follow from the latter, each by one
- * function that the degrees of freedom are shown to one by one (kt_dofs_visit).
+ * its degrees of freedom. Velocities, Jacobians, joint forces and the rows of loops follow from the latter: each is a
+ * function that kt_dofs_visit calls for one degree of freedom after the other.
  */
 #ifndef KT_DYNAMICS_MOTION_H
 #define KT_DYNAMICS_MOTION_H
@@ -105,7 +105,7 @@ KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, c
     }
 }
 
-/* ---- degrees of freedom -------------------------------------------------------------------------------------------- */
+/* ---- degrees of freedom ------------------------------------------------------------------------------------------ */
 
 /* S = (u, 0), (0, u) or (u, p u). */
 typedef enum kt_dof_kind { KT_DOF_ROTATION, KT_DOF_TRANSLATION, KT_DOF_SCREW } kt_dof_kind;
@@ -191,7 +191,7 @@ KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_v4 parent[3], const k
     }
 }
 
-/* ---- their twist --------------------------------------------------------------------------------------------------- */
+/* ---- their twist ------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_twist_sum {
     const double *x;
@@ -219,7 +219,7 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
     *linear = sum.linear;
 }
 
-/* ---- their matrix -------------------------------------------------------------------------------------------------- */
+/* ---- their matrix ------------------------------------------------------------------------------------------------ */
 
 /* S, column by column. */
 typedef struct kt_subspace {

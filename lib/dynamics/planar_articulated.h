@@ -227,7 +227,7 @@ KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data
 typedef kt_elimination kt_planar_eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
                                            kt_planar_carried *x, kt_planar_response *response, void *context);
 
-/* Of a link whose joint is all there is. */
+/* Of a link that is in no group. */
 KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, const kt_planar_motion *m,
                                                    const double *tau, kt_planar_carried *x,
                                                    kt_planar_response *response, void *context) {

@@ -1,7 +1,8 @@
-/* The elementary motions, of which each link makes one against its parent.
+/* The elementary motions, one of which each link has relative to its parent.
  *
- * A degree of freedom turns about a unit vector, moves along it, or both. With s the link's axis, p its pitch, x, y, z
- * the axes of the link, and x0, y0, z0 these axes at rest (q = 0), the degrees of freedom (angular, linear) are
+ * A degree of freedom is a rotation about a unit vector, a translation along it, or both. With s the link's axis, p its
+ * pitch, x, y, z the axes of the link, and x0, y0, z0 these axes at rest (q = 0), the degrees of freedom (angular,
+ * linear) are
  *
  *   revolute    (s, 0)
  *   prismatic   (0, s)
@@ -9,10 +10,10 @@
  *   spherical   (x, 0)   (y, 0)   (z, 0)
  *   free        (0, x0)  (0, y0)  (0, z0)  (x, 0)  (y, 0)  (z, 0)
  *
- * A motion is a row of this list: its number of velocities; how many of these are rates of lengths; whether its position
- * has an angle, whose sine and cosine are taken; whether it ends with a quaternion, four positions for the last three
- * velocities; and whether there is such a motion in a plane: about its normal, or along it. Lengths come first among
- * the coordinates. What else is asked of a motion is a function or a case of each row (dynamics/motion.h,
+ * A motion is a row of this list: the number of its velocities; how many of these are rates of lengths; whether it has an
+ * angle, whose sine and cosine are computed; whether its positions end with a quaternion, four numbers for the last three
+ * velocities; and whether it exists in a plane: about the normal, or along the plane. Lengths come first among the
+ * coordinates. What else is asked of a motion is a function or a case of each row (dynamics/motion.h,
  * dynamics/articulated.h, dynamics/inertia_check.c): where one is missing, the compiler says so.
  */
 #ifndef KT_MODEL_MOTION_H
@@ -53,5 +54,8 @@ static inline kt_motion_facts kt_motion_facts_of(kt_motion motion) {
 }
 
 enum { KT_DOF_MAX = 6 }; /* velocities of a motion */
+#define KT_MOTION_FITS(id, name, v, ...) _Static_assert((v) <= KT_DOF_MAX, #name " has too many degrees of freedom");
+KT_MOTION_LIST(KT_MOTION_FITS)
+#undef KT_MOTION_FITS
 
 #endif

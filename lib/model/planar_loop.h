@@ -1,7 +1,7 @@
 /* A loop between links of one plane, in the plane.
  *
- * Rotations about n and translations normal to it change no height along n and no angle to n. So an equation of the loop
- * is either constant (a void row, which must hold by itself), or one equation in the plane, with the same phi:
+ * Rotations about n and translations normal to it change no height along n and no angle to n. So an equation of the
+ * loop is either constant (a void row, which must hold by itself), or one equation in the plane, with the same phi:
  *   along       phi = e . d + constant, e fixed in end 1's frame, d from point 1 to point 2
  *   rotation    phi = factor 4 tan(theta / 4), theta from end 1's direction to end 2's
  *   orthogonal  phi = 2 tan(eps / 2), sin(eps) = cos(theta)

@@ -49,8 +49,8 @@ KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data,
     return u[0] * fx + u[1] * fy;
 }
 
-/* The columns of M, and if the parent (top) accelerates of F, for the degree of freedom of the link with planar index k,
- * whose composite c is complete. */
+/* The columns of M, and if the parent (top) accelerates of F, for the degree of freedom of the link with planar index
+ * k, whose composite c is complete. */
 KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
                                       int32_t k, const kt_planar_inertia *c) {
     const kt_planar_link *link = &model->planar[k];
