@@ -2,6 +2,8 @@
 #include "arguments.h"
 #include "command.h"
 
+#include "kinetree/descriptor.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -94,27 +96,26 @@ static kt_vec3 end_of(kt_kind kind, double length) {
     return kind == KT_KIND_PENDULUM ? kt_vec3_make(0.0, -length, 0.0) : kt_vec3_make(length, 0.0, 0.0);
 }
 
-/* The initial position `angle` about the joint's axis, where it can turn about it. */
+/* The initial position `angle` about the joint's axis, if the joint rotates. */
 static void turn_by(kt_joint *joint, double angle) {
-    switch (joint->type) {
-    case KT_JOINT_PLANAR:
-        joint->position[2] = angle;
-        break;
-    case KT_JOINT_SPHERICAL: /* about z, as the others with the usual axis */
-        joint->position[0] = cos(0.5 * angle);
-        joint->position[3] = sin(0.5 * angle);
-        break;
-    case KT_JOINT_PRISMATIC:
-        break;
-    default:
-        joint->position[0] = angle;
+    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(joint->type, k);
+        if (kind == KT_COORDINATE_ROTATION) { /* a quaternion: about z, as the others with the usual axis */
+            joint->position[k] = cos(0.5 * angle);
+            joint->position[k + 3] = sin(0.5 * angle);
+            return;
+        }
+        if (kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS) {
+            joint->position[k] = angle;
+            return;
+        }
     }
 }
 
 static void set_axis(kt_maker *maker, kt_joint *joint, long i) {
     if (maker->settings.axes == 1)
         joint->axis = kt_vec3_make(i % 3 == 0 ? 1.0 : 0.0, i % 3 == 1 ? 1.0 : 0.0, i % 3 == 2 ? 1.0 : 0.0);
-    if (joint->type == KT_JOINT_SCREW)
+    if (kt_descriptor_key(kt_joint_descriptor(joint->type), "joint.pitch") != NULL)
         joint->pitch = 0.1;
 }
 
@@ -124,7 +125,7 @@ static void make_random(kt_maker *maker, kt_body *body, double *length) {
     double z = draw(&maker->random, -1.0, 1.0), turn = draw(&maker->random, -pi, pi), r = sqrt(1.0 - z * z);
     body->joint.axis = kt_vec3_make(r * cos(turn), r * sin(turn), z);
     turn_by(&body->joint, draw(&maker->random, -pi, pi));
-    if (body->joint.type == KT_JOINT_PRISMATIC)
+    if (kt_joint_coordinate_kind(body->joint.type, 0) == KT_COORDINATE_LENGTH)
         body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
 }
 

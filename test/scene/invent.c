@@ -1,5 +1,7 @@
 #include "invent.h"
 
+#include "kinetree/descriptor.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -89,7 +91,7 @@ static kt_joint joint(inventor *v) {
     static const int positions[] = {KT_JOINT_LIST(JOINT_NQ)}, velocities[] = {KT_JOINT_LIST(JOINT_NV)};
     kt_joint made = kt_joint_default();
     made.type = (kt_joint_type)pick(v, KT_JOINT_TYPE_COUNT);
-    bool has_axis = made.type != KT_JOINT_FIXED && made.type != KT_JOINT_SPHERICAL && made.type != KT_JOINT_FREE;
+    bool has_axis = kt_descriptor_key(kt_joint_descriptor(made.type), "joint.axis") != NULL;
     if (has_axis && chance(v))
         made.axis = axis(v);
     if (made.type == KT_JOINT_UNIVERSAL && chance(v)) {
