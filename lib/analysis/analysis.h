@@ -12,7 +12,7 @@ typedef struct kt_linearization_sizes {
     size_t q, v, n, f, link, inputs, markers, rows, data, work;
 } kt_linearization_sizes;
 
-/* Steps that one extrapolation looks back on. */
+/* Earlier steps that an extrapolation uses. */
 enum { KT_TABLEAU_DEPTH = 6 };
 
 /* What an evaluation hands out, twice: the last one that succeeded, and the one under way. */
@@ -36,16 +36,16 @@ typedef struct kt_system_arrays {
 /* Every other array: type, name, count, meaning. */
 #define KT_LINEARIZATION_FIELDS(X)                                                                                     \
     X(int, input_coordinate, s->inputs, "what is driven")                                                              \
-    X(kt_marker_index, marker, s->markers, "what is looked at")                                                        \
+    X(kt_marker_index, marker, s->markers, "outputs")                                                                  \
     X(double, unit, s->v, "a large change of each coordinate")                                                         \
     X(double, q0, s->q, "the state")                                                                                   \
     X(double, v0, s->v, "the state")                                                                                   \
     X(double, a0, s->v, "its acceleration")                                                                            \
     X(double, tau, s->v, "joint forces")                                                                               \
-    X(double, tau_moved, s->v, "joint forces beside these")                                                            \
-    X(double, q, s->q, "a state beside")                                                                               \
-    X(double, v, s->v, "a state beside")                                                                               \
-    X(double, way, 2 * s->v, "direction of a derivative: dq, dv")                                                      \
+    X(double, tau_moved, s->v, "neighbouring joint forces, or a step")                                                 \
+    X(double, q, s->q, "a neighbouring state")                                                                         \
+    X(double, v, s->v, "a neighbouring state")                                                                         \
+    X(double, direction, 2 * s->v, "direction of a derivative: dq, dv")                                                \
     X(double, equation, 2 * s->rows * s->v, "A and d(A v - b')/dq, eliminated")                                        \
     X(bool, holonomic, s->rows, "equations with a residual")                                                           \
     X(int32_t, pivot_row, s->v, "row that a dependent coordinate is taken from, or -1")                                \
@@ -63,7 +63,7 @@ typedef struct kt_system_arrays {
     X(double, best_step, s->f, "that a derivative was taken from")                                                     \
     X(double, floor, s->f, "rounding of what is probed")                                                               \
     X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
-    X(double, chart, s->n * s->n, "derivatives of the states along the directions taken")                              \
+    X(double, overlap, s->n * s->n, "derivatives of the states along the directions taken")                            \
     X(double, weight, s->v, "forces at rest")                                                                          \
     X(double, inertia, s->v, "diagonal of M in the freedoms that are left")                                            \
     X(double, stiffness, s->v * s->v, "H in the freedoms that are left")                                               \
@@ -97,7 +97,7 @@ struct kt_linearization {
     KT_ARENA_DECLARE(KT_LINEARIZATION_FIELDS)
 };
 
-/* ---- chart.c ----------------------------------------------------------------------------------------------------- */
+/* ---- independent_coordinates.c ----------------------------------------------------------------------------------- */
 
 /* A large change of each coordinate: a radian, or a length of the mechanism. */
 void kt_independent_coordinates_units(const kt_model *model, double *unit);
@@ -112,7 +112,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
 /* Where the parts of a probe lie: dq, dv, a, and of each marker position and velocity. */
 static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv + 6 * markers; }
 
-/* The state at a distance `step` along l->way, projected, and what is looked at there. */
+/* The state at a distance `step` along l->direction, projected, and the numbers of the probe there. */
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);
 
 /* a <- M a at q. */
@@ -123,7 +123,7 @@ void kt_probe_floor(kt_linearization *l);
 
 /* ---- difference.c ------------------------------------------------------------------------------------------------ */
 
-/* Derivatives of the probe along l->way and their estimated errors (f numbers each), from steps of `first` on. */
+/* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps of `first` on. */
 kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error);
 
 /* ---- exact.c ----------------------------------------------------------------------------------------------------- */

@@ -85,7 +85,7 @@ static double unit_of(const kt_linearization *l, size_t i) {
     return l->of_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* forces times units are energies */
 }
 
-/* One step; tells whether a number that is not good yet became better, and the largest error against its size. */
+/* One step. Returns whether a number that is not good yet became better, and the largest error against its size. */
 static bool go_on(extrapolation *x, double h, double *worst) {
     kt_linearization *l = x->l;
     bool better = false;

@@ -1,6 +1,6 @@
 /* Static equilibrium: a position where the mechanism stays at rest.
  *
- * In the directions E that the loops allow (chart.c: free velocities, so that rolling wheels roll) the force is
+ * In the directions E that the loops allow (independent_coordinates.c: free velocities, so that rolling wheels roll) the force is
  * g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. With V the potential energy, where
  * there is one, g is -dV/dy and H its second derivative. A step solves
  *     (H + mu D) y = g,   D the diagonal of E' M E
@@ -207,25 +207,25 @@ static double sum_of_squares(const kt_linearization *l, const double *x) {
     return sum;
 }
 
-/* All coordinates' step E y, shortened to what is allowed, into l->way; returns its length in units. */
+/* All coordinates' step E y, shortened to what is allowed, into l->direction; returns its length in units. */
 static double spread(const search *s) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     double part = 1.0;
-    memset(l->way, 0, nv * sizeof *l->way);
+    memset(l->direction, 0, nv * sizeof *l->direction);
     for (size_t j = 0; j < (size_t)s->dofs; j++)
         for (size_t i = 0; i < nv; i++)
-            l->way[i] += l->free_velocity[j * nv + i] * l->step[j];
-    const double length = size_of(l, l->way);
+            l->direction[i] += l->free_velocity[j * nv + i] * l->step[j];
+    const double length = size_of(l, l->direction);
     for (size_t k = 1; k < l->model->n.link; k++) {
         const kt_link *link = &l->model->link[k];
         for (int i = 0; i < kt_link_dofs(link); i++) {
             const double most = i < kt_link_lengths(link) ? s->reach * l->unit[link->v + i] : fmin(s->reach, TURN_MOST);
-            part = fmin(part, most / fmax(fabs(l->way[link->v + i]), most));
+            part = fmin(part, most / fmax(fabs(l->direction[link->v + i]), most));
         }
     }
     for (size_t i = 0; i < nv; i++)
-        l->way[i] *= part;
+        l->direction[i] *= part;
     return part * length;
 }
 
@@ -233,7 +233,7 @@ static double spread(const search *s) {
 static kt_status try_step(const search *s, double part, kt_error *error) {
     kt_linearization *l = s->l;
     for (size_t i = 0; i < l->size.v; i++) {
-        l->ahead[i] = part * l->way[i];
+        l->ahead[i] = part * l->direction[i];
         l->v[i] = 0.0;
     }
     kt_position_add(l->model, l->q0, l->ahead, l->tried_q);

@@ -199,7 +199,7 @@ static kt_status refuse_singular(const kt_linearization *l, size_t g, kt_error *
 }
 
 /* Whether all groups have their usual ranks here. */
-static kt_status look_at_ranks(const kt_linearization *l, bool *near, kt_error *error) {
+static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *error) {
     const kt_model *model = l->model;
     *near = false;
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
@@ -251,7 +251,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
                      .columns = l->size.v,
                      .width = 2 * l->size.v,
                      .pivot_row = l->pivot_row,
-                     .weight = l->way};
+                     .weight = l->direction};
     int rank[KT_ROWS_COUNT] = {0, 0};
     for (size_t c = 0; c < e.columns; c++)
         l->pivot_row[c] = UNUSED;
@@ -259,7 +259,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
     if (KT_HAS_LOOPS && model->n.group) {
         kt_status status = fill_equations(l, error);
         if (status == KT_OK)
-            status = look_at_ranks(l, &system->near_singular, error);
+            status = check_ranks(l, &system->near_singular, error);
         if (status != KT_OK)
             return status;
         for (size_t g = 0; g < model->n.group; g++)
@@ -268,7 +268,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
         scale(l);
         find_holonomic(l);
     }
-    weigh(l, l->way);
+    weigh(l, l->direction);
     bool fine = reduce(&e, l->holonomic, true, rank[KT_ROWS_CLOSED]);
     system->positions = write_basis(&e, l->unit, out->position_coordinate, l->free_position);
     fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);

@@ -31,9 +31,9 @@ kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, 
     const size_t nv = l->size.v;
     double largest = 0.0;
     for (size_t i = 0; i < nv; i++) {
-        l->way[i] = dq ? dq[i] : 0.0;
-        l->way[nv + i] = dv ? dv[i] : 0.0;
-        largest = fmax(largest, fmax(fabs(l->way[i]), fabs(l->way[nv + i])) / l->unit[i]);
+        l->direction[i] = dq ? dq[i] : 0.0;
+        l->direction[nv + i] = dv ? dv[i] : 0.0;
+        largest = fmax(largest, fmax(fabs(l->direction[i]), fabs(l->direction[nv + i])) / l->unit[i]);
     }
     return kt_difference(l, FIRST * scale / largest, l->slope + column * l->size.f, l->slope_error + column * l->size.f,
                          error);
@@ -66,7 +66,7 @@ static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, d
         l->slope_error[j * f + i] += fabs(factor) * l->slope_error[c * f + i];
     }
     for (size_t i = 0; i < n; i++)
-        l->chart[j * n + i] -= factor * l->chart[c * n + i];
+        l->overlap[j * n + i] -= factor * l->overlap[c * n + i];
 }
 
 /* G <- G W^-1 by columns, W = S G being nearly lower triangular with a unit diagonal. */
@@ -74,18 +74,18 @@ static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, con
     const size_t n = (size_t)system->states, f = l->size.f;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
-            l->chart[j * n + i] = l->slope[j * f + place_of(l, out, system, i)];
+            l->overlap[j * n + i] = l->slope[j * f + place_of(l, out, system, i)];
     for (size_t c = n; c-- > 0;) {
-        const double whole = l->chart[c * n + c];
+        const double whole = l->overlap[c * n + c];
         for (size_t i = 0; i < f; i++) {
             l->slope[c * f + i] /= whole;
             l->slope_error[c * f + i] /= fabs(whole);
         }
         for (size_t i = 0; i < n; i++)
-            l->chart[c * n + i] /= whole;
+            l->overlap[c * n + i] /= whole;
         for (size_t j = 0; j < n; j++)
-            if (j != c && l->chart[j * n + c] != 0.0)
-                subtract_column(l, n, j, c, l->chart[j * n + c]);
+            if (j != c && l->overlap[j * n + c] != 0.0)
+                subtract_column(l, n, j, c, l->overlap[j * n + c]);
     }
 }
 
@@ -147,8 +147,8 @@ static kt_status add_drifts(kt_linearization *l, const double *dq, double h, dou
     return status;
 }
 
-/* How the markers' velocities J(q) v change along (dq, dv): J dv + B(v, dq), where B(v, w) = (dJ along w) v. Of B(v, v)
- * = J' v the queries tell, and B(v, w) - B(w, v) = J [w, v], the rotations' w x v:
+/* How the markers' velocities J(q) v change along (dq, dv): J dv + B(v, dq), where B(v, w) = (dJ along w) v. The queries give
+ * B(v, v) = J' v, and B(v, w) - B(w, v) = J [w, v], the rotations' w x v:
  *     B(v, w) = (B(v + w, v + w) - B(v - w, v - w)) / 4 + J [w, v] / 2 */
 static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
                                        double *slope, double *slope_error, kt_error *error) {
@@ -157,11 +157,11 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
     kt_status status = KT_OK;
     memset(slope, 0, 3 * l->size.markers * sizeof *slope);
     memset(slope_error, 0, 3 * l->size.markers * sizeof *slope_error);
-    memset(l->way, 0, nv * sizeof *l->way);
-    carry_along(l, dq, l->way);
+    memset(l->direction, 0, nv * sizeof *l->direction);
+    carry_along(l, dq, l->direction);
     for (size_t i = 0; i < nv; i++) {
         length = fmax(length, fabs(dq[i]) / l->unit[i]);
-        l->way[i] = dv[i] + 0.5 * l->way[i];
+        l->direction[i] = dv[i] + 0.5 * l->direction[i];
     }
     for (int side = -1; side < 2 && length > 0.0 && speed > 0.0 && status == KT_OK; side += 2)
         status = add_drifts(l, dq, side * speed / length, slope, slope_error, error);
@@ -172,7 +172,7 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
         kt_point_jacobian(l->model, l->data, l->marker[m].body, at, l->jacobian);
         for (size_t i = 0; i < 3; i++)
             for (size_t k = 0; k < nv; k++) {
-                const double x = l->jacobian[6 * k + 3 + i] * l->way[k];
+                const double x = l->jacobian[6 * k + 3 + i] * l->direction[k];
                 slope[3 * m + i] += x;
                 slope_error[3 * m + i] += fabs(x);
             }
@@ -226,7 +226,7 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
 
 static void write_state(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
-    double *rate = l->way;
+    double *rate = l->direction;
     for (size_t j = 0; j < n; j++) {
         const double *slope = l->slope + j * f, *error = l->slope_error + j * f;
         memcpy(rate, out->velocities_of + j * nv, nv * sizeof *rate);
@@ -245,13 +245,13 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
 }
 
 /* What the errors of the states' own derivatives add: |state| times these. */
-static void add_chart_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
     for (size_t j = 0; j < n; j++)
         for (size_t k = 0; k < n; k++) {
-            const double chart = l->slope_error[j * f + place_of(l, out, system, k)];
+            const double overlap = l->slope_error[j * f + place_of(l, out, system, k)];
             for (size_t i = first; i < n; i++)
-                out->state_error[j * n + i] += fabs(out->state[k * n + i]) * chart;
+                out->state_error[j * n + i] += fabs(out->state[k * n + i]) * overlap;
         }
 }
 
@@ -280,14 +280,14 @@ static void write_output(kt_linearization *l, const kt_system_arrays *out, const
 /* ---- inputs ------------------------------------------------------------------------------------------------------ */
 
 /* Change of the acceleration over a change 2 h of a joint force, into l->ahead. */
-static kt_status push(kt_linearization *l, int coordinate, double h, kt_error *error) {
+static kt_status differentiate_input(kt_linearization *l, int coordinate, double h, kt_error *error) {
     const size_t nv = l->size.v;
-    double *push[2] = {l->ahead, l->behind};
+    double *accelerations[2] = {l->ahead, l->behind};
     for (int side = 0; side < 2; side++) {
         memcpy(l->tau_moved, l->tau, nv * sizeof(double));
         l->tau_moved[coordinate] += side ? -h : h;
-        const kt_status status =
-            kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau_moved, NULL, push[side], error);
+        const kt_status status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau_moved, NULL,
+                                                          accelerations[side], error);
         if (status != KT_OK)
             return status;
     }
@@ -302,14 +302,14 @@ static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, c
                              size_t input, kt_error *error) {
     const size_t n = (size_t)system->states, nv = l->size.v, positions = (size_t)system->positions;
     double *b = out->input + input * n, *b_error = out->input_error + input * n, effect = 0.0, pull = 0.0;
-    kt_status status = push(l, l->input_coordinate[input], 1.0, error);
+    kt_status status = differentiate_input(l, l->input_coordinate[input], 1.0, error);
     for (size_t i = 0; i < nv && status == KT_OK; i++) {
         effect = fmax(effect, fabs(l->ahead[i]) / l->unit[i]);
         pull = fmax(pull, l->floor[2 * nv + i] / l->unit[i]);
     }
     const double h = effect > 0.0 && pull > 0.0 ? pull / effect : 1.0;
     if (status == KT_OK)
-        status = push(l, l->input_coordinate[input], h, error);
+        status = differentiate_input(l, l->input_coordinate[input], h, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < n; i++) {
@@ -405,7 +405,7 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     if (status != KT_OK)
         return status;
     write_state(l, out, &system);
-    add_chart_errors(l, out, &system);
+    add_overlap_errors(l, out, &system);
     write_output(l, out, &system);
     describe(l, out, &system);
     l->system = system;

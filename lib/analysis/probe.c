@@ -1,7 +1,6 @@
-/* What is differenced: a state beside the given one, on the manifold, and what happens there.
+/* What is differenced: the acceleration and other numbers of a neighbouring state on the manifold.
  *
- * A probe at a distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and tells, in this order, how far it really
- * has come, q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
+ * A probe at a distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and yields, in this order, its actual distance, q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
  * At rest the force M a can be asked for in the place of a: inverse dynamics with a less that without.
  */
 #include "analysis/analysis.h"
@@ -10,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static kt_status look_at_markers(kt_linearization *l, double *out, kt_error *error) {
+static kt_status probe_markers(kt_linearization *l, double *out, kt_error *error) {
     if (l->size.markers == 0)
         return KT_OK;
     const kt_status status = kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, error);
@@ -36,8 +35,8 @@ kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_err
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error) {
     const size_t nv = l->size.v;
     for (size_t i = 0; i < nv; i++) {
-        out[i] = step * l->way[i];
-        l->v[i] = l->v0[i] + step * l->way[nv + i];
+        out[i] = step * l->direction[i];
+        l->v[i] = l->v0[i] + step * l->direction[nv + i];
     }
     kt_position_add(l->model, l->q0, out, l->q);
     kt_status status = kt_state_project(l->model, l->data, l->t, l->q, l->v, NULL, error);
@@ -49,7 +48,7 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
     status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q, l->v, l->tau, NULL, out + 2 * nv, error);
     if (status == KT_OK && l->of_force)
         status = kt_probe_force(l, l->q, out + 2 * nv, error);
-    return status == KT_OK ? look_at_markers(l, out + 3 * nv, error) : status;
+    return status == KT_OK ? probe_markers(l, out + 3 * nv, error) : status;
 }
 
 /* Plain positions are rounded as what they are, quaternions as one. */
