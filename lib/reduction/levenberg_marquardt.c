@@ -18,6 +18,8 @@
 
 enum { STEPS_MOST = 400, STARTS = 4 };
 
+#define UNDAMPED 1e-13 /* the least damping */
+
 static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
 
 double kt_generic(size_t k) {
@@ -111,14 +113,17 @@ static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
     const bool rounding = before <= 1e-28 * (double)w->k;
     double *mu = &data->damping[g];
     if (after < before) {
-        *mu = fmax(*mu * 0.1, 1e-13);
+        *mu = fmax(*mu * 0.1, UNDAMPED);
         data->gap[g] = after;
         data->settled[g] =
             gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.5 * before);
         return true;
     }
-    *mu *= 10.0;
-    data->settled[g] = rounding || *mu > 1e12;
+    /* Near closure rounding hides what a damped step gains along a direction that is about to be lost: more damping would
+     * only stop there. Without any, the step closes it, if anything does. */
+    const bool near = before <= 1e-24 * (double)w->k, undamped = *mu <= UNDAMPED;
+    *mu = near ? UNDAMPED : *mu * 10.0;
+    data->settled[g] = rounding || (near && undamped) || *mu > 1e12;
     return false;
 }
 
