@@ -133,7 +133,7 @@ static bool rates(const kt_tree *tree, const kt_tree_state *s, double h, totals 
 }
 
 /* With the forces that inverse dynamics finds for any acceleration. h = 1e-3: h^4 / 30 of fifth derivatives of T + V,
- * and EPS (T + V) / h; c measured over 20 seeds, whose worst is half of the bound. */
+ * and EPS (T + V) / h; c measured: the worst of 31 seeds is half of the bound. */
 KT_TEST(power_of_forces_is_rate_of_energy) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("d(T + V)/dt - tau.v - external power");
@@ -155,7 +155,7 @@ KT_TEST(power_of_forces_is_rate_of_energy) {
             }
             const double energy =
                 kt_kinetic_energy(tree.model, tree.data) + fabs(kt_potential_energy(tree.model, tree.data));
-            kt_worst_near(&error, rate.energy, power, 5e-11 * energy, "tree %d", n);
+            kt_worst_near(&error, rate.energy, power, 1e-10 * energy, "tree %d", n);
         }
         kt_tree_free(&tree);
     }
