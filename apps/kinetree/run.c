@@ -186,8 +186,8 @@ static void say_part(const char *part, const char *out) {
     if (strcmp(part, out) == 0)
         kt_say("the run did not come to its end: its records until then are in %s", out);
     else
-        kt_say("the run did not come to its end: its records until then are in %s, and %s, an earlier result, is not "
-               "touched",
+        kt_say("the run did not come to its end: its records until then are in %s, and %s, which an earlier run has "
+               "left, is not touched",
                part, out);
 }
 
@@ -257,7 +257,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     int code = open_records(arguments, outcome, checkpoint, out, &csv);
     if (code < 0) {
-        kt_mode_watch *modes = kt_watch_steps(outcome->model, outcome->run);
+        kt_mode_watch *modes = kt_watch_steps(outcome);
         code = simulate(outcome, &csv, plot, checkpoint, modes, arguments->quiet);
         kt_warn_of_step(outcome, modes);
         kt_mode_watch_free(modes);

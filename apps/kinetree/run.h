@@ -95,8 +95,9 @@ typedef struct kt_outcome {
  */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
-/* A watch on the fastest mode for runs with fixed steps; NULL for others, or where there is no memory. */
-kt_mode_watch *kt_watch_steps(const kt_model *model, const kt_run *run);
+/* A watch on the fastest mode for runs with fixed steps; NULL for others, and where there is no memory, which is warned
+ * of. */
+kt_mode_watch *kt_watch_steps(kt_outcome *outcome);
 /* Looks at a record, unless that would cost more than a fiftieth of what the run has. watch may be NULL. */
 void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record);
 /* Warns where the step was outside of the method's region of stability at the state of the fastest mode or at the last

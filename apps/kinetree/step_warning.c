@@ -18,11 +18,21 @@ enum {
 
 #define DOUBT 2.0 /* estimates of rates err downwards */
 
-kt_mode_watch *kt_watch_steps(const kt_model *model, const kt_run *run) {
+kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const kt_warning warning = {.code = "unknown_stability",
+                                .time = (double)NAN,
+                                .value = (double)NAN,
+                                .remedy = "Run it again with more memory, or compare with a run of half the step"};
     kt_mode_watch *watch = NULL;
-    if (!(run->step > 0.0) || !(run->duration > run->step) || kt_model_nv(model) == 0)
+    kt_error error = {0};
+    if (!(run->step > 0.0) || !(run->duration > run->step) || kt_model_nv(outcome->model) == 0)
         return NULL;
-    return kt_mode_watch_create(model, &watch, NULL) == KT_OK ? watch : NULL;
+    if (kt_mode_watch_create(outcome->model, &watch, &error) == KT_OK)
+        return watch;
+    kt_warn(&outcome->warnings, &warning, "whether steps of %g s are stable and short enough is not known: %s",
+            run->step, error.message);
+    return NULL;
 }
 
 void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record) {
@@ -128,7 +138,7 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     return true;
 }
 
-/* Modes need LAPACK, which cannot be loaded: the doubt stays, and is told. */
+/* Modes need LAPACK, which cannot be loaded, or memory: the doubt stays, and is told. */
 static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest,
                           const kt_error *error) {
     const kt_warning warning = {.code = "unknown_stability",
@@ -162,10 +172,10 @@ static kt_simulation_options follow_options(void) {
 
 /* The modes at the start of the motion itself and where it has the fastest, by adaptive steps; how far these come does
  * not matter. */
-static void follow_motion(const kt_outcome *outcome, kt_spectrum *spectrum) {
+static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_run run = *outcome->run;
     const kt_simulation_options options = follow_options();
-    kt_mode_watch *watch = kt_watch_steps(outcome->model, outcome->run);
+    kt_mode_watch *watch = kt_watch_steps(outcome);
     kt_simulation *simulation = NULL;
     kt_error error = {0};
     run.integrator = "dopri5";
@@ -218,7 +228,7 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
     kt_step_limit limit;
     if (kt_spectrum_create(outcome->model, 2, &own, &error) != KT_OK ||
         kt_spectrum_create(outcome->model, 2, &motion, &error) != KT_OK) {
-        kt_say_error(&error);
+        warn_of_doubt(outcome, method, &fastest, &error);
         kt_spectrum_free(own);
         return;
     }
@@ -232,7 +242,8 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
         warn_by(outcome, method, motion);
     else if (found && sound && !outcome->is_blown_up)
         warn_by(outcome, method, own);
-    else if (!found && !warn_of_rate(outcome, method, &fastest) && error.code == KT_ERROR_UNSUPPORTED)
+    else if (!found && !warn_of_rate(outcome, method, &fastest) &&
+             (error.code == KT_ERROR_UNSUPPORTED || error.code == KT_ERROR_MEMORY))
         warn_of_doubt(outcome, method, &fastest, &error); /* else the loops are singular, or as the run itself says */
     kt_spectrum_free(own);
     kt_spectrum_free(motion);

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* ---- one of them ------------------------------------------------------------------------------------------------- */
 
@@ -73,12 +74,43 @@ typedef struct start {
     double weight; /* of all bodies, N */
 } start;
 
-/* What a stop bears at rest is hardly more than twice the weight of all, in a turning joint on a lever of 1 m. */
+/* Whether a body of the description can move against the world. */
+static bool is_moving(const kt_description *d, const kt_body *body) {
+    for (int depth = 0; depth <= d->body_count && body != NULL; depth++) {
+        const kt_body *parent = NULL;
+        if (body->joint.type != KT_JOINT_FIXED)
+            return true;
+        for (int i = 0; i < d->body_count && body->parent != NULL; i++)
+            if (strcmp(d->bodies[i].name, body->parent) == 0)
+                parent = &d->bodies[i];
+        body = parent;
+    }
+    return false;
+}
+
+/* The most that the weights of all bodies can turn a joint with, where they are: m g times their distances from it. */
+static double moment_of_weights(const start *s, const char *joint) {
+    const kt_description *d = &s->scene->description;
+    const kt_vec3 axis = kt_body_pose(s->model, s->data, kt_body_find(s->model, joint)).position;
+    double sum = 0.0;
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_body *body = &d->bodies[i];
+        kt_vec3 com;
+        kt_sym3 inertia;
+        if (is_moving(d, body) && kt_body_inertia(body, &com, &inertia, NULL) == KT_OK) {
+            const kt_vec3 at = kt_point_position(s->model, s->data, kt_body_find(s->model, body->name), com);
+            sum += body->mass * kt_vec3_norm(d->gravity) * kt_vec3_norm(kt_vec3_sub(at, axis));
+        }
+    }
+    return sum;
+}
+
+/* What a stop bears at rest is hardly more than twice the weight of all, or than twice what that turns it with. */
 static int warn_of_limit(const start *s, const kt_touch *touch) {
     const kt_effect *effect = touch->effect;
     const char *unit = touch->is_length ? "m" : "rad", *beyond = touch->is_below ? "lower" : "upper";
     char remedy[200];
-    if (!(touch->force > 2.0 * s->weight))
+    if (!(touch->force > 2.0 * (touch->is_length ? s->weight : moment_of_weights(s, effect->joint))))
         return 0;
     snprintf(remedy, sizeof remedy, "Start the joint at %.6g %s or %s, or move '%s'",
              touch->is_below ? effect->lower : effect->upper, unit, touch->is_below ? "above" : "below", beyond);

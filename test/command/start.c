@@ -253,6 +253,24 @@ KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
     kt_expect(0, NULL, "$K check l.yaml");
 }
 
+/* A bob of 1 kg at 0.1 m turns its hinge with no more than 0.981 N m, and what is fixed to the world with nothing; a stop
+ * of 100 N m per rad may bear twice that: 0.01962 rad. */
+KT_TEST(check_warns_of_a_turning_joint_s_limit_by_what_weights_turn_it_with) {
+    static const char swing[] =
+        "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+        "  - {name: wall, joint: {type: fixed, at: [50, 0, 0]}, mass: 1000}\n"
+        "  - {name: bob, parent: wall, joint: {type: revolute, position: %s}, mass: 1, com: [0.1, 0, 0]}\n"
+        "effects: [{name: stop, type: joint_limit, joint: bob, upper: 1, stiffness: 100}]\n";
+    char text[400];
+    snprintf(text, sizeof text, swing, "1.0195");
+    kt_write_file("b.yaml", text);
+    kt_expect(0, NULL, "$K check b.yaml");
+    snprintf(text, sizeof text, swing, "1.0198");
+    kt_write_file("b.yaml", text);
+    kt_expect(0, "joint_limit 'stop' of 'bob' starts 0.0198 rad beyond 'upper', where it pushes with 1.98 N m",
+              "$K check b.yaml");
+}
+
 KT_TEST(doubtful_functions_of_driven_joints_are_told) {
     static const char drive[] = "kinetree: 1\nbodies: [{name: a, joint: {type: %s}, mass: 1, inertia: [1, 1, 1]}]\n"
                                 "loops: [{name: drive, type: motion, joint: a, position: {%s}}]\n"
