@@ -119,10 +119,15 @@ class Comparison:
             state.x, state.wrench = state.x * self.mutate, state.wrench * self.mutate
         return state
 
-    def look_ahead(self, duration):
+    def read_state(self, table, k):
+        bodies = self.mechanism.bodies
+        size = [4 if b.joint.type == "spherical" else 7 if b.joint.type == "free" else b.joint.size for b in bodies]
+        q = [table.numbers(k, "position", b.name, n) for b, n in zip(bodies, size)]
+        return q, [table.numbers(k, "velocity", b.name, b.joint.size) for b in bodies]
+
+    def look_ahead(self, duration, q, u):
         """The oracle's own motion (Runge-Kutta 4, 100 steps): a refused run may come near a singular position later than at the start."""
         bodies, h = self.mechanism.bodies, duration / 100.0
-        q, u = self.mechanism.q, self.mechanism.u
 
         def rates(q, u, t):
             state = self.state_of(q, u, t)
@@ -154,11 +159,12 @@ class Comparison:
             try:
                 text = kinetree(self.program, "run", str(file), "--out", "-", "--quiet", "--duration", repr(duration), "--interval", repr(duration / 8.0))
             except Refused:
-                if self.scene["disturbed"]:  # where the assembly starts from is not told
-                    raise
+                q, u = self.mechanism.q, self.mechanism.u
+                if self.scene["disturbed"]:  # then the motion starts where the assembly has led to
+                    q, u = self.read_state(Table(kinetree(self.program, "run", str(file), "--out", "-", "--quiet", "--duration", "0")), 0)
                 try:
                     with np.errstate(all="ignore"):
-                        self.look_ahead(duration)
+                        self.look_ahead(duration, q, u)
                 except np.linalg.LinAlgError:
                     self.near = "the motion ends, by the oracle's equations too"
                 raise
@@ -184,11 +190,9 @@ class Comparison:
 
     def integrals(self, table, duration):
         bodies = self.mechanism.bodies
-        size = [4 if b.joint.type == "spherical" else 7 if b.joint.type == "free" else b.joint.size for b in bodies]
         self.states, Q, V, A, dQ = [], [], [], [], []
         for k in range(9):
-            q = [table.numbers(k, "position", b.name, n) for b, n in zip(bodies, size)]
-            u = [table.numbers(k, "velocity", b.name, b.joint.size) for b in bodies]
+            q, u = self.read_state(table, k)
             a = [table.numbers(k, "acceleration", b.name, b.joint.size) for b in bodies]
             self.states.append((q, u, np.concatenate(a)))
             Q.append(np.concatenate(q))

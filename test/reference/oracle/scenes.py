@@ -117,13 +117,17 @@ class Maker(Draw):
                 body["markers"] = {"m": self.place(0.5), "n": self.place(0.5)}
             self.bodies.append(body)
 
-    def lighten(self):
-        """Some bodies that carry others lose their mass, where what moves keeps inertia; points and slender rods likewise need it."""
+    def solidify(self):
+        """Points and slender rods that leave a motion without inertia become bodies that have some."""
         solid = {"mass": 1.0, "com": [0.1, 0.2, 0.0], "inertia": [0.1, 0.12, 0.15]}
         for body in self.bodies:
             if self.inertia() < 1e-3:
                 body.pop("shape", None)
                 body.update(solid)
+
+    def lighten(self):
+        """Some bodies that carry others lose their mass, where what moves keeps inertia."""
+        self.solidify()
         for body in self.bodies:
             if self.chance(0.1):
                 kept = {k: body.pop(k) for k in ("mass", "com", "inertia", "shape") if k in body}
@@ -432,6 +436,7 @@ def random_scene(seed, without=()):
         maker.loops.append(loop)
         if not maker.mobile():
             maker.loops.clear()
+            maker.solidify()
     else:
         maker.tree(int(maker.rng.randint(1, 7)))
         maker.lighten()
