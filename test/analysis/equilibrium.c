@@ -37,12 +37,14 @@ KT_TEST(pendulum_comes_to_rest_below_or_stays_where_it_balances) {
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
     if (linkage_compile(&l)) {
+        kt_worst hangs = kt_worst_make("hangs"); /* Newton's last step leaves its third power; measured: 7e-19 */
         double q = 0.0;
         for (size_t i = 0; i < sizeof starts / sizeof starts[0]; i++) {
             q = starts[i];
             if (found(&l, false, &q, NULL))
-                kt_check_near("hangs", q, 0.0, 1e-15);
+                kt_worst_near(&hangs, q, 0.0, 1e-17, "from %g", starts[i]);
         }
+        kt_check_worst(&hangs);
         q = pi;
         if (found(&l, false, &q, NULL))
             kt_check_near("balances", q, pi, 0.0);
@@ -51,7 +53,7 @@ KT_TEST(pendulum_comes_to_rest_below_or_stays_where_it_balances) {
             kt_check_near("nearest is upright", q, pi, 1e-15);
         q = 0.4;
         if (found(&l, true, &q, NULL))
-            kt_check_near("nearest is hanging", q, 0.0, 1e-15);
+            kt_check_near("nearest is hanging", q, 0.0, 1e-19); /* measured: 1e-21 */
     }
     linkage_free(&l);
 }

@@ -85,7 +85,7 @@ KT_TEST(eigenvalues_at_the_start_are_the_published_ones) {
         const kt_spectrum_mode fastest = kt_spectrum_at(spectrum, kt_spectrum_fastest(spectrum));
         kt_check_near("in it the slider moves", fastest.moves[kt_case_v(&g.c, "slider")], 1.0, 1e-12);
         kt_check_near("the arms alike", fastest.moves[kt_case_v(&g.c, "left")], fastest.moves[kt_case_v(&g.c, "right")],
-                      1e-11);
+                      1e-13); /* measured: 3e-15 */
         kt_check_below("not the shaft", fastest.moves[kt_case_v(&g.c, "shaft")], 1e-3);
     }
     kt_spectrum_free(spectrum);

@@ -1,6 +1,7 @@
 /* The watch on the fastest mode, and steps a period of what oscillates, against closed forms and runs. */
 #include "train.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -73,12 +74,12 @@ KT_TEST(stiffness_that_was_not_there_shows_at_the_first_look) {
         const double q[2] = {0.1, 1.0 + 1e-5 * (i - 19.5)};
         kt_mode_watch_add(watch, 0.1 * i, q, v);
         if (i == 19)
-            kt_check_near("before", kt_mode_watch_fastest(watch).rate, 5.0, 0.25);
+            kt_check_near("before", kt_mode_watch_fastest(watch).rate, 5.0, 1e-8); /* measured: 1e-9 */
         if (i == 20)
-            kt_check_near("at the first look", kt_mode_watch_fastest(watch).rate, 1e4, 500.0);
+            kt_check_near("at the first look", kt_mode_watch_fastest(watch).rate, 1e4, 0.05); /* measured: 0.007 */
     }
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
-    kt_check_near("rate", fastest.rate, 1e4, 100.0);
+    kt_check_near("rate", fastest.rate, 1e4, 0.05);
     kt_check_above("it touches there", fastest.q[1], 1.0);
     kt_check_above("and when", fastest.time, 1.95);
     kt_mode_watch_free(watch);
@@ -167,7 +168,7 @@ KT_TEST(excitation_is_the_amplitude_of_velocities) {
                 for (int i = 0; i < kt_spectrum_count(spectrum); i++)
                     kt_check_near(4 - i == j ? "its own" : "another",
                                   kt_spectrum_at(spectrum, i).mode.excitation * unit / most, 4 - i == j ? 1.0 : 0.0,
-                                  1e-9);
+                                  64.0 * DBL_EPSILON); /* measured: 8 */
                 kt_linearization_free(linearization);
                 kt_spectrum_free(spectrum);
             }
@@ -235,8 +236,8 @@ KT_TEST(few_steps_a_period_are_told_with_the_step_that_is_enough) {
         for (int i = 0; i < 6; i++) {
             const kt_sampling few = sampling_of(&t, methods[i], &q, &v, period / 2.5);
             kt_check_equal_int(methods[i], few.mode, 0);
-            kt_check_near("steps a period", few.samples, 2.5, 1e-12);
-            kt_check_above("error", few.error, KT_SAMPLING_ERROR);
+            kt_check_near("steps a period", few.samples, 2.5, 1e-14);
+            kt_check_above("error", few.error, 10.0 * KT_SAMPLING_ERROR);
             kt_check_equal_int("not enough", sampling_of(&t, methods[i], &q, &v, 1.01 * few.step).mode, 0);
             kt_check_equal_int("enough", sampling_of(&t, methods[i], &q, &v, 0.99 * few.step).mode, -1);
         }

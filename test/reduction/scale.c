@@ -35,6 +35,7 @@ static void enlarge(linkage *l, double s) {
 KT_TEST(four_bar_is_assembled_alike_at_every_size) {
     static linkage l;
     double q[3], a[3], b[3];
+    kt_worst accelerations = kt_worst_make("accelerations"); /* measured: 1.5e-15 */
     const int order[SIZES] = {UNIT, 0, 1, 3, 4};
     for (int k = 0; k < SIZES; k++) {
         const double s = sizes[order[k]];
@@ -53,11 +54,12 @@ KT_TEST(four_bar_is_assembled_alike_at_every_size) {
                     if (k == 0)
                         q[i] = l.q[i];
                     kt_check_near(l.body_name[i], l.q[i], q[i], 1e-13);
-                    kt_check_near("its acceleration", k ? b[i] : a[i], a[i], 1e-13);
+                    kt_worst_near(&accelerations, k ? b[i] : a[i], a[i], 1e-14, "%g m, %d", s, i);
                 }
         }
         linkage_free(&l);
     }
+    kt_check_worst(&accelerations);
 }
 
 KT_TEST(unreachable_loop_is_refused_at_every_size) {
@@ -108,6 +110,7 @@ KT_TEST(windows_pass_singular_positions_at_every_size) {
  * the bars twice. */
 KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
     static linkage l;
+    kt_worst rod = kt_worst_make("rod"), place = kt_worst_make("slider");
     for (int k = 0; k < SIZES; k++) {
         const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), bar = kt_vec3_make(1.0, 0.0, 0.0);
         const double s = sizes[k], angle = 0.5, rate = 3.0;
@@ -122,18 +125,17 @@ KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
         l.description.gravity = none;
         enlarge(&l, s);
         if (linkage_build(&l, 0.0) && linkage_run_start(&r, &l, "dop853", 0.0, 1e-11, false, 0.0)) {
-            kt_worst rod = kt_worst_make("rod"), place = kt_worst_make("slider");
             kt_note("%g m", s);
             for (int i = 1; i <= 50 && linkage_run_to(&r, 0.1 * i); i++) {
-                kt_worst_near(&rod, l.q[1], -2.0 * l.q[0], 3e-10, "t = %g", 0.1 * i);
-                kt_worst_near(&place, l.q[2], 2.0 * s * cos(l.q[0]), 3e-10 * s, "t = %g", 0.1 * i);
+                kt_worst_near(&rod, l.q[1], -2.0 * l.q[0], 3e-10, "%g m, t = %g", s, 0.1 * i);
+                kt_worst_near(&place, l.q[2], 2.0 * s * cos(l.q[0]), 3e-10 * s, "%g m, t = %g", s, 0.1 * i);
             }
             linkage_run_stop(&r);
             kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
             kt_check_above("turned", l.q[0], 6.0);
-            kt_check_worst(&rod);
-            kt_check_worst(&place);
         }
         linkage_free(&l);
     }
+    kt_check_worst(&rod);
+    kt_check_worst(&place);
 }
