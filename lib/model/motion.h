@@ -10,10 +10,10 @@
  *   spherical   (x, 0)   (y, 0)   (z, 0)
  *   free        (0, x0)  (0, y0)  (0, z0)  (x, 0)  (y, 0)  (z, 0)
  *
- * A motion is a row of this list: the number of its velocities; how many of these are rates of lengths; whether it has an
- * angle, whose sine and cosine are computed; whether its positions end with a quaternion, four numbers for the last three
- * velocities; and whether it exists in a plane: about the normal, or along the plane. Lengths come first among the
- * coordinates. What else is asked of a motion is a function or a case of each row (dynamics/motion.h,
+ * A motion is a row of this list: the number of its velocities; how many of these are rates of lengths; whether it has
+ * an angle, whose sine and cosine are computed; whether its positions end with a quaternion, four numbers for the last
+ * three velocities; and whether it exists in a plane: about the normal, or along the plane. Lengths come first among
+ * the coordinates. What else is asked of a motion is a function or a case of each row (dynamics/motion.h,
  * dynamics/articulated.h, dynamics/inertia_check.c): where one is missing, the compiler says so.
  */
 #ifndef KT_MODEL_MOTION_H

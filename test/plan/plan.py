@@ -97,7 +97,7 @@ claim("gravity_costs_nothing", [] if pulls.instructions == bare.instructions els
 problems = []
 for arms in (3, 30):
     text = scene(arms)
-    all_of_it, recursion = counted(text), counted(text, function="kt_forward_trusted")
+    all_of_it, recursion = counted(text), counted(text, function="kt_forward_tree")
     note(f"{arms} arms: {all_of_it.instructions} instructions, of which {recursion.instructions} are the recursion's")
     problems += [all_of_it.instructions - recursion.instructions]
 claim("evaluation_is_the_bare_recursion_and_a_few_tests",
