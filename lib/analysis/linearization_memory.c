@@ -118,8 +118,6 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
 kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                   kt_linearization **linearization, kt_error *error) {
     const size_t size = kt_linearization_size(model, options);
-    if (size == 0)
-        return kt_linearization_init(model, options, NULL, 0, linearization, error);
     void *memory = kt_arena_allocate(size, "a linearisation", error);
     return memory == NULL
                ? KT_ERROR_MEMORY

@@ -271,8 +271,6 @@ kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, siz
 
 kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum, kt_error *error) {
     const size_t size = kt_spectrum_size(model, samples);
-    if (size == 0)
-        return kt_spectrum_init(model, samples, NULL, 0, spectrum, error);
     void *memory = kt_arena_allocate(size, "a spectrum", error);
     return memory == NULL ? KT_ERROR_MEMORY
                           : kt_arena_own(memory, kt_spectrum_init(model, samples, memory, size, spectrum, error));

@@ -31,25 +31,27 @@ static inline size_t kt_arena_round(size_t bytes) {
 #define KT_ARENA_MEMBER(type, name, count, meaning) type *name;
 #define KT_ARENA_DECLARE(list) list(KT_ARENA_MEMBER)
 
-/* For a function that has `object`, `memory` (NULL: only measured), `used`, and the names of the counts. */
+/* For functions that have `object`, `memory`, `used` or `at`, and the names of the counts. */
+#define KT_ARENA_MEASURE(type, name, count, meaning) used += kt_arena_round((count) * sizeof(type));
 #define KT_ARENA_PLACE(type, name, count, meaning)                                                                     \
-    if (memory != NULL)                                                                                                \
-        object->name = (type *)(void *)((char *)memory + used);                                                        \
-    used += kt_arena_round((count) * sizeof(type));
+    object->name = (type *)(void *)((char *)memory + at);                                                              \
+    at += kt_arena_round((count) * sizeof(type));
 
 #define KT_ARENA_LAYOUT(function, object_type, list, ...)                                                              \
     static size_t function(void *memory, __VA_ARGS__) {                                                                \
         object_type *object = (object_type *)memory;                                                                   \
-        size_t used = kt_arena_round(sizeof *object);                                                                  \
-        list(KT_ARENA_PLACE) return used;                                                                              \
+        size_t used = kt_arena_round(sizeof *object), at = used;                                                       \
+        list(KT_ARENA_MEASURE) if (memory != NULL) { list(KT_ARENA_PLACE) }                                            \
+        return used;                                                                                                   \
     }
 
 /* The same for arrays of a struct that lies elsewhere, as that of a calculation's working arrays does:
  * function(object, memory, ...). The object may be NULL while measuring, unless counts read it. */
 #define KT_ARENA_ARRAYS(function, object_type, list, ...)                                                              \
     static size_t function(object_type *object, void *memory, __VA_ARGS__) {                                           \
-        size_t used = 0;                                                                                               \
-        list(KT_ARENA_PLACE) return used;                                                                              \
+        size_t used = 0, at = 0;                                                                                       \
+        list(KT_ARENA_MEASURE) if (memory != NULL) { list(KT_ARENA_PLACE) }                                            \
+        return used;                                                                                                   \
     }
 
 /* For a function that has `object`, `byte`, and the names of the counts. */

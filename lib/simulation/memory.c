@@ -189,10 +189,6 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
 
 kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                                kt_simulation **simulation, kt_error *error) {
-    kt_simulation_request settings;
-    kt_status status = read_options(model, run, options, &settings, error);
-    if (status != KT_OK)
-        return status;
     const size_t size = kt_simulation_size(model, run, options);
     void *memory = kt_arena_allocate(size, "the simulation", error);
     return memory == NULL
