@@ -294,12 +294,12 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
     const loosen_counts n = count_most(description, tree);
     loosen w = {.from = description, .tree = tree};
     struct kt_absolute *made = calloc(1, sizeof *made + tree->n.body * sizeof made->joint[0]);
-    const size_t bytes = place_arrays(NULL, NULL, &n);
-    void *memory = made ? kt_arena_allocate(bytes, "the absolute formulation", error) : NULL;
-    kt_status status = memory ? KT_OK : KT_ERROR_MEMORY;
     if (!made)
-        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
-    if (status == KT_OK) {
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
+    const size_t bytes = place_arrays(NULL, NULL, &n);
+    void *memory = kt_arena_allocate(bytes, "the absolute formulation", error);
+    kt_status status = KT_ERROR_MEMORY;
+    if (memory) {
         memset(memory, 0, bytes);
         (void)place_arrays(&w, memory, &n);
         w.joint = made->joint;
