@@ -10,7 +10,7 @@
 
 #define EPS DBL_EPSILON
 #define STEP 0.003 /* of differences: their error is some h^8 */
-enum { TREES = 40, DIFFERENCED = 24, MOST = KT_TREE_NV * KT_TREE_NV };
+enum { TREES = 40, DIFFERENCED = 16, MOST = KT_TREE_NV * KT_TREE_NV };
 
 typedef struct derivatives {
     double tau_q[MOST], tau_v[MOST], a_q[MOST], a_v[MOST], a_tau[MOST];
