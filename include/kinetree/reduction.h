@@ -121,7 +121,7 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
 
 /* Closes the loops of a state that may be far from closed [MSD 8.5]: positions, then velocities, move least, those of
  * held joints (the description's `hold`) not at all, as far as they are given (of a joint without any given position all
- * of its positions). In each group of loops those that the description does not give
+ * of its positions; where the description gives no velocity, all velocities of held joints). In each group of loops those that the description does not give
  * (kt_joint_given) move first: what is given moves only where its group cannot be closed without, and then all of the
  * group moves, but for what is held. kt_initial_changes tells what of the initial state has moved. q and v are
  * untouched on failure. For set-up: it may take 400 steps from each of 5 starts to close the loops, twice where some

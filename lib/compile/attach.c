@@ -282,16 +282,22 @@ static kt_model *grow(const kt_model *tree, const kt_counts *n, kt_error *error)
     return m;
 }
 
-/* Of a held joint the parts that the description gives are kept; of its positions all, where none is given. */
+static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
+    for (size_t k = from; k < from + count; k++)
+        if (m->given[k] & what)
+            return true;
+    return false;
+}
+
+/* Of a held joint the parts that the description gives are kept; of its position all, where it gives none of it, and of
+ * velocities all, where it gives no joint any: then they come from the caller of kt_state_assemble. */
 static void hold(kt_model *m, const kt_body_record *body) {
-    const int count = kt_joint_sizes[body->type].nv;
-    const uint8_t *given = m->given + body->v;
-    bool any = false;
-    for (int k = 0; k < count; k++)
-        any |= (given[k] & KT_POSITION_GIVEN) != 0;
-    for (int k = 0; k < count; k++) {
-        m->held[body->v + k] = !any || (given[k] & KT_POSITION_GIVEN) != 0;
-        m->held_velocity[body->v + k] = (given[k] & KT_VELOCITY_GIVEN) != 0;
+    const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
+    const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);
+    const bool has_velocities = gives(m, 0, m->n.v, KT_VELOCITY_GIVEN);
+    for (size_t k = first; k < first + count; k++) {
+        m->held[k] = !has_position || (m->given[k] & KT_POSITION_GIVEN) != 0;
+        m->held_velocity[k] = !has_velocities || (m->given[k] & KT_VELOCITY_GIVEN) != 0;
     }
 }
 
