@@ -134,7 +134,8 @@ static phrase default_of(const family *f, const kt_key *key) {
     case KT_KEY_AXIS:
         return show_vector(*(const kt_vec3 *)(const void *)member, key->kind == KT_KEY_AXIS);
     case KT_KEY_FLAG:
-        return *(const bool *)(const void *)member ? (phrase){"true"} : (phrase){"false"};
+        snprintf(shown.text, sizeof shown.text, "%s", *(const bool *)(const void *)member ? "true" : "false");
+        return shown;
     case KT_KEY_ROTATION:
         return (phrase){"none"};
     case KT_KEY_POSITION:

@@ -60,7 +60,7 @@ typedef struct kt_key {
     bool needed;        /* it has no default */
 } kt_key;
 
-/* One type. */
+/* One type. Formula and example are NULL in a library for a machine without an operating system. */
 typedef struct kt_descriptor {
     const char *name;    /* in scene files */
     const char *help;    /* what it is, in a line */

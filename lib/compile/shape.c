@@ -50,12 +50,12 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
         {
             .name = "point",
             .help = "a point mass",
-            .formula = "I = 0",
-            .example = "bodies:\n"
-                       "  - name: bob\n"
-                       "    joint: {type: revolute, axis: y, position: 30 deg}\n"
-                       "    mass: 2\n"
-                       "    shape: {type: point, at: [0, 0, -1]}\n",
+            .formula = KT_WORDS("I = 0"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: bob\n"
+                                "    joint: {type: revolute, axis: y, position: 30 deg}\n"
+                                "    mass: 2\n"
+                                "    shape: {type: point, at: [0, 0, -1]}\n"),
             .keys = point_keys,
             .key_count = 1,
         },
@@ -63,12 +63,12 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
         {
             .name = "rod",
             .help = "a rod between two points",
-            .formula = "that of the cylinder from one end to the other",
-            .example = "bodies:\n"
-                       "  - name: rod\n"
-                       "    joint: {type: revolute, axis: y, position: 30 deg}\n"
-                       "    mass: 2\n"
-                       "    shape: {type: rod, to: [0, 0, -1]}\n",
+            .formula = KT_WORDS("that of the cylinder from one end to the other"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: rod\n"
+                                "    joint: {type: revolute, axis: y, position: 30 deg}\n"
+                                "    mass: 2\n"
+                                "    shape: {type: rod, to: [0, 0, -1]}\n"),
             .keys = rod_keys,
             .key_count = 3,
         },
@@ -76,12 +76,12 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
         {
             .name = "box",
             .help = "a box with edges along its axes",
-            .formula = "I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)",
-            .example = "bodies:\n"
-                       "  - name: solid\n"
-                       "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
-                       "    mass: 2\n"
-                       "    shape: {type: box, size: [0.1, 0.2, 0.3]}\n",
+            .formula = KT_WORDS("I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: solid\n"
+                                "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
+                                "    mass: 2\n"
+                                "    shape: {type: box, size: [0.1, 0.2, 0.3]}\n"),
             .keys = box_keys,
             .key_count = 3,
         },
@@ -89,12 +89,12 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
         {
             .name = "sphere",
             .help = "a ball",
-            .formula = "I = 2/5 m r^2",
-            .example = "bodies:\n"
-                       "  - name: solid\n"
-                       "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
-                       "    mass: 2\n"
-                       "    shape: {type: sphere, radius: 0.2}\n",
+            .formula = KT_WORDS("I = 2/5 m r^2"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: solid\n"
+                                "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
+                                "    mass: 2\n"
+                                "    shape: {type: sphere, radius: 0.2}\n"),
             .keys = sphere_keys,
             .key_count = 3,
         },
@@ -102,12 +102,12 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
         {
             .name = "cylinder",
             .help = "a cylinder about its axis",
-            .formula = "I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it",
-            .example = "bodies:\n"
-                       "  - name: solid\n"
-                       "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
-                       "    mass: 2\n"
-                       "    shape: {type: cylinder, radius: 0.1, length: 0.5, axis: x}\n",
+            .formula = KT_WORDS("I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: solid\n"
+                                "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
+                                "    mass: 2\n"
+                                "    shape: {type: cylinder, radius: 0.1, length: 0.5, axis: x}\n"),
             .keys = cylinder_keys,
             .key_count = 5,
         },

@@ -42,17 +42,17 @@ static const kt_key keys[] = {
 const kt_descriptor kt_effect_attraction_descriptor = {
     .name = "attraction",
     .help = "attraction of two points by the inverse square of their distance",
-    .formula = "force = S / d^2    d: distance of the ends",
-    .example = "bodies:\n"
-               "  - name: moon\n"
-               "    joint:\n"
-               "      type: free\n"
-               "      position: {position: [1, 0, 0]}\n"
-               "      velocity: {linear: [0, 2, 0]}\n"
-               "    mass: 1\n"
-               "    shape: {type: sphere, radius: 0.1}\n"
-               "effects:\n"
-               "  - {type: attraction, between: [world, moon], strength: 4}\n",
+    .formula = KT_WORDS("force = S / d^2    d: distance of the ends"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: moon\n"
+                        "    joint:\n"
+                        "      type: free\n"
+                        "      position: {position: [1, 0, 0]}\n"
+                        "      velocity: {linear: [0, 2, 0]}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: sphere, radius: 0.1}\n"
+                        "effects:\n"
+                        "  - {type: attraction, between: [world, moon], strength: 4}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -56,18 +56,19 @@ static const kt_key keys[] = {
 const kt_descriptor kt_effect_bushing_descriptor = {
     .name = "bushing",
     .help = "springs and dampers in all six directions between two frames",
-    .formula = "force = -K d - C d',  moment = -G^-T Kr theta - Cr w    d, theta, w: displacement, Euler vector and\n"
-               "angular velocity of the second frame as seen from the first, less than half a turn;  w = G theta'",
-    .example = "bodies:\n"
-               "  - name: engine\n"
-               "    joint: {type: free}\n"
-               "    mass: 2\n"
-               "    shape: {type: box, size: [0.4, 0.2, 0.2]}\n"
-               "effects:\n"
-               "  - type: bushing\n"
-               "    between: [world, engine]\n"
-               "    stiffness: [4e3, 4e3, 4e3, 50, 50, 50]\n"
-               "    damping: [20, 20, 20, 1, 1, 1]\n",
+    .formula =
+        KT_WORDS("force = -K d - C d',  moment = -G^-T Kr theta - Cr w    d, theta, w: displacement, Euler vector and\n"
+                 "angular velocity of the second frame as seen from the first, less than half a turn;  w = G theta'"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: engine\n"
+                        "    joint: {type: free}\n"
+                        "    mass: 2\n"
+                        "    shape: {type: box, size: [0.4, 0.2, 0.2]}\n"
+                        "effects:\n"
+                        "  - type: bushing\n"
+                        "    between: [world, engine]\n"
+                        "    stiffness: [4e3, 4e3, 4e3, 50, 50, 50]\n"
+                        "    damping: [20, 20, 20, 1, 1, 1]\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -87,23 +87,23 @@ const kt_descriptor kt_effect_contact_descriptor = {
     .formula =
         "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
         "x: depth of the sphere's lowest point;  s: slip velocity there",
-    .example = "bodies:\n"
-               "  - name: ball\n"
-               "    joint:\n"
-               "      type: free\n"
-               "      position: {position: [0, 0, 0.5]}\n"
-               "      velocity: {linear: [1, 0, 0]}\n"
-               "    mass: 0.2\n"
-               "    shape: {type: sphere, radius: 0.05}\n"
-               "    markers: {centre: [0, 0, 0]}\n"
-               "effects:\n"
-               "  - type: contact\n"
-               "    point: ball.centre\n"
-               "    radius: 0.05\n"
-               "    plane: world\n"
-               "    stiffness: 1e4\n"
-               "    dissipation: 0.2\n"
-               "    friction: 0.4\n",
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: ball\n"
+                        "    joint:\n"
+                        "      type: free\n"
+                        "      position: {position: [0, 0, 0.5]}\n"
+                        "      velocity: {linear: [1, 0, 0]}\n"
+                        "    mass: 0.2\n"
+                        "    shape: {type: sphere, radius: 0.05}\n"
+                        "    markers: {centre: [0, 0, 0]}\n"
+                        "effects:\n"
+                        "  - type: contact\n"
+                        "    point: ball.centre\n"
+                        "    radius: 0.05\n"
+                        "    plane: world\n"
+                        "    stiffness: 1e4\n"
+                        "    dissipation: 0.2\n"
+                        "    friction: 0.4\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

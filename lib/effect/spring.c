@@ -47,11 +47,11 @@ static const kt_key keys[] = {
 const kt_descriptor kt_effect_spring_descriptor = {
     .name = "spring",
     .help = "a spring and a damper along the line between two points",
-    .formula = "tension = k (d - L) + c d'    d: distance of the ends",
-    .example = "bodies:\n"
-               "  - {name: bob, joint: {type: prismatic, axis: z, position: -1}, mass: 1}\n"
-               "effects:\n"
-               "  - {type: spring, between: [world, bob], stiffness: 100, length: 0.8, damping: 0.5}\n",
+    .formula = KT_WORDS("tension = k (d - L) + c d'    d: distance of the ends"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - {name: bob, joint: {type: prismatic, axis: z, position: -1}, mass: 1}\n"
+                        "effects:\n"
+                        "  - {type: spring, between: [world, bob], stiffness: 100, length: 0.8, damping: 0.5}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -30,12 +30,12 @@ const kt_joint_kind kt_joint_cylindrical = {
         {
             .name = "cylindrical",
             .help = "rotation about an axis and translation along it",
-            .formula = "R = exp(q1 [axis]),  p = q2 axis",
-            .example = "bodies:\n"
-                       "  - name: box\n"
-                       "    joint: {type: cylindrical, axis: x, position: [20 deg, 0.1], velocity: [3, 1]}\n"
-                       "    mass: 1\n"
-                       "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+            .formula = KT_WORDS("R = exp(q1 [axis]),  p = q2 axis"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: box\n"
+                                "    joint: {type: cylindrical, axis: x, position: [20 deg, 0.1], velocity: [3, 1]}\n"
+                                "    mass: 1\n"
+                                "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"),
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_LENGTH},

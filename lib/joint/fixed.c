@@ -14,7 +14,7 @@ const kt_joint_kind kt_joint_fixed = {
         {
             .name = "fixed",
             .help = "no motion: the body is one rigid part with its parent",
-            .formula = "R = 1,  p = 0    R, p: rotation and position of the body frame in the joint frame",
+            .formula = KT_WORDS("R = 1,  p = 0    R, p: rotation and position of the body frame in the joint frame"),
             KT_DESCRIPTOR_KEYS,
             .example =
                 "bodies:\n"

@@ -36,13 +36,14 @@ const kt_joint_kind kt_joint_planar = {
         {
             .name = "planar",
             .help = "translations in a plane and a rotation about its normal",
-            .formula = "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
-                       "z;  y, z for x;  z, x for y",
-            .example = "bodies:\n"
-                       "  - name: box\n"
-                       "    joint: {type: planar, axis: y, position: [0, 0, 10 deg], velocity: [0, 1, 2]}\n"
-                       "    mass: 1\n"
-                       "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
+            .formula = KT_WORDS(
+                "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
+                "z;  y, z for x;  z, x for y"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: box\n"
+                                "    joint: {type: planar, axis: y, position: [0, 0, 10 deg], velocity: [0, 1, 2]}\n"
+                                "    mass: 1\n"
+                                "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"),
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_PLACE, KT_COORDINATE_PLACE, KT_COORDINATE_ANGLE},

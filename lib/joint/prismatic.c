@@ -28,7 +28,7 @@ const kt_joint_kind kt_joint_prismatic = {.descriptor =
                                               {
                                                   .name = "prismatic",
                                                   .help = "translation along an axis",
-                                                  .formula = "R = 1,  p = q axis",
+                                                  .formula = KT_WORDS("R = 1,  p = q axis"),
                                                   .example =
                                                       "bodies:\n"
                                                       "  - name: box\n"

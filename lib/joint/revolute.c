@@ -27,7 +27,7 @@ const kt_joint_kind kt_joint_revolute = {.descriptor =
                                              {
                                                  .name = "revolute",
                                                  .help = "rotation about an axis",
-                                                 .formula = "R = exp(q [axis]),  p = 0",
+                                                 .formula = KT_WORDS("R = exp(q [axis]),  p = 0"),
                                                  .example =
                                                      "bodies:\n"
                                                      "  - {name: box, joint: {type: revolute, axis: y, position: 30 "

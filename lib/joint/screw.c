@@ -30,7 +30,7 @@ const kt_joint_kind kt_joint_screw = {.descriptor =
                                           {
                                               .name = "screw",
                                               .help = "rotation about an axis, and translation along it in proportion",
-                                              .formula = "R = exp(q [axis]),  p = pitch q axis",
+                                              .formula = KT_WORDS("R = exp(q [axis]),  p = pitch q axis"),
                                               .example =
                                                   "bodies:\n"
                                                   "  - name: box\n"

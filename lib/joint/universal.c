@@ -84,12 +84,13 @@ const kt_joint_kind kt_joint_universal = {
         {
             .name = "universal",
             .help = "rotation about an axis, then about a second one: Cardan joint",
-            .formula = "R = exp(q1 [axis]) exp(q2 [axis2]),  p = 0    the axis after z is x, after x y, after y z",
-            .example = "bodies:\n"
-                       "  - name: box\n"
-                       "    joint: {type: universal, axis: x, axis2: y, position: [20 deg, 40 deg]}\n"
-                       "    mass: 1\n"
-                       "    shape: {type: box, size: [0.1, 0.1, 1], at: [0, 0, -0.5]}\n",
+            .formula =
+                KT_WORDS("R = exp(q1 [axis]) exp(q2 [axis2]),  p = 0    the axis after z is x, after x y, after y z"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: box\n"
+                                "    joint: {type: universal, axis: x, axis2: y, position: [20 deg, 40 deg]}\n"
+                                "    mass: 1\n"
+                                "    shape: {type: box, size: [0.1, 0.1, 1], at: [0, 0, -0.5]}\n"),
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_ANGLE},

@@ -20,18 +20,18 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",
     .help = "joint positions in a linear relation: gears, pulleys, joints that follow others",
-    .formula = "sum of c_i q_i = offset",
-    .example = "bodies:\n"
-               "  - name: pinion\n"
-               "    joint: {type: revolute, axis: y}\n"
-               "    mass: 1\n"
-               "    shape: {type: rod, to: [0, 0, 0.1]}\n"
-               "  - name: gear\n"
-               "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], position: 30 deg}\n"
-               "    mass: 2\n"
-               "    shape: {type: rod, to: [0, 0, 0.3]}\n"
-               "loops:\n"
-               "  - {name: mesh, type: coupling, coefficients: {pinion: 1, gear: 3}, offset: 90 deg}\n",
+    .formula = KT_WORDS("sum of c_i q_i = offset"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: pinion\n"
+                        "    joint: {type: revolute, axis: y}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: rod, to: [0, 0, 0.1]}\n"
+                        "  - name: gear\n"
+                        "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], position: 30 deg}\n"
+                        "    mass: 2\n"
+                        "    shape: {type: rod, to: [0, 0, 0.3]}\n"
+                        "loops:\n"
+                        "  - {name: mesh, type: coupling, coefficients: {pinion: 1, gear: 3}, offset: 90 deg}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

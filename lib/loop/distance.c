@@ -44,15 +44,15 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_distance_descriptor = {
     .name = "distance",
     .help = "the two points keep a distance",
-    .formula = "|d| = L(t)    d: from the first point to the second",
-    .example = "bodies:\n"
-               "  - name: box\n"
-               "    joint: {type: free}\n"
-               "    mass: 1\n"
-               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-               "loops:\n"
-               "  - {name: hold, type: distance, between: [world, box.corner]}\n",
+    .formula = KT_WORDS("|d| = L(t)    d: from the first point to the second"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: box\n"
+                        "    joint: {type: free}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+                        "loops:\n"
+                        "  - {name: hold, type: distance, between: [world, box.corner]}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

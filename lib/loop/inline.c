@@ -24,14 +24,14 @@ const kt_descriptor kt_loop_inline_descriptor = {
     .help = "the second point stays on a line through the first",
     .formula =
         "e_x . d = 0,  e_y . d = 0    e_x, e_y, e_z = axis: axes of the first end;  d: from its point to the second",
-    .example = "bodies:\n"
-               "  - name: box\n"
-               "    joint: {type: free, position: {position: [-0.1, -0.15, -0.2]}}\n"
-               "    mass: 1\n"
-               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-               "loops:\n"
-               "  - {name: hold, type: inline, between: [world, box.corner], axis: z}\n",
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: box\n"
+                        "    joint: {type: free, position: {position: [-0.1, -0.15, -0.2]}}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+                        "loops:\n"
+                        "  - {name: hold, type: inline, between: [world, box.corner], axis: z}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -19,7 +19,7 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_motion_descriptor = {
     .name = "motion",
     .help = "the position of a joint is a function of time",
-    .formula = "q = f(t)",
+    .formula = KT_WORDS("q = f(t)"),
     .example =
         "bodies:\n"
         "  - {name: crank, joint: {type: revolute, axis: y}, mass: 1, shape: {type: rod, to: [0.3, 0, 0]}}\n"

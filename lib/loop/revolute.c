@@ -24,25 +24,25 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_revolute_descriptor = {
     .name = "revolute",
     .help = "a rotation about the axis is left free",
-    .formula = "the equations of spherical and of coaxial",
-    .example = "bodies:\n"
-               "  - name: crank\n"
-               "    joint: {type: revolute, axis: y, position: -60 deg}\n"
-               "    mass: 1\n"
-               "    shape: {type: rod, to: [1, 0, 0]}\n"
-               "  - name: rod\n"
-               "    parent: crank\n"
-               "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: 60 deg}\n"
-               "    mass: 1\n"
-               "    shape: {type: rod, to: [1, 0, 0]}\n"
-               "    markers: {end: [1, 0, 0]}\n"
-               "  - name: rocker\n"
-               "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: -60 deg}\n"
-               "    mass: 1\n"
-               "    shape: {type: rod, to: [1, 0, 0]}\n"
-               "    markers: {end: [1, 0, 0]}\n"
-               "loops:\n"
-               "  - {name: pin, type: revolute, between: [rod.end, rocker.end], axis: y}\n",
+    .formula = KT_WORDS("the equations of spherical and of coaxial"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: crank\n"
+                        "    joint: {type: revolute, axis: y, position: -60 deg}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: rod, to: [1, 0, 0]}\n"
+                        "  - name: rod\n"
+                        "    parent: crank\n"
+                        "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: 60 deg}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: rod, to: [1, 0, 0]}\n"
+                        "    markers: {end: [1, 0, 0]}\n"
+                        "  - name: rocker\n"
+                        "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: -60 deg}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: rod, to: [1, 0, 0]}\n"
+                        "    markers: {end: [1, 0, 0]}\n"
+                        "loops:\n"
+                        "  - {name: pin, type: revolute, between: [rod.end, rocker.end], axis: y}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -84,25 +84,26 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_rolling_descriptor = {
     .name = "rolling",
     .help = "a wheel rolls on a plane without slip",
-    .formula = "v . x = 0,  v . y = 0    v: velocity of the wheel at the contact point, less that of the plane;  x, y: "
-               "in the plane\n"
-               "n . r = rho |n x a|      r: from the plane to the centre of the wheel;  a: the axle",
-    .example = "bodies:\n"
-               "  - name: wheel\n"
-               "    joint:\n"
-               "      type: free\n"
-               "      position: {position: [0, 0, 0.3]}\n"
-               "      velocity: {linear: [0.9, 0, 0], angular: [0, 3, 0]}\n"
-               "    mass: 2\n"
-               "    shape: {type: cylinder, radius: 0.3, length: 0.02, axis: y}\n"
-               "loops:\n"
-               "  - name: road\n"
-               "    type: rolling\n"
-               "    wheel: wheel\n"
-               "    axis: y\n"
-               "    radius: 0.3\n"
-               "    on: world\n"
-               "    normal: z\n",
+    .formula = KT_WORDS(
+        "v . x = 0,  v . y = 0    v: velocity of the wheel at the contact point, less that of the plane;  x, y: "
+        "in the plane\n"
+        "n . r = rho |n x a|      r: from the plane to the centre of the wheel;  a: the axle"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: wheel\n"
+                        "    joint:\n"
+                        "      type: free\n"
+                        "      position: {position: [0, 0, 0.3]}\n"
+                        "      velocity: {linear: [0.9, 0, 0], angular: [0, 3, 0]}\n"
+                        "    mass: 2\n"
+                        "    shape: {type: cylinder, radius: 0.3, length: 0.02, axis: y}\n"
+                        "loops:\n"
+                        "  - name: road\n"
+                        "    type: rolling\n"
+                        "    wheel: wheel\n"
+                        "    axis: y\n"
+                        "    radius: 0.3\n"
+                        "    on: world\n"
+                        "    normal: z\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

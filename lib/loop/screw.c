@@ -57,17 +57,18 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_screw_descriptor = {
     .name = "screw",
     .help = "a rotation about the axis, and a translation along it in proportion, are left free",
-    .formula = "the equations of inline and of coaxial, and\n"
-               "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
-               "not counted",
-    .example = "bodies:\n"
-               "  - name: box\n"
-               "    joint: {type: free}\n"
-               "    mass: 1\n"
-               "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-               "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-               "loops:\n"
-               "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n",
+    .formula = KT_WORDS(
+        "the equations of inline and of coaxial, and\n"
+        "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
+        "not counted"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: box\n"
+                        "    joint: {type: free}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
+                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
+                        "loops:\n"
+                        "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

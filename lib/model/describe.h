@@ -21,6 +21,13 @@
 #define KT_DESCRIBES 1
 #endif
 
+/* Formulas and examples are for people: they are NULL in a build for a machine without an operating system. */
+#ifdef KT_NO_WORDS
+#define KT_WORDS(text) NULL
+#else
+#define KT_WORDS(text) text
+#endif
+
 /* Members of a descriptor: the array `keys` of its file. */
 #define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
 

@@ -336,8 +336,8 @@ static const kt_descriptor descriptors[] = {
         {
             .name = "constant",
             .help = "the same value at all times",
-            .formula = "y = a",
-            .example = MOTOR("1.5"),
+            .formula = KT_WORDS("y = a"),
+            .example = KT_WORDS(MOTOR("1.5")),
             .keys = constant_keys,
             .key_count = 1,
         },
@@ -345,8 +345,8 @@ static const kt_descriptor descriptors[] = {
         {
             .name = "sine",
             .help = "a harmonic oscillation about an offset",
-            .formula = "y = y0 + A sin(2 pi f t + phi)",
-            .example = MOTOR("{sine: {amplitude: 1, frequency: 0.5, phase: 90 deg, offset: 1.5}}"),
+            .formula = KT_WORDS("y = y0 + A sin(2 pi f t + phi)"),
+            .example = KT_WORDS(MOTOR("{sine: {amplitude: 1, frequency: 0.5, phase: 90 deg, offset: 1.5}}")),
             .keys = sine_keys,
             .key_count = 4,
         },
@@ -354,8 +354,9 @@ static const kt_descriptor descriptors[] = {
         {
             .name = "ramp",
             .help = "from one value to another, with continuous slope",
-            .formula = "y = a + (b - a) s^2 (3 - 2 s),  s = (t - t0) / (t1 - t0), from 0 to 1;  y'' jumps at t0 and t1",
-            .example = MOTOR("{ramp: {from: 0, to: 2, start: 0.2, end: 0.6}}"),
+            .formula = KT_WORDS(
+                "y = a + (b - a) s^2 (3 - 2 s),  s = (t - t0) / (t1 - t0), from 0 to 1;  y'' jumps at t0 and t1"),
+            .example = KT_WORDS(MOTOR("{ramp: {from: 0, to: 2, start: 0.2, end: 0.6}}")),
             .keys = ramp_keys,
             .key_count = 4,
         },
@@ -363,8 +364,8 @@ static const kt_descriptor descriptors[] = {
         {
             .name = "polynomial",
             .help = "a polynomial of time",
-            .formula = "y = c0 + c1 t + c2 t^2 + ...",
-            .example = MOTOR("{polynomial: [0, 3, -3]}"),
+            .formula = KT_WORDS("y = c0 + c1 t + c2 t^2 + ..."),
+            .example = KT_WORDS(MOTOR("{polynomial: [0, 3, -3]}")),
             .keys = polynomial_keys,
             .key_count = 1,
         },
@@ -377,7 +378,7 @@ static const kt_descriptor descriptors[] = {
                 "cubic:     the natural spline, with continuous y, y', y''; it overshoots: rows of 0, 0, 90, 90\n"
                 "           degrees, 1 s apart, give -11.5 to 101.5 degrees\n"
                 "monotone:  cubics with continuous y, y' that stay between the values of neighbouring rows",
-            .example = MOTOR("{table: [[0, 0], [0.3, 2], [1, 1]], interpolation: monotone}"),
+            .example = KT_WORDS(MOTOR("{table: [[0, 0], [0.3, 2], [1, 1]], interpolation: monotone}")),
             .keys = table_keys,
             .key_count = 2,
         },
