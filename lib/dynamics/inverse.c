@@ -35,11 +35,11 @@ KT_INLINE void project(const kt_dof *dof, void *context) {
                                                                              : n + kt_v4_splat(dof->pitch) * f);
 }
 
-/* NOLINTNEXTLINE(readability-non-const-parameter): tau is written by way of the projection */
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                            const kt_wrench *external, double *tau) {
     const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
+    projection p;
     kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(model->gravity, &motion[0]);
     for (size_t i = 1; i < count; i++) {
@@ -55,7 +55,8 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q
     for (size_t i = count - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         kt_link_motion *m = &motion[i], *parent = &motion[link->parent];
-        projection p = {.m = m, .tau = tau + link->v};
+        p.m = m;
+        p.tau = &tau[link->v];
         kt_dofs_visit(link, parent->axes, m->axes, m->axis, project, &p);
         parent->moment += m->moment + kt_v4_cross(m->offset, m->force);
         parent->force += m->force;
