@@ -256,6 +256,10 @@ static void check_restore(const kt_method *m, const kt_integrator_options *optio
                    a->next_step == b->next_step && a->control_error == b->control_error && a->grid == b->grid &&
                    a->counts.steps == b->counts.steps;
         }
+        double remembered[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
+        kt_integrator_save(it, &memory, y, NULL, remembered[0]);
+        kt_integrator_save(other, &memory, y, NULL, remembered[1]);
+        same = same && same_bits(remembered[0], remembered[1], 2);
         integrator_free(other);
     }
     kt_check_true(m->name, same);
