@@ -9,12 +9,14 @@
 
 enum { MOVERS_MAX = 4 };
 
+/* How much a body moves, the largest being 1. It is rounded to a millionth, so that bodies which move alike are equal
+ * whatever the rounding of the eigenvectors. */
 static double mover_of(const kt_model *model, const double *moves, int body) {
     const kt_coordinates at = kt_body_coordinates(model, body);
     double most = 0.0;
     for (int i = 0; i < at.nv; i++)
         most = fmax(most, moves[at.v + i]);
-    return most;
+    return 1e-6 * round(1e6 * most);
 }
 
 void kt_write_movers(const kt_model *model, const double *moves, char *text, size_t size) {

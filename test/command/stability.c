@@ -22,7 +22,6 @@ KT_TEST(stability_tells_the_fastest_modes_and_the_steps) {
     kt_check_contains("not too long", ran.out, "  dop853      0.0007877  stable                      decay of 8117 /s");
 }
 
-/* rk4's limit is 2.785 / 8117 s; heun's on a swing of w lets |R|^N = (1 + (h w)^4 / 4)^(T / 2h) become 2. */
 /* A member of a method's entry among the largest steps. */
 static const json_t *limit_of(const json_t *root, const char *method, const char *member) {
     const json_t *methods = kt_json_find(root, "methods");
@@ -34,6 +33,7 @@ static const json_t *limit_of(const json_t *root, const char *method, const char
     return NULL;
 }
 
+/* rk4's limit is 2.785 / 8117 s; heun's on a swing of w lets |R|^N = (1 + (h w)^4 / 4)^(T / 2h) become 2. */
 KT_TEST(stability_writes_json) {
     kt_ran ran = kt_shell("$K stability " GOVERNOR " --json --step 3e-4 --samples 3");
     json_t *root = kt_json(ran.out);
