@@ -1,10 +1,11 @@
-"""curves KINETREE: a curve of many records is drawn with few points, and nothing that can be seen is lost.
+"""curves KINETREE SUPPRESSIONS: a curve of many records is drawn with few points, and nothing that can be seen is lost.
 
 The path of the only curve is read from the picture. Its ends and its extremes, whose values are known, say where records lie on the paper;
 every record is then held against the path.
 """
 import bisect
 import math
+import os
 import pathlib
 import re
 import subprocess
@@ -15,6 +16,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 KINETREE = sys.argv[1]
+# What libraries of fonts keep until the end is not the command's.
+os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={sys.argv[2]}"
 ROWS, SPIKE = 20000, 12345
 # A tenth of a point is left out, and numbers have two decimals, cut off.
 OFF = 0.1 + 0.02
