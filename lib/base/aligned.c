@@ -1,4 +1,4 @@
-/* A block of malloc holds, before the aligned memory, the address that malloc gave. */
+/* The address that malloc returned is stored directly in front of the aligned memory, for kt_aligned_release. */
 #include "base/aligned.h"
 #include "base/arena.h"
 

@@ -1,14 +1,14 @@
-/* Aligned memory from malloc alone: aligned_alloc of some C libraries for bare metal does not link. */
+/* Aligned memory from malloc alone: in some C libraries for bare metal, aligned_alloc does not link. */
 #ifndef KT_BASE_ALIGNED_H
 #define KT_BASE_ALIGNED_H
 
 #include <stddef.h>
 
-/* `bytes` at a multiple of KT_ALIGNMENT, to be released with kt_aligned_release alone; NULL where there is no memory.
- * */
+/* Allocates `bytes` at a multiple of KT_ARENA_ALIGNMENT; returns NULL if there is no memory. Only kt_aligned_release
+ * may release it. */
 void *kt_aligned_allocate(size_t bytes);
 
-/* NULL is allowed. */
+/* Releases memory of kt_aligned_allocate; NULL is allowed. */
 void kt_aligned_release(void *memory);
 
 #endif

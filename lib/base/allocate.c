@@ -1,4 +1,4 @@
-/* The memory that the library allocates itself, for those who do not bring their own: all kt_*_create and kt_*_free. */
+/* Memory that the library allocates itself: for kt_*_create, whose callers do not bring their own, and for set-up. */
 #include "base/aligned.h"
 #include "base/arena.h"
 

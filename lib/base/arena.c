@@ -1,4 +1,4 @@
-/* The memory that a caller gives: checked, and cleared. */
+/* The caller's memory is checked, and cleared. */
 #include "base/arena.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
-/* Escaping: UTF-8 is decoded (Unicode 15, table 3-7: neither overlong forms nor surrogates), and judged. */
+/* Escaping: the text is decoded as UTF-8 (Unicode 15, table 3-7: neither overlong forms nor surrogates), and every
+ * character is classified. */
 #include "base/escape.h"
 
 #include <stdbool.h>
@@ -6,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The character at the start of a text and the bytes that it takes; 0 where these are no UTF-8. */
+/* Decodes the character at the start of a text and returns its number of bytes, or 0 if they are not valid UTF-8. */
 static int decode(const unsigned char *text, uint32_t *character) {
     const int more = text[0] < 0x80U                       ? 0
                      : text[0] >= 0xC2U && text[0] < 0xE0U ? 1
@@ -18,7 +19,7 @@ static int decode(const unsigned char *text, uint32_t *character) {
         return 0;
     *character = more == 0 ? text[0] : text[0] & (0x3FU >> more);
     for (int i = 1; i <= more; i++) {
-        if ((text[i] & 0xC0U) != 0x80U) /* the terminating zero, too */
+        if ((text[i] & 0xC0U) != 0x80U) /* rejects the terminating zero, too */
             return 0;
         *character = *character << 6 | (text[i] & 0x3FU);
     }
@@ -29,7 +30,7 @@ static int decode(const unsigned char *text, uint32_t *character) {
 
 static bool is_control(uint32_t c) { return c < 0x20U || (c >= 0x7FU && c < 0xA0U); }
 
-/* Line and paragraph separators, and marks and embeddings of direction. */
+/* Line and paragraph separators, and characters that change the direction of writing. */
 static bool turns_text(uint32_t c) {
     return c == 0x200EU || c == 0x200FU || (c >= 0x2028U && c <= 0x202EU) || (c >= 0x2066U && c <= 0x2069U);
 }

@@ -1,14 +1,15 @@
-/* Texts from outside, made fit for a terminal, a picture or a log. */
+/* Escapes texts from outside the library for terminals, pictures and logs. */
 #ifndef KT_BASE_ESCAPE_H
 #define KT_BASE_ESCAPE_H
 
 #include <stddef.h>
 
-/* Writes text to out (size bytes, size > 0, terminated) so that it is UTF-8 and no terminal obeys it: control
- * characters (C0, delete, C1) become \n, \t, \r or \x1b, marks that turn the direction of writing \u202e, and bytes
- * that are no UTF-8 \xff. All else stays, the backslash too: what has been escaped does not change when it is escaped
- * again. Returns the bytes that the whole text takes, without the terminating zero; where that is size or more, out has
- * as many whole characters as fit. out may not overlap text. */
+/* Writes text to out (size bytes, size > 0, terminated) as valid UTF-8 without anything that a terminal would
+ * interpret: ASCII control characters become \n, \t, \r or \x1b; C1 controls, line separators and characters that
+ * change the direction of writing become \u202e; bytes that are not UTF-8 become \xff. Everything else is copied,
+ * including the backslash: a text that has been escaped does not change when it is escaped again. Returns the bytes
+ * that the whole text takes, without the terminating zero; if that is size or more, out has as many whole characters as
+ * fit. out may not overlap text. */
 size_t kt_text_escape(const char *text, char *out, size_t size);
 
 #endif

@@ -1,4 +1,5 @@
-/* Names of what is compiled once for each instruction-set level: KT_KERNEL(kt_forward) is kt_forward_v3 there. */
+/* Names of functions and constants that are compiled once for each instruction set (KT_ISA): KT_KERNEL(kt_forward) is
+ * kt_forward_v3 where KT_ISA is v3. */
 #ifndef KT_BASE_ISA_H
 #define KT_BASE_ISA_H
 

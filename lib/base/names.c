@@ -1,7 +1,7 @@
 /* Names: a hash table with open addressing, and the Damerau-Levenshtein distance.
  *
- * Hash: FNV-1a, 64 bits (Fowler, Noll, Vo: http://www.isthe.com/chongo/tech/comp/fnv/), its two halves folded by a
- * multiplication. It is not seeded: equal descriptions take equal paths.
+ * Hash: FNV-1a, 64 bits (Fowler, Noll, Vo: http://www.isthe.com/chongo/tech/comp/fnv/), whose two halves are then mixed
+ * by a multiplication. The hash is not seeded, so that equal descriptions are always treated alike.
  *
  * Distance of a[1..m] and b[1..n] in its restricted form (optimal string alignment: no letter moves twice):
  *   D(i,0) = i, D(0,j) = j,
@@ -42,7 +42,7 @@ static uint32_t hash_of(int scope, const char *name) {
     return (uint32_t)(hash >> 32);
 }
 
-/* The slot that holds the name, or the free one where it belongs. */
+/* Returns the slot that holds the name, or the free slot in which it can be entered. */
 static kt_name_slot *slot_of(const kt_names *names, int scope, const char *name, uint32_t hash) {
     for (size_t i = hash & names->mask;; i = (i + 1) & names->mask) {
         kt_name_slot *slot = &names->slots[i];
@@ -69,7 +69,7 @@ int kt_names_find(const kt_names *names, int scope, const char *name) {
 
 /* ---- spelling ---------------------------------------------------------------------------------------------------- */
 
-/* By hand: those of ctype.h ask the locale. */
+/* Not those of ctype.h, which depend on the locale. */
 static bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_'; }
 static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c; }
 
@@ -84,7 +84,7 @@ bool kt_name_is_valid(const char *name) {
 
 kt_name_text kt_name_quote(const char *name) {
     static const char dots[] = "...";
-    const size_t most = KT_NAME_TEXT_SIZE - 3; /* two quotes and the end */
+    const size_t most = KT_NAME_TEXT_SIZE - 3; /* two quotes and the terminating zero */
     kt_name_text out;
     size_t length = 0;
     while (length <= most && name[length] != '\0')
@@ -92,7 +92,7 @@ kt_name_text kt_name_quote(const char *name) {
     bool cut = length > most;
     if (cut) {
         length = most - (sizeof dots - 1);
-        while (length > 0 && ((unsigned char)name[length] & 0xC0U) == 0x80U) /* not within a character of UTF-8 */
+        while (length > 0 && ((unsigned char)name[length] & 0xC0U) == 0x80U) /* no cut within a UTF-8 character */
             length--;
     }
     char *to = out.text;
@@ -107,15 +107,15 @@ kt_name_text kt_name_quote(const char *name) {
     }
     *to++ = '\'';
     *to = '\0';
-    /* cppcheck-suppress uninitvar ; written by way of `to` */
+    /* cppcheck-suppress uninitvar ; written through `to` */
     return out;
 }
 
 /* ---- the nearest name -------------------------------------------------------------------------------------------- */
 
-enum { LONGEST = 64, FARTHEST = 4 }; /* beyond that nobody mistypes: he means something else */
+enum { LONGEST = 64, FARTHEST = 4 }; /* a longer or more distant name is not a misspelling */
 
-/* The length, or LONGEST + 1 for any that is longer. */
+/* Returns the length of a text, or LONGEST + 1 if it is larger than LONGEST. */
 static size_t bounded_length(const char *text) {
     size_t length = 0;
     while (length <= LONGEST && text[length] != '\0')
@@ -126,7 +126,8 @@ static size_t bounded_length(const char *text) {
 static int smaller(int a, int b) { return a < b ? a : b; }
 static int larger(int a, int b) { return a > b ? a : b; }
 
-/* The distance of two texts of m and n letters, or limit + 1 where it is larger. */
+/* Returns the distance of two texts of m and n letters, or limit + 1 if it is larger than limit. `row`, `last` and
+ * `before` are the rows i, i - 1 and i - 2 of D. */
 static int distance(const char *a, int m, const char *b, int n, int limit) {
     int rows[3][LONGEST + 2];
     int *before = rows[0], *last = rows[1], *row = rows[2];
@@ -161,7 +162,7 @@ kt_nearest kt_nearest_make(const char *wanted, int64_t *effort) {
     kt_nearest search = {.wanted = wanted, .length = bounded_length(wanted), .limit = -1};
     search.effort = effort;
     if (search.length == 1)
-        search.limit = 0; /* a letter for a letter is no likeness; only its case may differ */
+        search.limit = 0; /* of a single letter, only the case may differ: a replaced letter leaves no similarity */
     else if (search.length > 1 && search.length <= LONGEST)
         search.limit = FARTHEST;
     return search;

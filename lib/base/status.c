@@ -1,7 +1,7 @@
 /* Status codes, error messages and the version.
  *
- * An error carries its texts in its own arrays, so that reporting one allocates nothing and cannot itself fail. A text
- * that does not fit ends in "...", cut between characters (UTF-8), not within one.
+ * An error contains its texts in its own arrays, so that reporting one allocates nothing and cannot itself fail. A text
+ * that does not fit is cut between UTF-8 characters, not within one, and ends in "...".
  */
 #include "kinetree/status.h"
 
@@ -25,12 +25,12 @@ const char *kt_status_text(kt_status status) {
     return "unknown status";
 }
 
-/* Ends a text that did not fit into size bytes in "...". */
+/* Cuts a text that did not fit into size bytes, and ends it in "...". */
 static void mark_as_cut(char *text, size_t size) {
     static const char dots[] = "...";
     const size_t length = strlen(text), most = size - sizeof dots;
     size_t end = length < most ? length : most;
-    while (end > 0 && ((unsigned char)text[end] & 0xC0U) == 0x80U) /* a continuation byte: its character is cut */
+    while (end > 0 && ((unsigned char)text[end] & 0xC0U) == 0x80U) /* a continuation byte: no cut in its character */
         end--;
     memcpy(text + end, dots, sizeof dots);
 }
@@ -45,7 +45,7 @@ static void format_text(char *text, size_t size, const char *format, va_list arg
         mark_as_cut(text, size);
 }
 
-/* Names and words in it may come from a file. */
+/* The text is escaped because names and words in it may come from a file. */
 static void copy_escaped(const char *text, char *to, size_t size) {
     if (kt_text_escape(text, to, size) >= size)
         mark_as_cut(to, size);
@@ -55,8 +55,8 @@ kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const
     if (error == NULL)
         return code;
 
-    /* By way of a copy: the texts given may be those of *error itself, when an error is told again with more around it.
-     */
+    /* The error is composed in a copy: the given texts may be those of *error itself, when an error is reported again
+     * with more context. */
     kt_error made;
     made.code = code;
     size_t length = where == NULL ? 0 : strlen(where);

@@ -1,9 +1,9 @@
-/* The absolute formulation, by a transformation of the description (absolute.h).
+/* Compiles the absolute formulation (absolute.h), by a transformation of the description.
  *
- * Each body becomes free on the world, at the pose and with the twist that the tree's initial state gives it, and its
- * joint a loop of the same kind: from the joint frame on the parent to the body frame. A screw's loop counts its angle
- * from the initial one, where the body has already advanced by pitch times angle: the end on the body is set back by
- * that. The names of counters and crosses hold a full stop, which no name of a caller's does.
+ * Each body gets a free joint on the world, with the pose and the twist of the tree's initial state. Its joint becomes
+ * a loop of the same kind, from the joint frame on the parent to the body frame. A screw's loop measures its angle from
+ * the initial one, at which the body has already advanced by pitch times angle: therefore the end on the body is set
+ * back by this length. The names of counters and crosses contain a full stop, which no name of the caller's does.
  */
 #include "compile/absolute.h"
 
@@ -68,7 +68,7 @@ void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist pa
     twist->linear = kt_vec3_add(parent_twist.linear, kt_vec3_cross(parent_twist.angular, arm));
 }
 
-/* A body of the tree at its initial state. */
+/* The pose and the twist of a body of the tree in its initial state. */
 static kt_pose pose_of(const loosen *w, int32_t body) {
     const kt_body_record *b = &w->tree->body[body];
     return kt_pose_compose(w->pose[b->link], b->in_link);
@@ -89,13 +89,13 @@ static void set_free(kt_body *body, kt_pose pose, kt_twist twist) {
     kt_free_coordinates(pose, twist, body->joint.position, body->joint.velocity);
 }
 
-/* ---- what is referred to ----------------------------------------------------------------------------------------- */
+/* ---- references to joint positions ------------------------------------------------------------------------------- */
 
 static bool has_terms(const kt_loop *loop) {
     return kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_TERMS) != NULL;
 }
 
-/* Calls note for each place where the name of a joint stands whose position is referred to. */
+/* Calls note for each reference to the position of a joint, with the place where the joint's name stands. */
 static void each_reference(loosen *w, void (*note)(loosen *w, const char **joint)) {
     for (int i = 0; i < w->from->loop_count; i++)
         if (kt_descriptor_kind(kt_loop_descriptor(w->loop[i].type), KT_KEY_JOINT) != NULL)
@@ -125,7 +125,7 @@ static const char *name_part(loosen *w, const char *name, const char *part) {
 
 static const char position_part[] = ".position", cross_part[] = ".cross";
 
-/* A new body, massless; its index in the absolute model. */
+/* Adds a massless body; returns its index in the absolute model. */
 static int32_t add_body(loosen *w, const char *name, kt_body **body) {
     *body = &w->body[w->used.body];
     **body = kt_body_default();
@@ -133,7 +133,7 @@ static int32_t add_body(loosen *w, const char *name, kt_body **body) {
     return (int32_t)++w->used.body;
 }
 
-/* A new loop between the origins and axes of two bodies. */
+/* Adds a loop between the origins and axes of two bodies; returns its index. */
 static int32_t add_loop(loosen *w, const char *name, kt_loop_type type, const char *first, const char *second,
                         kt_loop **loop) {
     *loop = &w->loop[w->used.loop];
@@ -146,14 +146,15 @@ static int32_t add_loop(loosen *w, const char *name, kt_loop_type type, const ch
     return (int32_t)w->used.loop++;
 }
 
-/* On the parent's side, the end is at the joint frame. */
+/* Places the end on the parent at the joint frame. */
 static void start_at_joint(kt_loop *loop, const kt_joint *joint) {
     loop->between[0].at = joint->at;
     loop->between[0].rotation = joint->rotation;
 }
 
-/* A massless body with the joint's one coordinate, tied to the body: where they turn, its x axis is kept normal to the
- * body's y axis; where they slide, the body's origin in the plane through its own. */
+/* Adds a counter: a massless body with the joint's one coordinate, tied to the body. If the counter rotates, its x axis
+ * is kept normal to the body's y axis; if it slides, the body's origin is kept in the plane through the counter's
+ * origin and normal to the axis. */
 static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     kt_element elements[KT_ELEMENT_MAX];
     kt_body *counter;
@@ -170,7 +171,8 @@ static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     tie->axis2 = j->axes.triad.y;
 }
 
-/* A universal joint whose axes are not normal: about the first from the parent to the cross, about the second on. */
+/* Replaces a universal joint whose axes are not normal to each other: a revolute loop about the first axis connects the
+ * parent with the cross, another one about the second axis the cross with the body. */
 static void add_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
     kt_body *cross;
     kt_loop *first, *second;
@@ -219,7 +221,7 @@ static void copy_list(void *to, const void *from, int count, size_t size) {
         memcpy(to, from, (size_t)count * size);
 }
 
-/* What stays: bodies but for their joints, loops and effects but for names of joints. */
+/* Copies bodies, loops and effects; the joints of the bodies and the names of joints are replaced later. */
 static void copy_all(loosen *w) {
     const kt_description *d = w->from;
     copy_list(w->body, d->bodies, d->body_count, sizeof *w->body);
@@ -233,7 +235,7 @@ static void copy_all(loosen *w) {
         copy_list(w->term + w->used.term, d->loops[i].terms, loop->term_count, sizeof *w->term);
         w->used.term += (size_t)loop->term_count;
     }
-    for (size_t i = 0; i < w->tree->n.effect; i++) { /* springs have been measured */
+    for (size_t i = 0; i < w->tree->n.effect; i++) { /* springs have their measured lengths */
         kt_effect *effect = &w->effect[w->tree->effect[i].source];
         effect->length = w->tree->effect[i].length;
         effect->initial_length = false;
@@ -261,7 +263,7 @@ static void transform(loosen *w) {
 
 /* ---- the model --------------------------------------------------------------------------------------------------- */
 
-/* More than is needed is harmless: each joint may add a body, and three loops. */
+/* Upper bounds of the counts: each joint may add a body, and three loops. */
 static loosen_counts count_most(const kt_description *d, const kt_model *tree) {
     const size_t bodies = (size_t)d->body_count;
     loosen_counts n = {
@@ -284,7 +286,7 @@ static kt_status compile(loosen *w, const kt_model_options *options, kt_model **
     to.loops = w->loop;
     to.loop_count = (int)w->used.loop;
     to.effects = w->effect;
-    to.hold = NULL; /* it is the tree that is assembled */
+    to.hold = NULL; /* the tree is assembled, not this model */
     to.hold_count = 0;
     return kt_model_build(&to, options, model, error);
 }
@@ -305,7 +307,7 @@ kt_status kt_absolute_compile(const kt_description *description, const kt_model_
         w.joint = made->joint;
         status = compile(&w, options, &made->model, error);
     }
-    if (status == KT_OK) /* its bodies move alike, whatever of the joints is given */
+    if (status == KT_OK) /* `given` is about joints: assembly moves free bodies alike */
         memset(made->model->given, 0, made->model->n.v);
     for (size_t b = 1; b < tree->n.body && status == KT_OK; b++)
         made->model->body[made->joint[b].body].fixed = tree->body[b].fixed;

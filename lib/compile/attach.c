@@ -1,7 +1,7 @@
-/* Loops and effects onto a compiled tree.
+/* Attaches loops and effects to a compiled tree.
  *
  * A loop acts between two links; the links from below their common ancestor down to each are its paths, and only their
- * coordinates enter its equations. Loops whose paths share a link form a group (gather.c).
+ * coordinates enter its equations. Loops whose paths share a link form a constraint group (gather.c).
  */
 #include "compile/attach.h"
 
@@ -16,13 +16,12 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_attach, ATTACH_FIELDS, const kt_counts *n)
 
-/* ---- ends ---------------------------------------------------------------------------------------------------------
- */
+/* ---- ends -------------------------------------------------------------------------------------------------------- */
 
-/* A named body; a missing name is the world. Names have been checked. */
+/* Returns the body of a name; a missing name is the world. Names have been checked. */
 static int body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
 
-/* An end's frame in its link's frame, before it is turned to its axis. */
+/* Finds an end's body, link, and frame in the link's frame, before it is rotated to the axis of the item. */
 static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
                            kt_error *error) {
     *body = body_named(m, end->body);
@@ -39,8 +38,7 @@ void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
-/* ---- paths --------------------------------------------------------------------------------------
- */
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
 
 static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n, kt_error *error) {
     for (int k = 0; k < 2; k++) {
@@ -60,7 +58,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
     return KT_OK;
 }
 
-/* The one link of a scalar joint. */
+/* Returns the only link of a joint with one coordinate. */
 static int32_t joint_link(const kt_model *m, const char *joint) { return m->body[kt_body_find(m, joint)].link; }
 
 static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
@@ -81,14 +79,13 @@ static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r,
     }
 }
 
-/* ---- what a loop's type needs of the initial positions -------------------------------------------------------------
- */
+/* ---- functions of time and angles at the initial positions ------------------------------------------------------- */
 
 static kt_pose end_pose(const kt_attach *a, const kt_loop_record *r, int k) {
     return kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
 }
 
-/* Angle of the second frame about the common z axis: twice that of the quaternion's z part. */
+/* The angle of the second frame about the common z axis: twice that of the quaternion's z part. */
 static double relative_angle(const kt_attach *a, const kt_loop_record *r) {
     const kt_mat3 first = end_pose(a, r, 0).rotation, second = end_pose(a, r, 1).rotation;
     const kt_quat p = kt_quat_from_matrix(kt_mat3_multiply(kt_mat3_transpose(first), second));
@@ -132,12 +129,12 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     return KT_OK;
 }
 
-/* ---- filling the model ---------------------------------------------------------------------------------------------
- */
+/* ---- filling the model ------------------------------------------------------------------------------------------- */
 
-/* A loop that stands on the world may stand far from its origin. Where its paths begin with turns, their first links
- * have fixed places there, and all is counted from one of these; a slide or a free joint brings the distance in its
- * coordinate, and then nothing is gained. Needs the paths. */
+/* Finds the point to which the positions of a loop on the ground are relative, as it may lie far from the world's
+ * origin. If its paths begin with links that only rotate, the origins of these links are fixed in the world, and one of
+ * them is this point. Returns false if a path begins with a prismatic, screw or free motion: its coordinate contains
+ * the distance, so that nothing would be gained. Needs the paths. */
 static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin) {
     bool found = false;
     for (int k = 0; k < 2 && r->ancestor == 0; k++) {
@@ -185,8 +182,9 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
     }
 }
 
-/* The longest way around a loop, at the initial positions, and to it from the place where the first loop that has one
- * is counted from; 1 where loops have no length. */
+/* The length of the longest loop, once around, at the initial positions. Points on the ground count by their distance
+ * from one origin common to all loops for which find_origin finds one: that of the first such loop. 1 if no loop has a
+ * length. */
 static double length_of(const kt_attach *a, const kt_model *m) {
     const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
     kt_vec3 common = none;
@@ -200,9 +198,9 @@ static double length_of(const kt_attach *a, const kt_model *m) {
             common = own;
         has_common |= counted;
         const kt_vec3 origin = counted ? common : none;
-        double length = kt_attach_is_relation(r->type) ? 0.0 : fabs(r->curve.a); /* of a distance */
+        double length = kt_attach_is_relation(r->type) ? 0.0 : fabs(r->curve.a); /* the length of a distance loop */
         for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
-            const bool stands = r->link[k] == 0; /* on the world, as the first link of a path may */
+            const bool stands = r->link[k] == 0; /* the end is on the ground */
             length += kt_vec3_norm(stands ? kt_vec3_sub(r->frame[k].position, origin) : r->frame[k].position);
             for (int32_t j = r->link[k]; j != r->ancestor; j = m->link[j].parent) {
                 const int32_t up = m->link[j].parent;
@@ -215,7 +213,7 @@ static double length_of(const kt_attach *a, const kt_model *m) {
     return longest > 0.0 ? longest : 1.0;
 }
 
-/* The frames that an effect acts on, or its joint. */
+/* Finds the frames on which an effect acts, or its joint. */
 static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_effect_record *r, kt_error *error) {
     const int ends = kt_effect_end_count(effect);
     r->ends = ends;
@@ -266,7 +264,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
     return KT_OK;
 }
 
-/* A larger model with the tree in it. */
+/* Returns a larger model that contains the tree. */
 static kt_model *grow(const kt_model *tree, const kt_counts *n, kt_error *error) {
     const size_t bytes = kt_model_layout(NULL, n);
     kt_model *m = kt_arena_allocate(bytes, "the model", error);
@@ -275,7 +273,7 @@ static kt_model *grow(const kt_model *tree, const kt_counts *n, kt_error *error)
     memset(m, 0, bytes);
     *m = *tree;
     (void)kt_model_layout(m, n);
-    n = &tree->n; /* from here on: as many as the tree has */
+    n = &tree->n; /* from here on the counts of the tree */
 #define ATTACH_COPY(type, name, count, meaning) memcpy(m->name, tree->name, (count) * sizeof(type));
     KT_MODEL_FIELDS(ATTACH_COPY)
 #undef ATTACH_COPY
@@ -289,8 +287,9 @@ static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
     return false;
 }
 
-/* Of a held joint the parts that the description gives are kept; of its position all, where it gives none of it, and of
- * velocities all, where it gives no joint any: then they come from the caller of kt_state_assemble. */
+/* Marks the coordinates of a joint named by `hold`, which assembly fixes: those that the description gives. If it gives
+ * no position of this joint, all its positions are fixed, and if it gives no velocity of any joint, all its velocities
+ * are: their values then come from the caller of kt_state_assemble. */
 static void hold(kt_model *m, const kt_body_record *body) {
     const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
     const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);

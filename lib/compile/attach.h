@@ -1,4 +1,4 @@
-/* Loops and effects on their way onto a tree: what attach.c and gather.c share. */
+/* Attaches loops and effects to a tree: declarations that attach.c, gather.c and batch.c share. */
 #ifndef KT_COMPILE_ATTACH_H
 #define KT_COMPILE_ATTACH_H
 
@@ -18,7 +18,7 @@
 
 typedef struct kt_attach {
     const kt_description *description;
-    const kt_planar_loop *flat; /* of the description's loops */
+    const kt_planar_loop *flat; /* planar forms of the description's loops */
     const kt_model *tree;
     KT_ARENA_DECLARE(ATTACH_FIELDS)
 } kt_attach;
@@ -28,25 +28,25 @@ static inline bool kt_attach_is_relation(int32_t type) { return kt_loop_is_relat
 /* Rotates the frame of an end until its z axis is along `axis`. */
 void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis);
 
-/* The deepest link that carries both. */
+/* Returns the deepest link that carries both or is one of them. */
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);
 
-/* Puts the links from i up to below the ancestor into one set with i; returns their number. */
+/* Joins the links from i up to the child of the ancestor into one set with i; returns their number. */
 int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor);
 
-/* Makes the sets of i and j one. */
+/* Unites the sets of i and j. */
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j);
 
 /* Numbers the sets of links that loops have joined, in the order of the loops, and counts them. */
 void kt_attach_number_groups(kt_attach *a, kt_counts *n);
 
-/* Counts what effects add to a model: batches, bearers, names. */
+/* Counts what effects add to a model: batches, links that carry forces and their angles, names. */
 void kt_attach_count_effects(kt_attach *a, kt_counts *n);
 
-/* Batches and bearers of a model whose effects are in a->effect. */
+/* Fills batches, effects and links that carry forces of a model whose effects are in a->effect. */
 void kt_attach_fill_effects(kt_attach *a, kt_model *m);
 
-/* The groups of a model whose loops are there. */
+/* Fills the constraint groups of a model that has its loops. */
 void kt_attach_fill_groups(kt_attach *a, kt_model *m);
 
 #endif

@@ -1,16 +1,17 @@
-/* Effects on their way onto a tree: batches of one type, which are summed in one go, and the links that bear their
- * ends.
+/* Attaches effects to a tree: batches of effects of one type, which are evaluated together, and the links that carry
+ * their ends.
  *
- * Effects on joints come first, then those with one end, then those with two; within these types follow in the order of
- * their list, a caller's own last, and within a type effects stay in the description's order. Effects on joints need no
- * motion of links; the others that of the links that bear an end and of those that carry these.
+ * Effects on joints come first, then those with one end, then those with two; within these, types are in the order of
+ * their list, with the caller's own effects last, and effects of one type are in the description's order. Effects on
+ * joints need no motion of links; the others need that of the links on which they have an end, and of the links towards
+ * the ground.
  */
 #include "compile/attach.h"
 #include "effect/effect.h"
 
 #include <string.h>
 
-/* Batches go by this. */
+/* The key by which batches are sorted. */
 static int key_of(int type, int ends) {
     return ends * (KT_EFFECT_TYPE_COUNT + 1) + (type == KT_EFFECT_CUSTOM ? KT_EFFECT_TYPE_COUNT : type);
 }
@@ -19,7 +20,7 @@ enum { KEYS = 3 * (KT_EFFECT_TYPE_COUNT + 1) };
 
 static bool turns(const kt_link *link) { return kt_link_facts(link).angles > 0; }
 
-/* Marks the links from one that bears an end down to the ground. */
+/* Marks the links from that of a body, on which an effect has an end, to the ground. */
 static void mark(kt_attach *a, kt_counts *n, const char *body) {
     const kt_model *m = a->tree;
     int32_t link = body ? m->body[kt_body_find(m, body)].link : 0;
@@ -45,7 +46,7 @@ void kt_attach_count_effects(kt_attach *a, kt_counts *n) {
     }
 }
 
-/* The marked links in their order, parents before children; the marks become places. */
+/* Lists the marked links in their order, parents before children; the marks become indices in this list. */
 static void list_force_links(kt_attach *a, kt_model *m) {
     int32_t count = 1, angle = 0;
     if (m->n.force_link == 0)

@@ -1,8 +1,8 @@
-/* From a checked description to the model: orders the bodies, strings the links, lays everything out in one block.
+/* From a checked description to the model: orders the bodies, creates the links, and lays everything out in one block.
  *
- * Bodies keep the description's order but for parents, who come first; coordinates follow the bodies. Links are strung
- * depth first, so that the recursions mostly pass from one to its neighbour. Bodies fixed to one another share a link,
- * whose inertia is that of all of them.
+ * Bodies keep the description's order, except that parents precede their children; coordinates are in the order of the
+ * bodies. Links are numbered depth first, so that the recursions mostly pass from a link to the next one in memory.
+ * Bodies fixed to one another share a link, whose inertia is that of all of them.
  */
 #include "base/aligned.h"
 #include "base/arena.h"
@@ -34,9 +34,9 @@
 
 typedef struct build {
     const kt_description *description;
-    kt_report *report; /* of the faults that the tree shows; NULL: none */
+    kt_report *report; /* receives the faults that the whole tree shows; NULL: no report */
     void *user;
-    bool trial; /* these faults are all that is wanted */
+    bool trial; /* the model is built only to find these faults */
     kt_model *model;
     kt_names names;
     KT_ARENA_DECLARE(BUILD_FIELDS)
@@ -51,7 +51,8 @@ static int parent_index(const build *b, int i) {
     return is_world(parent) ? -1 : kt_names_find(&b->names, 0, parent);
 }
 
-/* order: each body after the ancestors that have not come yet; O(n), since every body enters the stack once. */
+/* Orders the bodies: each one follows those of its ancestors that are not yet in `order`. O(n), since every body enters
+ * the stack once. */
 static void order_bodies(build *b) {
     const int n = b->description->body_count;
     int32_t placed = 0;
@@ -99,7 +100,7 @@ static void count_all(const build *b, kt_counts *n) {
     n->index = kt_names_size(n->body + n->marker);
 }
 
-/* Which trees move in planes; returns the number of these. */
+/* Finds the trees that move in planes; returns the number of planes. */
 static size_t find_planes(build *b, kt_plan plan) {
     const size_t n = (size_t)b->description->body_count;
     for (size_t i = 1; i <= n; i++) {
@@ -122,7 +123,8 @@ static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {
     return at;
 }
 
-/* The last three velocity coordinates of a joint with a quaternion are its angular velocity. */
+/* Records which coordinates the description gives. The last three velocity coordinates of a joint with a quaternion are
+ * its angular velocity. */
 static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
     const int quaternion = kt_joint_quaternion(joint->type), nv = kt_joint_sizes[joint->type].nv;
     const unsigned given = kt_joint_given(joint);
@@ -135,7 +137,7 @@ static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record 
     }
 }
 
-/* Initial coordinates; a quaternion of zeros is no rotation. */
+/* Stores the initial coordinates of a joint; a quaternion of zeros means no rotation. */
 static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
     const kt_joint_size *size = &kt_joint_sizes[joint->type];
     const int quaternion = kt_joint_quaternion(joint->type);
@@ -147,7 +149,7 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
     kt_quat a = kt_quat_make(p[0], p[1], p[2], p[3]);
     if (a.w == 0.0 && a.x == 0.0 && a.y == 0.0 && a.z == 0.0)
         a.w = 1.0;
-    if (fabs(kt_quat_norm_squared(a) - 1.0) > 1e-15) /* what is one but for rounding keeps its bits */
+    if (fabs(kt_quat_norm_squared(a) - 1.0) > 1e-15) /* within rounding of 1, its bits are kept */
         a = kt_quat_normalize(a);
     p[0] = a.w;
     p[1] = a.x;
@@ -155,7 +157,7 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
     p[3] = a.z;
 }
 
-/* Body records, coordinates, markers and names, in the order of the bodies. */
+/* Fills body records, coordinates, markers and names, in the order of the bodies. */
 static kt_status keep_bodies(build *b, kt_error *error) {
     kt_model *m = b->model;
     const kt_description *d = b->description;
@@ -211,7 +213,8 @@ static bool is_same(kt_mat3 a, kt_mat3 b) {
            a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
 }
 
-/* Strings the links of one body's joint onto its parent's link; *count, *angle: links and angles so far. */
+/* Creates the links of one body's joint, a chain that begins at its parent's link; *count, *angle: links and angles so
+ * far. */
 static void string_links(kt_model *m, const kt_description *d, int32_t self, size_t *count, size_t *angle) {
     kt_body_record *body = &m->body[self];
     const kt_body_record *parent = &m->body[body->parent];
@@ -224,7 +227,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         kt_link *link = &m->link[*count];
         memset(link, 0, sizeof *link);
         link->group = -1;
-        const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* no rounding, and nothing to turn */
+        const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = kt_v4_from(frame.position);
         kt_v4_from_mat3(rest, link->rest);
@@ -242,7 +245,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
             m->angle[*angle] = link->q;
             link->angle = (int32_t)(*angle)++;
         }
-        /* what follows is seen from this link's axes */
+        /* the next frame is expressed in the axes of this link */
         frame = (kt_pose){.rotation = kt_mat3_transpose(e->frame), .position = kt_vec3_make(0.0, 0.0, 0.0)};
         up = (int32_t)(*count)++;
     }
@@ -252,8 +255,8 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     load_link(m, body);
 }
 
-/* Strings a body and those that it carries, depth first. With `stop` only as far as they are part of the ground: the
- * bodies that carry trees go into b->tree, and their number is returned. */
+/* Creates the links of a body and of all that it carries, depth first. If `stop`, only the links of bodies that are
+ * part of the ground: the bodies that carry trees are stored in b->tree, and their number is returned. */
 static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
     size_t trees = 0;
     int depth = 0;
@@ -273,11 +276,11 @@ static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size
     return trees;
 }
 
-/* Spatial trees first, then planar ones plane by plane, each in their order. */
+/* Sorts the trees: spatial ones first, then planar ones plane by plane, each in their order. */
 static void sort_trees(build *b, size_t trees) {
     const size_t planes = b->model->n.plane;
     memset(b->place, 0, (planes + 2) * sizeof *b->place);
-    for (size_t k = 0; k < trees; k++) /* place[p + 2]: how many in plane p; then, place[p + 1]: where they begin */
+    for (size_t k = 0; k < trees; k++) /* place[p + 2]: trees in plane p; then, place[p + 1]: where they begin */
         b->place[b->moves[b->tree[k]].plane + 2]++;
     for (size_t p = 1; p < planes + 2; p++)
         b->place[p] += b->place[p - 1];
@@ -307,8 +310,8 @@ static void string_all(build *b) {
     }
 }
 
-/* link->size: of the order of the rigid inertia that a link carries, but not of its growth with the cube of a chain's
- * length, which is mostly in directions that no joint frees. */
+/* link->size has the order of magnitude of the rigid inertia that a link carries, without its growth with the cube of a
+ * chain's length, which is mostly in directions in which no joint moves. */
 static void size_links(build *b) {
     kt_model *m = b->model;
     for (size_t i = m->n.link - 1; i > 0; i--) {
@@ -330,7 +333,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     const size_t planes = find_planes(b, options->plan);
     count_all(b, &n);
     n.plane = planes;
-    if (n.q > INT32_MAX || n.marker > INT32_MAX || n.text > UINT32_MAX) /* what indices can hold */
+    if (n.q > INT32_MAX || n.marker > INT32_MAX || n.text > UINT32_MAX) /* the ranges of the indices */
         return kt_error_set(error, KT_ERROR_MEMORY, "",
                             "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
                             n.marker, n.text);
@@ -367,7 +370,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     return status;
 }
 
-/* With the description, and what is to be done, in b. */
+/* Builds the model; the description, and what is to be done, are in b. */
 static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
     const kt_description *d = b->description;
     const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);

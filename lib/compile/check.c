@@ -1,11 +1,12 @@
-/* The check of a description: what is done in which order.
+/* The check of a description: what is checked, and in which order.
  *
- * First every name goes into one table, then every parent is looked up and the cycles are found; after that the items
- * are checked one by one in their order, so that faults come out in it. All of it is linear in the size of the
- * description (names are looked up by hash, and suggestions have a fixed budget), and nothing recurs.
+ * First every name is entered in one table, then every parent is looked up and the cycles are found; after that the
+ * items are checked one by one, so that faults are reported in the order of the items. All of it is linear in the size
+ * of the description (names are looked up by hash, and suggestions have a fixed budget), and no function is recursive.
  *
- * Cycles: walk from each body towards the world, and mark the path with the walk's own number. A walk that meets its
- * own mark has found a cycle; one that meets another's joins a path that is known already. Every body is marked once.
+ * Cycles: from each body a walk goes towards the world, and marks the path with the walk's own number. A walk that
+ * meets its own mark has found a cycle; a walk that meets another mark joins a path that is known already. Every body
+ * is marked once.
  */
 #include "compile/compile.h"
 #include "effect/effect.h"
@@ -49,7 +50,7 @@ static bool check_counts(kt_checker *checker) {
     return true;
 }
 
-/* One block: the table of names, then two numbers a body. NULL: no memory. */
+/* Allocates one block: the table of names, then two numbers for each body. Returns NULL if there is no memory. */
 static void *place_memory(kt_checker *checker) {
     const kt_description *d = checker->description;
     const size_t bodies = (size_t)d->body_count;
@@ -69,7 +70,7 @@ static void *place_memory(kt_checker *checker) {
 
 static void add_name(kt_checker *checker, int scope, const char *name, int index) {
     if (name != NULL && *name != '\0')
-        (void)kt_names_add(&checker->names, scope, name, index); /* the first of equal names stands */
+        (void)kt_names_add(&checker->names, scope, name, index); /* of equal names the first is kept */
 }
 
 static void add_names(kt_checker *checker) {
@@ -87,7 +88,7 @@ static void add_names(kt_checker *checker) {
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
 
-/* Looks the parents up, without a word about those that do not exist. */
+/* Looks up the parents, without reporting those that do not exist. */
 static void find_parents(kt_checker *checker) {
     const kt_description *d = checker->description;
     for (int i = 0; i < d->body_count; i++) {
@@ -101,12 +102,12 @@ static void find_parents(kt_checker *checker) {
     }
 }
 
-/* Leaves mark = 1 at the first body of each cycle, and something less elsewhere. */
+/* Sets mark = 1 at the first body of each cycle, and a smaller value elsewhere. */
 static void find_cycles(kt_checker *checker) {
     const int count = checker->description->body_count;
     const int *parent = checker->parent;
     int *mark = checker->mark;
-    /* Walk i leaves the mark -1 - i; a cycle's first body is told by 1 at once, which no walk takes for its own. */
+    /* Walk i leaves the mark -1 - i; the first body of a cycle gets 1 at once, which no walk uses. */
     memset(mark, 0, (size_t)count * sizeof *mark);
     for (int i = 0; i < count; i++) {
         int body = i;
@@ -141,7 +142,7 @@ static void report_cycle(kt_checker *checker, int first) {
                          names, length > SHOWN ? "... -> " : "", kt_name_quote(bodies[first].name).text);
 }
 
-/* ---- the order --------------------------------------------------------------------------------------------------- */
+/* ---- items, in their order --------------------------------------------------------------------------------------- */
 
 static void check_scene(kt_checker *checker) {
     checker->item = KT_ITEM_SCENE;

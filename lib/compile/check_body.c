@@ -1,4 +1,4 @@
-/* Rules of a body: its joint, mass, inertia and markers. Its place in the tree is check.c's. */
+/* Rules for a body: its joint, mass, inertia and markers. The rules for its place in the tree are in check.c. */
 #include "compile/compile.h"
 #include "joint/joint.h"
 
@@ -15,14 +15,14 @@ static void check_joint(kt_checker *checker, const kt_joint *joint) {
         kt_joint_check(checker, joint);
 }
 
-/* A mass of zero may have an inertia: a rotor whose mass is counted elsewhere. */
+/* A body without mass may have an inertia: a rotor whose mass is counted elsewhere. */
 static void check_mass(kt_checker *checker, double mass) {
     if (kt_checker_not_negative(checker, "mass", "", mass) && mass != 0.0 && mass < KT_MASS_LEAST)
         kt_checker_fault(checker, "mass", -1, "mass is %g, too small to compute with; give 0, or %g or more", mass,
                          KT_MASS_LEAST);
 }
 
-/* The triangle inequality is broken. */
+/* Reports that the principal moments violate the triangle inequality. */
 static void check_triangle(kt_checker *checker, kt_vec3 m, double excess) {
     const bool little = excess <= KT_INERTIA_EXCESS_MAX;
     if (little && checker->description->inertia_check == KT_INERTIA_WARN)

@@ -1,10 +1,10 @@
-/* From a description to a model, and its data: what is wished for is checked, the model built (build.c), springs that
- * start unstretched measured (measure.c), and where it is asked for the absolute formulation made of it (absolute.c).
- */
+/* From a description to a model: the options and the description are checked, the model is built (build.c), springs
+ * that start unstretched are measured (measure.c), and, if the options say so, the absolute formulation is compiled
+ * (absolute.c). */
 #include "compile/compile.h"
 #include "compile/absolute.h"
 
-/* What a library that was built without loops cannot do. */
+/* Refuses what a library that was built without loops cannot do. */
 static kt_status refuse_loops(const kt_description *description, const kt_model_options *options, kt_error *error) {
 #ifdef KT_NO_LOOPS
     const bool absolute = options->formulation == KT_FORMULATION_ABSOLUTE;
@@ -18,8 +18,8 @@ static kt_status refuse_loops(const kt_description *description, const kt_model_
     return KT_OK;
 }
 
-/* Values that are no member of their type: a struct that was not begun by kt_model_options_default. The level is asked
- * after when the model is laid out. */
+/* Refuses values that are no member of their type, as in a struct that was not initialised by kt_model_options_default.
+ * The instruction set is checked when the model is built. */
 static kt_status check_options(const kt_model_options *options, kt_error *error) {
     const struct {
         const char *name;

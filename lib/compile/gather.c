@@ -1,8 +1,8 @@
-/* Loops whose paths share a link form a group: sets of links by union-find.
+/* Constraint groups: loops whose paths share a link form a group. Sets of links are joined by union-find.
  *
- * The paths of a group hang together: two that share a link have their ancestors on one line to the ground, and the
- * lower ancestor lies on the other's path. So a group has one parent link, which carries all of it, and different
- * groups have no coordinate in common.
+ * The paths of a group are connected: if two paths share a link, their ancestors lie on one support (path to the
+ * ground), and the lower ancestor lies on the other loop's path. Therefore a group has one parent link, which carries
+ * all of it, and different groups have no coordinate in common.
  */
 #include "compile/attach.h"
 #include "reduction/evaluate.h"
@@ -57,7 +57,7 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
         }
 }
 
-/* Sizes of the groups, and where in its group each loop and link stands. */
+/* Determines the sizes of the groups, and the position of each loop and link in its group. */
 static void measure_groups(kt_attach *a, kt_model *m) {
     for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++)
         m->group[g] = (kt_group){.parent = -1};
@@ -81,7 +81,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
     }
 }
 
-/* The groups one after the other in the lists of loops, links, coordinates, equations and matrices. */
+/* Lays out the groups one after the other in the lists of loops, links, coordinates, equations and matrices. */
 static void place_groups(kt_model *m) {
     int32_t loop = 0, link = 0, v = 0, row = 0;
     for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
@@ -96,7 +96,7 @@ static void place_groups(kt_model *m) {
         v += group->v_count;
         for (int32_t k = 0; k < group->row_count; k++)
             m->slot[row++] = k;
-        for (int k = 0; k < KT_ROWS_COUNT; k++) { /* until ranks are found */
+        for (int k = 0; k < KT_ROWS_COUNT; k++) { /* upper bounds, until ranks are determined */
             group->count[k] = group->row_count;
             group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
         }
@@ -104,11 +104,11 @@ static void place_groups(kt_model *m) {
         m->link[group->parent].branches = true;
         if ((size_t)group->parent >= m->n.spatial)
             m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
-        group->loop_count = group->link_count = 0; /* counted again as they come */
+        group->loop_count = group->link_count = 0; /* counted again while the lists are filled */
     }
 }
 
-/* Whose accelerations others follow from; those inside a group come all at once. */
+/* Marks planar links whose accelerations other links need; those inside a group are computed all at once. */
 static void mark_passing(kt_model *m) {
     for (size_t i = m->n.planar; i-- > 1;) {
         const kt_planar_link *link = &m->planar[i];

@@ -1,12 +1,14 @@
-/* What shows only in the mechanism as a whole: joints that move nothing with inertia along one of their degrees of
+/* Faults that only the mechanism as a whole shows: joints that move nothing with inertia along one of their degrees of
  * freedom, and loops within one rigid part.
  *
- * A degree of freedom without inertia at the initial and at generic positions can never be moved. Links are judged from
- * the tips of the tree to the ground. What carries a link without inertia is not judged: its own inertia may be all that
- * is missing there. Nor is what carries an end of a loop, which may constrain or drive it: that shows in motion.
+ * If a degree of freedom has no inertia at the initial and at generic positions, its acceleration can never be
+ * computed. Links are judged from the tips of the tree to the ground. A link that carries a link without inertia is not
+ * judged: the inertia of the latter may be all that is missing there. A link that carries an end of a loop is not
+ * judged either: the loop may constrain or drive it, and an inertia that is then still missing is found when the
+ * mechanism moves.
  *
- * If the description has other faults as well, bodies with faults count as sound, so that no fault is reported that only
- * another one causes.
+ * If the description has other faults as well, bodies with faults are replaced by sound ones, so that no fault is
+ * reported that is only the consequence of another.
  */
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"
@@ -16,12 +18,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { VARIANTS = 4 }; /* positions: the initial one, and generic ones */
+enum { VARIANTS = 4 }; /* positions that are tried: the initial one, and generic ones */
 
 typedef struct teller {
     kt_report *report;
     void *user;
-    kt_error first; /* KT_OK: none yet */
+    kt_error first; /* code KT_OK: none yet */
 } teller;
 
 static void tell(teller *t, kt_item item, int index, const char *field, const kt_error *error) {
@@ -34,7 +36,7 @@ static void tell(teller *t, kt_item item, int index, const char *field, const kt
 
 /* ---- inertia ----------------------------------------------------------------------------------------------------- */
 
-/* Positions that are generic and the same everywhere: a fixed sequence (golden ratio) of numbers in (-1, 1). */
+/* Generic positions, the same on every machine: q0 plus a fixed sequence (golden ratio) of numbers in (-1, 1). */
 static void generic_positions(const kt_model *m, int variant, double *q) {
     for (size_t i = 0; i < m->n.q; i++) {
         const double x = (double)(i + 1) * 0.61803398874989485 + 0.41421356237309505 * variant;
@@ -42,7 +44,7 @@ static void generic_positions(const kt_model *m, int variant, double *q) {
     }
 }
 
-/* From a body's link to the ground. */
+/* Excludes the links from that of a body to the ground from judgement. */
 static void leave_unknown(const kt_model *m, const char *body, unsigned char *verdict) {
     const int found = body ? kt_body_find(m, body) : 0;
     for (int32_t i = found > 0 ? m->body[found].link : 0; i > 0; i = m->link[i].parent)
@@ -64,8 +66,8 @@ typedef struct trial {
     kt_data *data;
     double *q;
     unsigned char *verdict; /* of links, at one position */
-    bool *moves, *still;    /* of links: has inertia somewhere; has none somewhere */
-    bool *faulty;           /* of bodies, by their places in the description */
+    bool *moves, *still;    /* of links: it has inertia at some position; it has none at some position */
+    bool *faulty;           /* of bodies, by their indices in the description */
 } trial;
 
 static kt_status begin(trial *t, const kt_model *m, kt_error *error) {
@@ -132,7 +134,7 @@ static void tell_of_rigid(teller *t, const kt_loop *loop, int index) {
     tell(t, KT_ITEM_LOOP, index, "between", &error);
 }
 
-/* ---- both -------------------------------------------------------------------------------------------------------- */
+/* ---- both checks ------------------------------------------------------------------------------------------------- */
 
 kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error) {
@@ -157,12 +159,12 @@ kt_status kt_tree_check(const kt_model *tree, const kt_description *description,
     return status == KT_OK ? t.first.code : status;
 }
 
-/* ---- beside other faults ----------------------------------------------------------------------------------------- */
+/* ---- descriptions with other faults ------------------------------------------------------------------------------ */
 
 typedef struct others {
     const kt_description *description;
-    kt_body *bodies; /* those with faults made sound; NULL: none has any */
-    bool unknown;    /* what the mechanism is */
+    kt_body *bodies; /* a copy in which bodies with faults are sound; NULL: no body has faults */
+    bool unknown;    /* a fault leaves open what the mechanism is */
     bool no_memory;
 } others;
 
@@ -212,7 +214,7 @@ kt_status kt_model_check(const kt_description *description, kt_report *report, v
         sound.bodies = o.bodies ? o.bodies : description->bodies;
         status = kt_model_try(&sound, report, user, error);
     } else if (status == KT_ERROR_MODEL) {
-        status = KT_OK; /* none of these */
+        status = KT_OK; /* nothing is known about the mechanism as a whole */
     }
     free(o.bodies);
     return status;

@@ -1,6 +1,5 @@
-/* Springs that start unstretched: their lengths in the initial state as it is assembled, or as it is given where the
- * loops do not close (which a simulation then says).
- */
+/* Measures springs that start unstretched: their lengths in the assembled initial state, or in the given one if the
+ * loops do not close (a simulation reports that). */
 #include "compile/compile.h"
 #include "effect/effect.h"
 #include "reduction/project.h"

@@ -1,11 +1,12 @@
-/* Which trees move in a plane, and their links as they lie in it. Trees that loops connect are taken as one.
+/* Finds the trees that move in a plane, and fills their planar links. Trees that loops connect are treated as one.
  *
- * Parallel is asked joint by joint, not against one normal from afar: n goes from body to body in the body's own axes,
- * turned only by the rotation of the joint frame between, and every turn puts its own axis in n's place. So a thousand
- * unrotated joints about one oblique axis agree to the last bit, and of a chain of rotated ones each need only agree
- * with the turn before it. What may differ is rounding: a rotation from Euler angles or a quaternion is off by up to
- * 4 eps an entry, its product with n by 3 eps more, a unit axis by 2 eps, and there may be a few fixed or sliding
- * bodies between two turns. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is meant so.
+ * Axes are compared joint by joint, not with one distant normal: n is passed from body to body in the body's own axes,
+ * transformed only by the rotation of the joint frame between them, and every revolute joint replaces n by its own
+ * axis. Thus a thousand unrotated joints about one oblique axis agree to the last bit, and in a chain of rotated joints
+ * each need only agree with the revolute joint before it. Differences within rounding are allowed: a rotation from
+ * Euler angles or a quaternion has errors of up to 4 eps in an entry, its product with n of 3 eps more, a unit axis of
+ * 2 eps, and there may be a few fixed or prismatic joints between two revolute ones. An axis that is oblique by more
+ * than PARALLEL = 32 eps (1.5e-9 arc seconds) is taken as oblique on purpose.
  */
 #include "compile/planar.h"
 #include "joint/joint.h"
@@ -17,12 +18,12 @@
 
 enum {
     GROUND = 0,
-    LOOK_BACK = 16, /* planes that a tree is held against before it gets one of its own */
+    LOOK_BACK = 16, /* planes with which a tree is compared before it gets a new one */
     SPATIAL = -1,
     UNDECIDED = -2
 };
 
-/* What is known of a tree's normal on the way through its joints. */
+/* The joints from which the normal of a tree is known so far: none, two prismatic ones, or a revolute one. */
 enum { NORMAL_OPEN = 0, NORMAL_OF_SLIDES, NORMAL_OF_TURN };
 
 static kt_vec3 component(kt_mat3 m, int k) { return k == 0 ? m.x : k == 1 ? m.y : m.z; }
@@ -37,7 +38,7 @@ static bool is_identity(const kt_mat3 *r) {
            r->y.x == 0.0 && r->y.z == 0.0 && r->z.x == 0.0 && r->z.y == 0.0;
 }
 
-/* The joint frame on the parent's body. A rotation that cannot be evaluated is refused where bodies are kept. */
+/* The joint frame's rotation on the parent's body. If it cannot be evaluated, it is refused when bodies are stored. */
 static kt_mat3 joint_rotation(const kt_joint *joint) {
     kt_mat3 r;
     kt_error ignored;
@@ -50,8 +51,8 @@ static int elements_of(const kt_joint *joint, kt_element *elements) {
 
 /* ---- normals ----------------------------------------------------------------------------------------------------- */
 
-/* Takes one more joint of a tree: the first turn gives the normal (in basis.z), before any turn two slides across each
- * other (the first is kept in basis.x). */
+/* Considers one more joint of a tree. The first revolute motion gives the normal (in basis.z); before there is one, two
+ * prismatic motions that are not parallel give it (the first is kept in basis.x). */
 static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
     kt_element elements[KT_ELEMENT_MAX];
     const int count = elements_of(joint, elements);
@@ -75,7 +76,7 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
     }
 }
 
-/* Bodies at q = 0, and whose tree they are of. */
+/* Finds the axes and origins of the bodies at q = 0, and the tree to which each belongs. */
 static void find_trees(const kt_description *d, kt_body_plane *body, size_t count) {
     body[GROUND] = (kt_body_plane){.rest = kt_mat3_identity(), .source = -1, .plane = SPATIAL};
     for (size_t i = 1; i <= count; i++) {
@@ -94,7 +95,7 @@ static void find_trees(const kt_description *d, kt_body_plane *body, size_t coun
     }
 }
 
-/* What stands for all trees that loops connect a body with. */
+/* The entry that represents all trees with which loops connect the body's tree. */
 static kt_body_plane *component_of(kt_body_plane *body, const kt_body_plane *b) {
     return &body[body[b->tree].component];
 }
@@ -107,7 +108,7 @@ static void find_normals(const kt_description *d, kt_body_plane *body, size_t co
 
 /* ---- planes ------------------------------------------------------------------------------------------------------ */
 
-/* A plane with this normal, either way round, among the last ones, or a new one. */
+/* Returns a plane with this normal or its opposite among the last ones, or a new one. */
 static int32_t plane_with(kt_vec3 normal, kt_plane *plane, size_t *count) {
     for (size_t back = 1; back <= LOOK_BACK && back <= *count; back++)
         if (is_parallel(plane[*count - back].basis.z, normal))
@@ -116,7 +117,7 @@ static int32_t plane_with(kt_vec3 normal, kt_plane *plane, size_t *count) {
     return (int32_t)(*count)++;
 }
 
-/* A plane that a slide lies in. */
+/* Returns a plane that contains the direction of a prismatic motion. */
 static int32_t plane_along(kt_vec3 slide, kt_plane *plane, size_t *count) {
     for (size_t back = 1; back <= LOOK_BACK && back <= *count; back++)
         if (is_normal(plane[*count - back].basis.z, slide))
@@ -126,7 +127,7 @@ static int32_t plane_along(kt_vec3 slide, kt_plane *plane, size_t *count) {
 
 static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) {
     size_t planes = 0;
-    for (int round = 0; round < 2; round++) /* trees of parallel slides take what plane there is */
+    for (int round = 0; round < 2; round++) /* trees of parallel prismatic joints take an existing plane if any */
         for (size_t i = 1; i <= count; i++) {
             kt_body_plane *b = &body[i];
             if (b->tree != (int32_t)i || component_of(body, b) != b || b->plane != UNDECIDED ||
@@ -137,9 +138,9 @@ static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) 
     return planes;
 }
 
-/* ---- do all joints keep to the plane? ---------------------------------------------------------------------------- */
+/* ---- do all joints move in the plane? ---------------------------------------------------------------------------- */
 
-/* The same basis with its third column replaced by n, which is parallel to it. */
+/* The same basis with its third column replaced by n, which is parallel to it within rounding. */
 static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
     if (basis.z.x == n.x && basis.z.y == n.y && basis.z.z == n.z)
         return basis;
@@ -147,7 +148,7 @@ static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
     return (kt_mat3){.x = kt_vec3_normalize(e1), .y = kt_vec3_cross(n, kt_vec3_normalize(e1)), .z = n};
 }
 
-/* Whether a joint moves in the plane of b->basis, whose third column becomes the turn's own axis. */
+/* Whether a joint moves in the plane of b->basis, whose third column is replaced by the axis of a revolute motion. */
 static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
     kt_element elements[KT_ELEMENT_MAX];
     const int count = elements_of(joint, elements);
@@ -185,9 +186,9 @@ static void check_planes(const kt_description *d, kt_body_plane *body, size_t co
     }
 }
 
-/* ---- what is left ------------------------------------------------------------------------------------------------ */
+/* ---- planes that are used ---------------------------------------------------------------------------------------- */
 
-/* Planes that are left, renumbered in their order. */
+/* Removes planes without trees, and renumbers the others in their order; returns their number. */
 static size_t drop_planes(kt_body_plane *body, size_t count, kt_plane *plane, size_t planes) {
     size_t left = 0;
     for (size_t p = 0; p < planes; p++)
@@ -224,7 +225,7 @@ size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane,
 
 /* ---- links in their planes --------------------------------------------------------------------------------------- */
 
-/* e1, e2, n in a link's axes, at q = 0. */
+/* The plane's basis e1, e2, n in a link's axes, at q = 0. */
 static kt_mat3 link_basis(const kt_model *m, const kt_body_plane *body, int32_t link, const kt_plane *plane) {
     if (link == 0)
         return plane->basis;

@@ -1,9 +1,9 @@
-/* Loops among planar trees: what they connect, and how they lie in the plane.
+/* Loops between planar trees: what they connect, and their equations in the plane.
  *
- * What a loop asks of its ends out of the plane, all planar motion leaves as it is, so it must hold at q = 0 already.
- * It must hold to rounding: the directions of the ends' axes against n, which come through one rotation more than those
- * of joints (planar.c), and heights against the way to them. Where it does not, the loop may not close at all, and it
- * is for the spatial kernels to say so.
+ * Planar motion does not change the equations of a loop out of the plane, so they must hold at q = 0 already, within
+ * rounding: the directions of the ends' axes relative to n, which are transformed by one rotation more than those of
+ * joints (planar.c), and heights relative to the distance from the world's origin along the joints (reach). If they do
+ * not hold, the loop may not close at all; the spatial kernels, which then compute the trees, report that.
  */
 #include "compile/attach.h"
 #include "compile/planar.h"
@@ -17,13 +17,13 @@
 
 enum { GROUND = 0, SPATIAL = -1 };
 
-/* The body of a name; a missing one is the world. Names have been checked. */
+/* Returns the body of a name; a missing name is the world. Names have been checked. */
 static int32_t body_named(const kt_ordered *o, const char *name) {
     const int i = !name || strcmp(name, "world") == 0 ? -1 : kt_names_find(o->names, 0, name);
     return i < 0 ? GROUND : o->body_of[i];
 }
 
-/* Bodies that a loop connects, and the k-th of them. */
+/* The number of bodies that a loop connects, and the k-th of them. */
 static int connected_count(const kt_loop *loop) {
     return kt_loop_is_relation(loop->type) ? kt_loop_term_count(loop) : 2;
 }
@@ -32,8 +32,7 @@ static int32_t connected(const kt_ordered *o, const kt_loop *loop, int k) {
     return body_named(o, kt_loop_is_relation(loop->type) ? kt_loop_term(loop, k).joint : loop->between[k].body);
 }
 
-/* ---- components --------------------------------------------------------------------------------------------------
- */
+/* ---- components -------------------------------------------------------------------------------------------------- */
 
 static int32_t component_of(kt_body_plane *body, int32_t tree) {
     while (body[tree].component != tree)
@@ -58,10 +57,9 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
         body[i].component = component_of(body, (int32_t)i);
 }
 
-/* ---- loops in their planes -----------------------------------------------------------------------------------------
- */
+/* ---- loops in their planes --------------------------------------------------------------------------------------- */
 
-/* A point of an end, in its body's frame. */
+/* The point of an end, in its body's frame. */
 static kt_vec3 point_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b) {
     if (!end->marker)
         return end->at;
@@ -72,12 +70,13 @@ static kt_vec3 point_of(const kt_ordered *o, const kt_end *end, const kt_body_pl
     return end->at;
 }
 
-/* An end in the plane's basis at q = 0: its axes, and its height along n (in position.z). */
+/* Finds the pose of an end in the plane's basis at q = 0: its axes, and its height along n (in position.z); adds its
+ * distance along the joints to *reach. Returns false if its rotation cannot be evaluated. */
 static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_body_plane *b, const kt_plane *plane,
                     kt_pose *pose, double *reach) {
     const kt_end *end = &loop->between[k];
     const kt_vec3 at = point_of(o, end, b);
-    kt_error ignored; /* a rotation that cannot be evaluated is refused where loops are attached */
+    kt_error ignored; /* a rotation that cannot be evaluated is refused when loops are attached */
     if (kt_rotation_evaluate(&end->rotation, &pose->rotation, &ignored) != KT_OK)
         return false;
     kt_attach_align_axis(pose, kt_loop_axis(loop, k));

@@ -1,5 +1,4 @@
-/* Where the links are and how fast they move, with the functions of the C library: what set-up needs before there are
- * data. */
+/* Poses and twists of all links by the functions of the C library, for set-up, when there are no data yet. */
 #include "compile/compile.h"
 
 #include "dynamics/motion.h"

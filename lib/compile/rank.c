@@ -1,10 +1,11 @@
-/* The structural rank of each group: how many of its equations are independent where nothing is special.
+/* The structural rank of each constraint group: how many of its equations are independent at generic positions.
  *
- * Off the manifold redundant equations look independent (Bricard's five of rank four), and at singular positions
- * independent ones do not; so ranks are taken at several generic positions on the manifold, and the largest counts.
- * Equations that vanish at all of them, with their residual (the out-of-plane ones of a planar loop), are void and not
- * evaluated again. Where some of the others are redundant, those that were chosen at the position with the largest last
- * direction get the weight to be chosen everywhere, unless they are much the worse (reduce.h).
+ * Off the manifold redundant equations seem independent (Bricard's five of rank four), and at singular positions
+ * independent ones seem redundant; therefore ranks are determined at several generic positions on the manifold, and the
+ * largest counts. Equations whose rows and residuals vanish at all of them (the out-of-plane ones of a planar loop) are
+ * void and are not evaluated again. If some of the others are redundant, those that were chosen at the position with
+ * the largest last direction get a weight by which they are chosen everywhere, unless they are much shorter there
+ * (reduce.h).
  */
 #include "compile/compile.h"
 #include "reduction/lapack.h"
@@ -16,10 +17,10 @@
 
 enum { SAMPLES = 7 };
 
-#define PREFERRED 16.0 /* weight: a redundant equation takes the place of a chosen one that is so much shorter */
+#define PREFERRED 16.0 /* weight of a chosen equation: only one that is 16 times longer replaces it */
 
-/* What the samples have shown: of equations, whether they are alive; of groups, whether any position was closed, and
- * their ranks. */
+/* The results of the samples: for each equation, whether it is alive (not void); for each group, whether any position
+ * was closed, and its ranks. */
 typedef struct samples {
     double *q; /* two positions */
     bool *alive, *seen;
@@ -27,14 +28,14 @@ typedef struct samples {
     int32_t *rank; /* KT_ROWS_COUNT a group */
 } samples;
 
-/* Coordinates of groups moved by up to `size` of their units. */
+/* A step that moves the coordinates of groups by up to `size` of their units. */
 static void scatter(const kt_model *model, double size, size_t sample, double *step) {
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t i = 0; i < model->n.group_v; i++)
         step[model->group_v[i]] = size * model->unit[i] * kt_generic(i + 131 * sample);
 }
 
-/* Marks the equations of a group that are alive as last filled: not void, or with a residual. */
+/* Marks the equations of a group that are alive as last filled: the row or the residual is not zero. */
 static void note_alive(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *alive) {
     for (int32_t row = 0; row < group->row_count; row++) {
         const int32_t r = model->slot[group->row + row];
@@ -46,7 +47,8 @@ static void note_alive(const kt_model *model, const kt_group *group, const kt_gr
     }
 }
 
-/* And those that time moves, sooner or later: what nothing can follow is told when it comes. */
+/* Marks the equations that depend on time, too: if no motion can satisfy one, that is reported at the time when it
+ * happens. */
 static void note_driven(const kt_model *model, const kt_group *group, bool *alive) {
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
@@ -55,12 +57,13 @@ static void note_driven(const kt_model *model, const kt_group *group, bool *aliv
     }
 }
 
-/* The equations of a group that are alive in their order, those with a residual first. */
+/* Assigns slots to the equations of a group that are alive, in their order, those with a residual first; the others get
+ * -1. */
 static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *alive) {
     kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     int32_t *slot = model->slot + group->row, count = 0;
-    double *closes = w.work; /* by row, for slots change */
+    double *closes = w.work; /* by row, because slots change */
     for (int32_t row = 0; row < group->row_count; row++)
         closes[row] = slot[row] < 0 ? 0.0 : w.closes[slot[row]];
     for (int pass = 0; pass < 2; pass++) {
@@ -76,7 +79,8 @@ static void place_rows(kt_model *model, const kt_data *data, size_t g, const boo
             slot[row] = -1;
 }
 
-/* The largest rank so far, and the largest size of its last direction; whether this one is. */
+/* Stores the largest rank so far, and for it the largest size of the last direction; returns whether this sample has
+ * them. */
 static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
     if (rank < *most || (rank == *most && !(last > *usual)))
         return false;
@@ -85,7 +89,7 @@ static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
     return true;
 }
 
-/* The equations that were chosen as last factored. */
+/* Stores which equations were chosen in the last factorisation. */
 static void note_chosen(const kt_model *model, const kt_group *group, const kt_group_work *w, int32_t rank,
                         bool *chosen) {
     for (int32_t row = 0; row < group->row_count; row++) {
@@ -101,8 +105,8 @@ static bool is_closed(const kt_group_work *w) {
     return violation.gap <= KT_CLOSED_STEP;
 }
 
-/* Looks at the groups that are closed at q; or at those that have never been seen closed: they do not close, as the
- * assembly will say, and until then the given position is all there is. */
+/* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
+ * not close, which assembly reports later, and the given position is all that is known of them. */
 static void look_at(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
@@ -118,7 +122,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
                 continue;
             if (note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                           &group->usual[rows]) &&
-                model->reduction != KT_REDUCTION_SVD) /* which has no need to choose */
+                model->reduction != KT_REDUCTION_SVD) /* SVD has no need to choose */
                 note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
             if (rows > 0)
                 continue;
@@ -145,8 +149,9 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     look_at(model, data, model->q0, false, found);
 }
 
-/* What the largest direction counts as, at least (KT_RANK_FLOOR): an entry could be as large as a unit of its row is to
- * a unit of its coordinate, but that angles between bodies do not depend on lengths. Needs the equations' scales. */
+/* The least size that the largest direction counts as (KT_RANK_FLOOR). An entry of A can be as large as the ratio of
+ * its row's unit to its coordinate's unit, except that angles between bodies do not depend on lengths. Needs the
+ * equations' scales. */
 static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w) {
     double longest = 0.0;
     for (int r = 0; r < w->k; r++) {
@@ -160,7 +165,7 @@ static double least_of(const kt_model *model, const kt_group *group, const kt_gr
     return KT_RANK_FLOOR * sqrt(longest);
 }
 
-/* Before anything is known: all equations count, and all ranks are possible. */
+/* Sets the initial values: all equations count, and ranks are as large as they can be. */
 static void begin(kt_model *model, kt_data *data, bool *alive) {
     kt_violation violation;
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row; i++)
@@ -178,8 +183,8 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
     memset(alive, 0, model->n.row * sizeof *alive);
 }
 
-/* Whether a group is three links of a plane, closed by one pin alone: its rows are two directions at right angles.
- * Other ways of reduction are taken where they are asked for. */
+/* Whether a group consists of three links of a plane and is closed by one pin alone, whose rows are two directions at
+ * right angles. Only the QR reduction uses this special form: a caller who asks for another reduction gets that one. */
 static bool is_pin(const kt_model *model, const kt_group *group) {
     if (model->reduction != KT_REDUCTION_QR || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
         group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
@@ -201,7 +206,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, found->alive);
-        for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* of void equations rounding alone has been factored */
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* void equations contribute rounding errors only */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
             group->usual[rows] = group->rank[rows] ? group->usual[rows] : 0.0;
@@ -214,7 +219,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     }
 }
 
-/* Whether a factorisation of the model will call LAPACK. */
+/* Whether factorisations of the model call LAPACK. */
 static bool needs_lapack(const kt_model *model) {
     bool large = model->reduction == KT_REDUCTION_SVD;
     for (size_t g = 0; g < model->n.group; g++)

@@ -11,9 +11,10 @@
 
 #include <stddef.h>
 
-/* ---- the types --------------------------------------------------------------------------------------------------- */
+/* ---- descriptors ------------------------------------------------------------------------------------------------- */
 
-/* A rotated sphere is the same sphere, but no rotation at all is not one, and a scene file could not hold it. */
+/* A sphere has a rotation, although the rotation has no effect: an invalid one is still a fault, since a scene file
+ * could not contain it. */
 static const kt_key point_keys[] = {
     {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "where it is, body frame", .needed = false},
 };
@@ -44,7 +45,7 @@ static const kt_key cylinder_keys[] = {
      "of the axes of the solid against those of the body", .needed = false},
 };
 
-/* KT_SHAPE_NONE has no name in scene files. */
+/* KT_SHAPE_NONE has no name in scene files, and no descriptor. */
 static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_POINT] =
         {
@@ -129,14 +130,14 @@ void kt_checker_shape(kt_checker *checker, const kt_shape *shape) {
         return;
     }
     kt_checker_keys(checker, descriptor, shape, &standard);
-    const double length = kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)); /* NaN where an end is at fault */
+    const double length = kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)); /* NaN if an end has a fault */
     if (shape->type == KT_SHAPE_ROD && length == 0.0)
         kt_checker_fault(checker, "shape.to", -1, "shape.to is where shape.from is; a rod needs a length");
 }
 
-/* ---- their mass properties --------------------------------------------------------------------------------------- */
+/* ---- mass properties --------------------------------------------------------------------------------------------- */
 
-/* The inertia of a body of revolution: `axial` about the unit vector u, `transverse` about every axis normal to it. */
+/* The inertia of a solid of revolution: `axial` about the unit vector u, `transverse` about every axis normal to u. */
 static kt_sym3 about_axis(kt_vec3 u, double axial, double transverse) {
     const double d = axial - transverse;
     return kt_sym3_make(transverse + d * u.x * u.x, transverse + d * u.y * u.y, transverse + d * u.z * u.z,
@@ -154,7 +155,7 @@ static kt_sym3 box_inertia(double mass, kt_vec3 size, kt_mat3 r) {
     return kt_sym3_rotate(r, kt_sym3_make(k * (bb + cc), k * (cc + aa), k * (aa + bb), 0.0, 0.0, 0.0));
 }
 
-/* Of a shape that the rules have passed. */
+/* The inertia about the centre of a shape that has passed the rules. */
 static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
     const kt_vec3 along = kt_vec3_sub(shape->to, shape->from);
     switch (shape->type) {
@@ -200,7 +201,7 @@ kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, k
         kt_mat3 r = kt_mat3_identity();
         const bool is_turned = body->shape.type == KT_SHAPE_BOX || body->shape.type == KT_SHAPE_CYLINDER;
         if (is_turned && kt_rotation_evaluate(&body->shape.rotation, &r, error) != KT_OK)
-            return KT_ERROR_MODEL; /* the rules have passed it: not reached */
+            return KT_ERROR_MODEL; /* not reached: the shape has passed the rules */
         if (body->com_of_shape)
             centre = solid_centre(&body->shape);
         if (body->inertia_of_shape)

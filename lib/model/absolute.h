@@ -1,21 +1,22 @@
 /* The absolute formulation of a model: the same mechanism with every body free and every joint a loop [MSD 7.1].
  *
- * It is a model like any other, made from a transformed description. Bodies keep their order in the description and
- * loops theirs; behind them come the loops that were joints, and two kinds of massless bodies:
- *   counters, where a relation, an effect or a function refers to a joint's position, which has no coordinate any more:
- *     on the parent, with that one coordinate, tied to the body by one equation, so that whole turns count;
- *   crosses, in universal joints whose axes are not normal to each other, which are two revolute closures.
+ * It is a model like any other, compiled from a transformed description. Bodies and loops keep their order in the
+ * description; they are followed by the loops that were joints, and by two kinds of massless bodies:
+ *   counters, where a relation, an effect or a function refers to the position of a joint, which is no longer a
+ *     coordinate: on the parent, with that one coordinate, tied to the body by one equation, so that full revolutions
+ *     are counted;
+ *   crosses, in universal joints whose axes are not normal to each other: such a joint becomes two revolute loops.
  */
 #ifndef KT_MODEL_ABSOLUTE_H
 #define KT_MODEL_ABSOLUTE_H
 
 #include "model/model.h"
 
-/* What became of a body and its joint; all indices are those of the absolute model. */
+/* A body of the tree and its joint as they are in the absolute model; all indices are those of the absolute model. */
 typedef struct kt_absolute_joint {
     int32_t type;         /* kt_joint_type */
-    int32_t body, parent; /* the body, and the one that carried it */
-    int32_t loop;         /* the joint; -1: it was free */
+    int32_t body, parent; /* the body, and its parent in the tree */
+    int32_t loop;         /* the loop that replaces the joint; -1: the joint was free */
     int32_t counter, tie; /* the body that counts its position, the loop that ties it; 0 and -1: none */
     int32_t cross;        /* the body between the axes of a universal joint; 0: none */
     kt_pose frame;        /* the joint frame in the parent's body frame */
@@ -24,7 +25,7 @@ typedef struct kt_absolute_joint {
 
 struct kt_absolute {
     kt_model *model;
-    kt_absolute_joint joint[]; /* one a body of the tree; that of the world is not used */
+    kt_absolute_joint joint[]; /* one for each body of the tree; that of the world is not used */
 };
 
 #endif

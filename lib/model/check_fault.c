@@ -1,4 +1,4 @@
-/* How the check of a description reports a fault: what is wrong, and of which item. */
+/* Reports of faults in a description: each says what is wrong, and in which item. */
 #include "model/check.h"
 
 #include <stdarg.h>

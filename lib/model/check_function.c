@@ -1,11 +1,11 @@
-/* Rules of functions of time in a description. */
+/* Rules for functions of time in a description. */
 #include "model/check.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 
-/* Steps of time below it would make second derivatives overflow. */
+/* With shorter steps of time, second derivatives would overflow. */
 static const double least_step = 1e-50;
 
 static bool check_sine(kt_checker *checker, const char *field, const kt_function *f) {
@@ -90,7 +90,8 @@ bool kt_checker_function(kt_checker *checker, const char *field, const kt_functi
     return false;
 }
 
-/* The least value that the function is known to take; of a polynomial that at t = 0, of a table that of its rows. */
+/* Returns the least value that the function is known to take: of a polynomial the value at t = 0, of a table the least
+ * value of its rows. */
 static double least_value(const kt_function *f) {
     double least = KT_NUMBER_MOST;
     switch (f->type) {
@@ -99,7 +100,7 @@ static double least_value(const kt_function *f) {
     case KT_FUNCTION_CONSTANT:
         return f->value;
     case KT_FUNCTION_SINE:
-        /* A frequency of zero stays where it starts. */
+        /* With a frequency of zero the function keeps its initial value. */
         return f->offset + (f->frequency > 0.0 ? -fabs(f->amplitude) : f->amplitude * sin(f->phase));
     case KT_FUNCTION_RAMP:
         return fmin(f->from, f->to);

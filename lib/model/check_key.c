@@ -1,4 +1,5 @@
-/* The check of an item by the keys of its type: each member that a key stands for, by what the key holds. */
+/* The check of an item by the keys of its type: the kind of a key decides how the member to which it refers is checked.
+ */
 #include "model/check.h"
 #include "model/describe.h"
 #include "model/model.h"
@@ -6,7 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* One item. */
+/* The check of one item. */
 typedef struct kt_checked {
     kt_checker *checker;
     const void *object, *standard; /* the item, and the struct that its kind of item starts from */
@@ -63,7 +64,7 @@ static void check_frame(kt_checked *c, const kt_key *key) {
                          (int)*frame);
 }
 
-/* Two ends, under one key or two, lie on two bodies. */
+/* Two ends, given by one key or by two, must lie on two bodies. */
 static void check_end(kt_checked *c, const kt_key *key, const kt_end *end, int sub) {
     const int k = c->end_count++;
     c->end_body[k] = kt_checker_end(c->checker, key->name, sub, end);
@@ -72,7 +73,7 @@ static void check_end(kt_checked *c, const kt_key *key, const kt_end *end, int s
                          c->end_body[0] == KT_BODY_WORLD ? "the world" : kt_name_quote(end->body).text);
 }
 
-/* A sum of distinct joints of one coordinate, not all of them times zero. */
+/* The terms must refer to distinct joints of one coordinate, and not all coefficients may be zero. */
 static void check_terms(kt_checked *c, const kt_key *key) {
     kt_checker *checker = c->checker;
     const kt_loop *loop = c->object;
@@ -123,10 +124,10 @@ static void check_functions(kt_checked *c, const kt_key *key) {
     }
 }
 
-/* A quaternion among the initial coordinates; four zeros stand for no rotation. */
+/* The quaternion among the initial coordinates must be a unit quaternion; four zeros stand for no rotation. */
 static void check_quaternion(kt_checked *c, const kt_key *key, const double *q) {
     const kt_quat quat = {q[0], q[1], q[2], q[3]};
-    const double norm = sqrt(kt_quat_norm_squared(quat)); /* numbers are within 1e50; tiny ones are far from 1 anyway */
+    const double norm = sqrt(kt_quat_norm_squared(quat)); /* no overflow: magnitudes are at most 1e50 */
     if (q[0] == 0.0 && q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0)
         return;
     if (!(fabs(norm - 1.0) <= 1e-3))
@@ -197,7 +198,7 @@ static void check_key(kt_checked *c, const kt_key *key) {
     case KT_KEY_VELOCITY:
         check_coordinates(c, key);
         break;
-    case KT_KEY_FLAG:  /* both values are right */
+    case KT_KEY_FLAG:  /* both values are valid */
     case KT_KEY_POINT: /* part of an end */
     case KT_KEY_LIST:  /* of functions: check_function.c */
     case KT_KEY_ROWS:

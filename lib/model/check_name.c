@@ -1,4 +1,4 @@
-/* Rules of names and of what they refer to. */
+/* Rules for names, and for references to items by name. */
 #include "model/check.h"
 #include "model/model.h"
 
@@ -24,7 +24,8 @@ void kt_checker_name(kt_checker *checker, int scope, const char *list, const cha
                          kt_name_quote(name).text, list, first);
 }
 
-/* The body's name that comes nearest to one that does not exist; not that of the body which is being checked. */
+/* Returns the body's name that is nearest to one that does not exist, except that of the body being checked; NULL if
+ * none is near. */
 static const char *nearest_body(kt_checker *checker, const char *name, bool or_world) {
     const kt_description *d = checker->description;
     kt_nearest search = kt_nearest_make(name, &checker->effort);

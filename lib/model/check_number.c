@@ -1,4 +1,4 @@
-/* Rules of numbers, directions and rotations in a description. */
+/* Rules for numbers, directions and rotations in a description. */
 #include "model/check.h"
 
 #include <math.h>
@@ -28,7 +28,7 @@ bool kt_checker_value(kt_checker *checker, const char *field, int sub, const cha
     if (isfinite(value))
         kt_checker_fault(checker, field, sub, "%s is %g, and the equations would overflow; magnitudes end at %g",
                          name.text, value, KT_NUMBER_MOST);
-    else /* by hand: printf may show the sign of a NaN */
+    else /* written out, because printf may show the sign of a NaN */
         kt_checker_fault(checker, field, sub, "%s is %s; give a finite number", name.text,
                          isnan(value) ? "nan" : (value > 0.0 ? "inf" : "-inf"));
     return false;

@@ -1,10 +1,10 @@
-/* A compiled model in the caller's memory.
+/* Copies of a compiled model in the caller's memory.
  *
  * A model is one block: the struct, then the arrays of KT_MODEL_FIELDS, each at an offset that follows from the counts
- * alone. So a copy is the block's bytes, and the same walk that placed the arrays of the original sets the pointers to
- * those of the copy. Arrays hold indices and offsets, no pointers, but for the table of names, which is made again, and
- * what a caller's own effects were given, which stays his. An absolute formulation follows behind: its joints, then its
- * own model.
+ * alone. A copy therefore has the block's bytes, and the function that laid out the original sets the pointers of the
+ * copy to its own arrays. Arrays contain indices and offsets but no pointers, with two exceptions: the table of names,
+ * which is made again, and the user pointers of custom effects, which are kept. If there is an absolute formulation,
+ * its joints and its own model follow.
  */
 #include "base/arena.h"
 #include "model/absolute.h"

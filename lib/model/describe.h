@@ -1,7 +1,8 @@
-/* What the files of joints, loops, effects, shapes and functions share to describe themselves (kinetree/descriptor.h).
+/* Shared by the files of joints, loops, effects, shapes and functions, which define the descriptors of their types
+ * (kinetree/descriptor.h).
  *
- * A file that is compiled several times, for instruction sets and for derivatives, describes its type in one of them:
- * what stands within #if KT_DESCRIBES.
+ * A file that is compiled several times, for instruction sets and for derivatives, defines its descriptor in one of
+ * these compilations only: within #if KT_DESCRIBES.
  */
 #ifndef KT_MODEL_DESCRIBE_H
 #define KT_MODEL_DESCRIBE_H
@@ -37,10 +38,10 @@
 #define KT_JOINT_KEY(object, words)                                                                                    \
     { "joint", KT_KEY_JOINT, offsetof(object, joint), "", words, .needed = true }
 
-/* Whether items of a type have the member at this offset. A type that does not exist (NULL) has none. */
+/* Whether a key of the type refers to the member at this offset; false if the type does not exist (NULL). */
 bool kt_descriptor_reads(const kt_descriptor *descriptor, size_t offset);
 
-/* How many ends a type has: 0, 1 or 2; and how many functions of time. */
+/* Returns the number of ends of a type: 0, 1 or 2; and its number of functions of time. */
 int kt_descriptor_end_count(const kt_descriptor *descriptor);
 int kt_descriptor_function_count(const kt_descriptor *descriptor);
 

@@ -1,4 +1,4 @@
-/* The structs that a caller starts from, and the names of types. */
+/* The default structs of a description, and the names of types. */
 #include "kinetree/model.h"
 
 #include <math.h>

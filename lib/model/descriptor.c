@@ -1,4 +1,4 @@
-/* What can be asked of any descriptor. */
+/* Queries of descriptors. */
 #include "model/describe.h"
 
 #include <string.h>

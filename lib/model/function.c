@@ -1,32 +1,35 @@
-/* Functions of time: how a caller writes them, and their values with two derivatives.
+/* Functions of time: their constructors, and their values with two derivatives.
  *
- * constant    y = a
- * sine        y = a + b sin(c t + d),  c = 2 pi frequency
- * ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) held within [0, 1]: the cubic with no slope at its
- *             ends, so that y and y' are continuous and y'' jumps at both
- * polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
- * table       between two rows, h = t_{k+1} - t_k and s = t - t_k,
- *               y = y_k + s (b_k + s (c_k + s d_k))
- *             linear: b_k = (y_{k+1} - y_k) / h and no more;
- *             cubic: the natural spline, twice continuously differentiable, no curvature at its ends. With
- *             m_k = y''(t_k), m_0 = m_{n-1} = 0 and for 0 < k < n - 1
- *               h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1}
- *                 = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
- *             (diagonally dominant: elimination needs no pivots), and from them
- *               b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6
- * h_k).
- *             monotone: Hermite's cubic with slopes p_k that let no piece leave the range of its two rows. With
- *             h_k as above and e_k = (y_{k+1} - y_k) / h_k, p_k = 0 where e_{k-1} e_k <= 0, else the weighted harmonic
- *             mean (Brodlie 1980; Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5, 1984)
- *               p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}
- *             and at the first row (the last alike) the parabola's slope,
- *               p_0 = ((2 h_0 + h_1) e_0 - h_0 e_1) / (h_0 + h_1),
- *             set to 0 where its sign is not e_0's, and to 3 e_0 where e_1 has the other sign and |p_0| is larger.
- *             Then b_k = p_k, c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k, d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2: y' is
- *             continuous, y'' jumps at rows.
- *             Outside its rows a table keeps its first or last value, with no slope. The first and the last row belong
- * to the inside: a motion whose table begins with the run begins at the table's rate, and ends at it. The spline: de
- * Boor, A Practical Guide to Splines (1978), chapter IV.
+ *   constant    y = a
+ *   sine        y = a + b sin(c t + d),  c = 2 pi frequency
+ *   ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) limited to [0, 1]: the cubic whose slope is zero
+ *               at both ends, so that y and y' are continuous and y'' jumps at both
+ *   polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
+ *   table       between two rows, with h_k = t_{k+1} - t_k and s = t - t_k,
+ *                 y = y_k + s (b_k + s (c_k + s d_k))
+ *
+ * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
+ * inside: a motion whose table begins at the start of the simulation has the table's slope there, and likewise at the
+ * end.
+ *
+ * linear: b_k = (y_{k+1} - y_k) / h_k, c_k = d_k = 0.
+ *
+ * cubic: the natural spline (de Boor, A Practical Guide to Splines (1978), chapter IV), which is twice continuously
+ * differentiable and has no curvature at its ends. With m_k = y''(t_k), m_0 = m_{n-1} = 0 and for 0 < k < n - 1
+ *   h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1} = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
+ * (diagonally dominant: elimination needs no pivots), and from these
+ *   b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6 h_k).
+ *
+ * monotone: Hermite's cubic whose slopes p_k keep each piece within the range of its two rows. With the secants
+ *   e_k = (y_{k+1} - y_k) / h_k,
+ * p_k is 0 where e_{k-1} e_k <= 0, and otherwise the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
+ * J. Sci. Stat. Comput. 5, 1984)
+ *   p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}.
+ * At the first row (likewise at the last) it is the slope of the parabola through three rows,
+ *   p_0 = ((2 h_0 + h_1) e_0 - h_0 e_1) / (h_0 + h_1),
+ * but 0 if its sign is not that of e_0, and 3 e_0 if e_1 has the other sign and |p_0| is larger. Then
+ *   b_k = p_k,  c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k,  d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2:
+ * y' is continuous, and y'' jumps at rows.
  */
 #include "model/function.h"
 
@@ -35,7 +38,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* ---- how a caller writes them ------------------------------------------------------------------------------------ */
+/* ---- constructors ------------------------------------------------------------------------------------------------ */
 
 static kt_function function_of(kt_function_type type) {
     kt_function function = {.type = type, .numbers = NULL};
@@ -81,9 +84,9 @@ kt_function kt_function_table(const double *rows, int number_count, kt_interpola
     return function;
 }
 
-/* ---- made ready -------------------------------------------------------------------------------------------------- */
+/* ---- compilation ------------------------------------------------------------------------------------------------- */
 
-/* A row of a compiled table: the polynomial that holds from t to the next row's t. */
+/* A row of a compiled table: the polynomial that is valid from its t to the next row's t. */
 enum { ROW_T, ROW_Y, ROW_B, ROW_C, ROW_D, ROW_SIZE };
 
 size_t kt_curve_number_count(const kt_function *function) {
@@ -94,8 +97,10 @@ size_t kt_curve_number_count(const kt_function *function) {
     return 0;
 }
 
-/* Leaves m_k in each row's C. Elimination: (2 (h_{k-1} + h_k) - h_{k-1} p_{k-1}) =: D,  p_k = h_k / D,
- * g_k = (right side - h_{k-1} g_{k-1}) / D;  back: m_k = g_k - p_k m_{k+1}. The rows' B and C hold p and g. */
+/* Stores m_k in each row's C, by elimination of the tridiagonal equations:
+ *   forward   D = 2 (h_{k-1} + h_k) - h_{k-1} p_{k-1},  p_k = h_k / D,  g_k = (right-hand side - h_{k-1} g_{k-1}) / D
+ *   backward  m_k = g_k - p_k m_{k+1}
+ * The rows' B and C hold p and g. */
 static void spline_curvatures(double *rows, int count) {
     rows[ROW_B] = rows[ROW_C] = 0.0;
     double *last = rows + (size_t)(count - 1) * ROW_SIZE;
@@ -117,7 +122,7 @@ static double secant(const double *row) {
     return (row[ROW_SIZE + ROW_Y] - row[ROW_Y]) / (row[ROW_SIZE + ROW_T] - row[ROW_T]);
 }
 
-/* p at an end, of the intervals h0 there and h1 beside it with the secants e0 and e1. */
+/* The slope p at an end, from the interval h0 there and its neighbour h1, with the secants e0 and e1. */
 static double end_slope(double h0, double h1, double e0, double e1) {
     const double p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1);
     if (!((p > 0.0 && e0 > 0.0) || (p < 0.0 && e0 < 0.0)))
@@ -126,7 +131,7 @@ static double end_slope(double h0, double h1, double e0, double e1) {
     return turns && fabs(p) > 3.0 * fabs(e0) ? 3.0 * e0 : p;
 }
 
-/* Leaves p_k in each row's B. */
+/* Stores p_k in each row's B. */
 static void monotone_slopes(double *rows, int count) {
     double *last = rows + (size_t)(count - 1) * ROW_SIZE;
     if (count == 2) {
@@ -236,7 +241,7 @@ static void evaluate_ramp(const kt_curve *curve, double t, double out[3]) {
             rise * (6.0 - 12.0 * s) / (length * length));
 }
 
-/* p, p' and p''/2 of ((c_n t + c_{n-1}) t + ...) t + c_0 */
+/* Horner's rule for p, p' and p''/2 of p = ((c_n t + c_{n-1}) t + ...) t + c_0. */
 static void evaluate_polynomial(const double *c, int count, double t, double out[3]) {
     double p = 0.0, d1 = 0.0, d2 = 0.0;
     for (int k = count - 1; k >= 0; k--) {
@@ -257,7 +262,7 @@ static void evaluate_table(const double *rows, int count, double t, double out[3
         set(out, last[ROW_Y], 0.0, 0.0);
         return;
     }
-    int low = 0, high = count - 1; /* t_low <= t < t_high; a t that is NaN ends in some row, and in NaN */
+    int low = 0, high = count - 1; /* t_low <= t < t_high; a NaN ends in some row, and the result is NaN */
     while (high - low > 1) {
         const int middle = low + (high - low) / 2;
         if (t < rows[(size_t)middle * ROW_SIZE + ROW_T])
@@ -268,7 +273,7 @@ static void evaluate_table(const double *rows, int count, double t, double out[3
     const double *row = rows + (size_t)low * ROW_SIZE;
     const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
     set(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), 2.0 * c + 6.0 * s * d);
-    if (t == last[ROW_T]) /* to the bit what comes after */
+    if (t == last[ROW_T]) /* exactly the value that follows */
         out[0] = last[ROW_Y];
 }
 
@@ -295,9 +300,9 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
     }
 }
 
-/* ---- their descriptors ------------------------------------------------------------------------------------------- */
+/* ---- descriptors ------------------------------------------------------------------------------------------------- */
 
-/* The unit y is that of what the function gives. */
+/* The unit y stands for that of the function's value. */
 #define AT(member) offsetof(kt_function, member)
 static const kt_key constant_keys[] = {
     {"value", KT_KEY_NUMBER, AT(value), "y", "a; the number alone stands for the function", .needed = true},

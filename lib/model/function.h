@@ -1,4 +1,4 @@
-/* Functions of time, made ready for evaluation. */
+/* Functions of time, compiled for evaluation. */
 #ifndef KT_MODEL_FUNCTION_H
 #define KT_MODEL_FUNCTION_H
 
@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-/* A compiled function. Its numbers lie in an array that the caller keeps for all his functions (`numbers` below), from
- * numbers[first] on, so that a curve holds no pointer. */
+/* A compiled function. Its numbers lie in an array that the caller keeps for all functions (`numbers` below), from
+ * numbers[first] on, so that a curve contains no pointer. */
 typedef struct kt_curve {
     kt_function_type type;
     int count;         /* polynomial: coefficients; table: rows */
@@ -15,15 +15,15 @@ typedef struct kt_curve {
     double a, b, c, d; /* constant: a; sine: a + b sin(c t + d); ramp: from a to b between t = c and t = d */
 } kt_curve;
 
-/* How many of the caller's numbers the compiled function takes. */
+/* Returns how many of the caller's numbers the compiled function takes. */
 size_t kt_curve_number_count(const kt_function *function);
 
-/* Compiles a function that kt_description_check has found right, and fills numbers[first] to
- * numbers[first + kt_curve_number_count(function) - 1]. O(length of its list). */
+/* Compiles a function that kt_description_check accepts, and fills kt_curve_number_count(function) numbers from
+ * numbers[first] on. O(length of its list). */
 kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first);
 
-/* out = value, first and second derivative at time t. O(1); polynomial O(degree); table O(log rows). A function that is
- * not given (KT_FUNCTION_NONE) is zero. */
+/* out = value, first and second derivative at time t. O(1); for a polynomial O(degree), for a table O(log rows). A
+ * function that is not given (KT_FUNCTION_NONE) is zero. */
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 
 #endif

@@ -1,4 +1,4 @@
-/* Memory of models and data: laid out by the lists of fields in model.h. */
+/* Memory of models and data, laid out by the lists of fields in model.h. */
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "model/absolute.h"

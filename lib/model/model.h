@@ -1,4 +1,4 @@
-/* The compiled model: arrays of records (record.h), and the workspace that goes with it. */
+/* The compiled model: arrays of records (record.h); and its workspace, the data. */
 #ifndef KT_MODEL_MODEL_H
 #define KT_MODEL_MODEL_H
 
@@ -9,7 +9,7 @@
 
 #include <stdint.h>
 
-/* How many positions and velocities a joint of each type has. */
+/* The numbers of positions and velocities of each type of joint. */
 typedef struct kt_joint_size {
     int nq, nv;
 } kt_joint_size;
@@ -25,15 +25,16 @@ typedef struct kt_counts {
     size_t spatial, spatial_angle, planar, plane, planar_loop;
 } kt_counts;
 
-/* Whether the library has loops: without (-Dloops=disabled) no model has constraint groups, and what asks for this before it
- * asks for groups is not compiled. */
+/* Whether the library has loops. If not (-Dloops=disabled), no model has constraint groups, and the compiler removes
+ * code that depends on this constant. */
 #ifdef KT_NO_LOOPS
 enum { KT_HAS_LOOPS = 0 };
 #else
 enum { KT_HAS_LOOPS = 1 };
 #endif
 
-/* Angles are taken in groups of eight (algebra/sincos.h), from anywhere among them. */
+/* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), which begin at any index: seven entries
+ * are added at the end. */
 #define KT_ANGLES(count) ((count) + 7)
 
 /* Every array of a model: type, name, count, meaning. One list declares, measures and lays out. */
@@ -83,13 +84,13 @@ struct kt_model {
     kt_counts n;
     kt_v4 gravity;
     kt_isa level;
-    const struct kt_kernels *kernels; /* the recursions of this level and sweep (dynamics/dynamics.h) */
+    const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
     kt_reduction reduction;
     kt_metric metric;
     kt_sweep sweep;               /* which links there are: spatial, planar or both */
-    double length;                /* of the longest loop, all around: what lengths are held against */
-    bool driven;                  /* some loop changes with time */
+    double length;                /* of the longest loop, once around: the scale of lengths */
+    bool driven;                  /* some loop depends on time */
     bool placed;                  /* in the caller's memory (kt_model_copy) */
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
     uint32_t name;                /* offset in text */
@@ -97,16 +98,16 @@ struct kt_model {
     KT_ARENA_DECLARE(KT_MODEL_FIELDS)
 };
 
-/* Bytes of a model with these counts; lays its arrays out in the block at base unless that or model is NULL. */
+/* Returns the bytes of a model with these counts. If memory is not NULL, it also sets the pointers of the model at
+ * memory to its arrays, and its number of bytes. */
 size_t kt_model_layout(void *memory, const kt_counts *n);
 
-/* Enters all names of bodies and markers in the model's table. */
+/* Initialises the model's table of names with those of all bodies and markers. */
 void kt_model_name_all(kt_model *model);
 
-/* ---- the workspace ------------------------------------------------------------------------------------------------
- */
+/* ---- the workspace ----------------------------------------------------------------------------------------------- */
 
-/* A link in motion: world axes, about its own origin. */
+/* The motion of a link, expressed in world axes about the link's own origin. */
 typedef struct kt_link_motion {
     kt_v4 axes[3];       /* R: the link's axes */
     kt_v4 axis;          /* s: axis of a revolute, prismatic or screw motion */
@@ -123,31 +124,32 @@ typedef struct kt_link_motion {
     };
 } kt_link_motion;
 
-/* What queries read of a link. It has memory of its own, which nothing but kt_kinematics_update writes, so that
- * whatever is computed in between, at whatever state, queries answer for the state of the last update. */
+/* The motion of a link for queries. Only kt_kinematics_update writes it, so that queries answer for the state of the
+ * last update, whatever has been computed at other states since. */
 typedef struct kt_link_kinematics {
     kt_mat3 axes;
     kt_vec3 offset, omega, alpha, linear, position, velocity; /* as in kt_link_motion, without gravity */
 } kt_link_kinematics;
 
-/* A link that carries forces, in motion. Its position is base + local: from the world's origin to the origin of its
+/* The motion of a link that carries forces. Its position is base + local: from the world's origin to the origin of its
  * tree, and from there to the link, so that distances within a tree keep their digits far from the world's origin. */
 typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
     kt_v4 base, local, velocity;
 } kt_force_frame;
 
-/* Inertia that maps (alpha, a) to (moment, force): [J H; G M] with G = H', columns; and the bias wrench. */
+/* An articulated inertia, which maps (alpha, a) to (moment, force): [J H; G M] with G = H', by columns; and its bias
+ * wrench. */
 typedef struct kt_articulated {
     kt_v4 j[3], g[3], h[3], m[3];
     kt_v4 moment, force;
 } kt_articulated;
 
-/* A one-axis joint accelerates by y - K (alpha, a) of its parent. */
+/* The acceleration of a joint with one degree of freedom is y - K (alpha, a) of its parent. */
 typedef struct kt_response {
     union {
         kt_v4 gain_angular; /* K, parent gain */
-        kt_v4 bias_angular; /* in a constraint group: what the velocities alone give */
+        kt_v4 bias_angular; /* in a constraint group: the acceleration that the velocities alone give */
     };
     union {
         kt_v4 gain_linear;
@@ -157,7 +159,7 @@ typedef struct kt_response {
 } kt_response;
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
-/* What only models with some of these need. */
+/* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 
 /* Every array of the data: type, name, count, meaning. */
@@ -207,10 +209,10 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 struct kt_data {
     void *owned; /* memory of kt_data_create, or NULL */
     const kt_model *model;
-    bool dead;         /* the last projection was refused for a dead point (reduction/project.c) */
+    bool dead;         /* the last projection was refused at a dead point (reduction/project.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
-                          those of the state that was asked for */
-    kt_iterations iterations;   /* since they were last asked for (kt_data_iterations) */
+                          those of the state that was given */
+    kt_iterations iterations;   /* since the last call of kt_data_iterations */
     kt_iterations closing;      /* of the last projection alone */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */

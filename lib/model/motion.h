@@ -13,8 +13,8 @@
  * A motion is a row of this list: the number of its velocities; how many of these are rates of lengths; whether it has
  * an angle, whose sine and cosine are computed; whether its positions end with a quaternion, four numbers for the last
  * three velocities; and whether it exists in a plane: about the normal, or along the plane. Lengths come first among
- * the coordinates. What else is asked of a motion is a function or a case of each row (dynamics/motion.h,
- * dynamics/articulated.h, dynamics/inertia_check.c): where one is missing, the compiler says so.
+ * the coordinates. All other properties of a motion are a function or a case for each row (dynamics/motion.h,
+ * dynamics/articulated.h, dynamics/inertia_check.c): the compiler reports a row for which one is missing.
  */
 #ifndef KT_MODEL_MOTION_H
 #define KT_MODEL_MOTION_H

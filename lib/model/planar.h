@@ -1,10 +1,11 @@
-/* Trees that move in a plane, and what the planar kernels sweep.
+/* Trees that move in a plane, and the data of the planar kernels.
  *
  * A tree (a joint on the ground and all that it carries) is planar if all its joints are revolute about one direction n
  * or prismatic along a normal to it. Masses and forces may have any direction and position: their components out of the
  * plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis (e1, e2, n) in the world.
  * Links are ordered so that planar ones come last, plane by plane: links [n.spatial, n.link) are planar, and link i has
- * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being swept.
+ * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being
+ * swept.
  *
  * At q = 0 every planar link has the angle 0, so there are no rotations at rest: a link's offset, prismatic direction
  * and first moment are constant two-vectors in (e1, e2), which its angle phi relative to q = 0 rotates; it is stored as
@@ -29,7 +30,7 @@ typedef struct kt_plane {
     int32_t first, last; /* planar indices of its links: [first, last) */
 } kt_plane;
 
-/* What a planar kernel reads of a link. */
+/* A link as planar kernels read it. */
 typedef struct kt_planar_link {
     double at[2];     /* origin of the joint frame relative to the parent's origin, at q = 0 */
     double along[2];  /* prismatic: direction, at q = 0 */
@@ -55,7 +56,7 @@ typedef struct kt_planar_rest {
     int32_t plane;
 } kt_planar_rest;
 
-/* A planar link in motion, about its own origin, along (e1, e2). */
+/* The motion of a planar link, expressed along (e1, e2) about its own origin. */
 typedef struct kt_planar_motion {
     union {
         struct {
@@ -71,7 +72,7 @@ typedef struct kt_planar_motion {
     double first[2];         /* m c, rotated; by forward dynamics only */
 } kt_planar_motion;
 
-/* Articulated inertia and bias wrench: n = J alpha + h . a + n_b, f = h alpha + M a + f_b. Of a rigid link h is its
+/* An articulated inertia and bias wrench: n = J alpha + h . a + n_b, f = h alpha + M a + f_b. For a rigid link h is its
  * first moment rotated by a right angle, (-m c_y, m c_x), and M = m I. */
 typedef struct kt_planar_inertia {
     double j, h[2];
@@ -79,9 +80,9 @@ typedef struct kt_planar_inertia {
     double moment, force[2];
 } kt_planar_inertia;
 
-/* A joint accelerates by y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. (`free` and
- * `gain_angular`, a product minus a number and a product plus one, must not be neighbours: gcc 12 would make one fused
- * instruction of the two, also without contraction.) */
+/* The acceleration of a joint is y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. (`free`
+ * and `gain_angular`, a product minus a number and a product plus one, must not be neighbours: gcc 12 would make one
+ * fused instruction of the two, also without contraction.) */
 typedef struct kt_planar_response {
     double free;
     union {

@@ -1,12 +1,13 @@
-/* A loop between links of one plane, in the plane.
+/* A loop between links of one plane, with its equations in that plane.
  *
  * Rotations about n and translations normal to it change no height along n and no angle to n. So an equation of the
- * loop is either constant (a void row, which must hold by itself), or one equation in the plane, with the same phi:
+ * loop is either constant (a void row, which no motion changes and whose residual must be zero), or one equation in the
+ * plane, with the same phi:
  *   along       phi = e . d + constant, e fixed in end 1's frame, d from point 1 to point 2
  *   rotation    phi = factor 4 tan(theta / 4), theta from end 1's direction to end 2's
  *   orthogonal  phi = 2 tan(eps / 2), sin(eps) = cos(theta)
  *   distance    phi = sqrt(d^2 + height^2) - L(t)
- * Each row knows its index among the loop's equations, by which equations are counted and reported.
+ * Each row has its index among the loop's equations, by which equations are counted and reported.
  */
 #ifndef KT_MODEL_PLANAR_LOOP_H
 #define KT_MODEL_PLANAR_LOOP_H
@@ -32,11 +33,11 @@ typedef struct kt_planar_row {
     int32_t row;     /* among the loop's equations */
 } kt_planar_row;
 
-/* Relations use none of it. */
+/* A loop in its plane. Relations of joint positions have none of these data. */
 typedef struct kt_planar_loop {
     double arm[2][2]; /* from the ends' links' origins to their points, at q = 0 */
     double origin[2]; /* to which positions on the paths are relative, as in kt_loop_record */
-    int32_t link[2];  /* planar indices of the links on which the ends are */
+    int32_t link[2];  /* planar indices of the links of the ends */
     int32_t ancestor; /* planar index of the link that carries both */
     double c, s;      /* of the angle from end 1's direction to end 2's, at q = 0 */
     double height;    /* of point 2 over point 1 */

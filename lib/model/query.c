@@ -1,4 +1,4 @@
-/* What can be asked of a compiled model. */
+/* Queries of a compiled model. */
 #include "model/absolute.h"
 
 #include <string.h>
@@ -41,8 +41,8 @@ kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
                             .nv = kt_joint_sizes[b->type].nv};
 }
 
-/* Coordinates are in the order of bodies, and bodies without any begin where the next ones do: the last that does not
- * begin behind v. */
+/* Coordinates are in the order of the bodies, and a body without coordinates has the same v as the next body: the
+ * result is the last body whose first coordinate is not larger than v. */
 int kt_body_of_velocity(const kt_model *model, int v) {
     int low = 0, high = (int)model->n.body; /* body[low].v <= v < body[high].v */
     if (v < 0 || v >= (int)model->n.v)

@@ -1,9 +1,9 @@
-/* What a compiled model is made of: links, bodies, loops, effects.
+/* The records of a compiled model: links, bodies, loops, effects.
  *
- * There are two trees. The recursions sweep the *links*: each has one elementary joint, whose motion is about or along a
- * coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a short
+ * There are two trees. The recursions sweep the *links*: each has one elementary joint, whose motion is about or along
+ * a coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a short
  * chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a frame
- * fixed in its link. Link and body 0 are the ground; a parent precedes its children in both.
+ * fixed in its link. Link and body 0 are the ground; a parent precedes its children in both trees.
  */
 #ifndef KT_MODEL_RECORD_H
 #define KT_MODEL_RECORD_H
@@ -15,7 +15,7 @@
 
 #include <stdint.h>
 
-/* The axes of a joint in the joint frame, where they are fixed. */
+/* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {
     kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */
     kt_vec3 second; /* unit; the second axis of a universal joint */
@@ -28,11 +28,11 @@ typedef struct kt_link {
     kt_v4 moment;     /* first moment m c, link axes */
     double mass;
     double pitch;
-    double size; /* to which rounding errors of its articulated inertia along its degrees of freedom are proportional */
+    double size; /* rounding errors of its articulated inertia along its degrees of freedom are proportional to this */
     int32_t parent;
     int32_t q, v;         /* first coordinate */
     int32_t angle;        /* its index among the sines and cosines */
-    int32_t body;         /* whose joint it is part of */
+    int32_t body;         /* the body whose joint it is part of */
     int32_t group;        /* the constraint group that it is part of, or -1 */
     int32_t local;        /* its first coordinate among the group's */
     uint8_t motion;       /* kt_motion */
@@ -46,10 +46,10 @@ typedef struct kt_link {
 static inline kt_motion_facts kt_link_facts(const kt_link *link) { return kt_motion_facts_of((kt_motion)link->motion); }
 
 static inline int kt_link_dofs(const kt_link *link) { return kt_link_facts(link).velocities; }
-/* How many of its velocities, the first, are rates of lengths. */
+/* How many of its velocities are rates of lengths; these come first. */
 static inline int kt_link_lengths(const kt_link *link) { return kt_link_facts(link).lengths; }
 
-/* A body of the caller's. */
+/* A body of the description. */
 typedef struct kt_body_record {
     kt_pose in_link; /* body frame in its link's frame */
     kt_pose joint;   /* joint frame in the parent's body frame */
@@ -63,7 +63,7 @@ typedef struct kt_body_record {
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
     uint32_t name; /* offset in the model's text */
-    bool fixed; /* to the world, without degrees of freedom between; in the absolute formulation, by what were joints */
+    bool fixed; /* to the world: no degree of freedom between; in the absolute formulation: by the joints of the tree */
 } kt_body_record;
 
 typedef struct kt_marker_record {
@@ -78,10 +78,10 @@ typedef struct kt_loop_record {
     int32_t body[2]; /* on which the ends are */
     int32_t link[2]; /* on which the ends are; of relations: the first joint's, and 0 */
     kt_pose
-        frame[2];   /* ends in their links' frames, z along `axis`; where there is an axis2, the second's z along it */
-    kt_vec3 origin; /* to which positions on the paths are relative, in the ancestor's frame */
+        frame[2]; /* ends in their links' frames, z along `axis`; if the type has an axis2, the second's z along that */
+    kt_vec3 origin;           /* positions on the paths are relative to it; in the ancestor's frame */
     int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
-    int32_t path[2];          /* in model->path: the links from below the ancestor down to each end's */
+    int32_t path[2];          /* in model->path: the links from the ancestor's child to the end's link */
     int32_t length[2];        /* of the paths */
     int32_t term, term_count; /* relations: in model->term */
     int32_t group;
@@ -99,7 +99,7 @@ static inline bool kt_loop_is_driven(const kt_loop_record *loop) {
     return loop->curve.type != KT_FUNCTION_NONE && loop->curve.type != KT_FUNCTION_CONSTANT;
 }
 
-/* coefficient times a link's one coordinate */
+/* A term of a relation: coefficient times the one coordinate of a link. */
 typedef struct kt_term_record {
     int32_t link;
     double coefficient;
@@ -110,9 +110,9 @@ typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
 enum { KT_GROUP_MATRICES = 20 };
 
-/* A constraint group: loops that share links, which are reduced together. No link is in two groups. `parent` carries the
- * whole group and is not part of it. Equations that are void at every position are left out; those with a residual come
- * first. */
+/* A constraint group: loops that share links and are therefore reduced together. No link is in two groups. `parent`
+ * carries all links of the group and is not one of them. Equations that are void at every position are left out; those
+ * with a residual come first. */
 typedef struct kt_group {
     int32_t parent;               /* link */
     int32_t loop, loop_count;     /* in model->group_loop */
@@ -122,7 +122,7 @@ typedef struct kt_group {
     int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
-    double least;                 /* what the size of the first direction counts as, at least (reduction/reduce.h) */
+    double least;                 /* the least size that the first direction counts as (reduction/reduce.h) */
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
@@ -178,10 +178,10 @@ typedef struct kt_effect_batch {
     int32_t first, count;
 } kt_effect_batch;
 
-/* A link on which an effect has an end, or one between such a link and the ground. */
+/* A link on which an effect has an end, or a link between such a link and the ground. */
 typedef struct kt_force_link {
     int32_t link, parent; /* the parent's index in model->force_link */
-    bool base;            /* part of the joint that connects its tree with the ground */
+    bool base;            /* it is part of the joint that connects its tree with the ground */
 } kt_force_link;
 
 #endif
