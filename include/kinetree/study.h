@@ -1,8 +1,8 @@
-/* What serves comparison, and no simulation needs: other formulations of the equations of loops, and the study of what
- * accuracy costs. A library of its own, libkinetree-study.
+/* Formulations and studies for comparison, which no simulation needs: other formulations of the loop equations, and a
+ * work-precision study. They form a library of their own, libkinetree-study.
  *
- * The study of accuracy: a scene is run by every method at many steps and tolerances, each run's error held against a
- * reference whose own uncertainty is known, and its cost is counted and timed.
+ * In an accuracy study a scene is run by every method at many steps and tolerances. The error of each run is measured
+ * against a reference of known uncertainty, and its cost is counted and timed.
  *
  *     kt_accuracy_options options = kt_accuracy_options_default();
  *     kt_accuracy *study = NULL;
@@ -16,12 +16,15 @@
  *     }
  *
  * The norm of a difference between two states is the largest over all joints of
- *   an angle        the difference on the circle, at most half a turn, rad; the one of a screw, which carries a length
- *                   with it, in full;
- *   a quaternion    the angle of the rotation between the two, rad;
- *   a length        over the scene's length scale, the largest edge of the box in which joints, markers and centre of
- *                   mass stay during the motion; in a scene without angles, in metres.
- * Velocities: the rates of the same. An error is the largest at any record; errors at the end are told beside it.
+ *
+ *     an angle        the difference on the circle, at most half a turn, rad; the angle of a screw joint, which
+ *                     determines a length, in full;
+ *     a quaternion    the angle of the rotation between the two, rad;
+ *     a length        over the scene's length scale, the largest edge of the box that contains the joints, markers and
+ *                     centre of mass during the motion; in a scene without angles, in metres.
+ *
+ * The norm of velocities uses the rates of these. An error is the largest at any record; errors at the end are reported
+ * separately.
  *
  * Source of the work-precision diagram: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
  * 2nd ed., Springer 1993, II.10; of growth rates: G. Benettin, L. Galgani, J.-M. Strelcyn, Phys. Rev. A 14 (1976) 2338.
@@ -38,16 +41,16 @@ extern "C" {
 
 /* ---- other formulations, for comparison -------------------------------------------------------------------------- */
 
-/* Ways to keep loops closed that do not reduce coordinates: right-hand sides for kt_simulation_options, with dense
- * algebra in tree coordinates. They are here to be compared with the reduction, which does the same faster and loses
- * less. With M a = f + A' lambda (f = tau - h of the tree, effects included), phi(u, t) = 0, A v = b', A a = b'':
+/* Formulations that keep loops closed without reducing coordinates: right-hand sides for kt_simulation_options, with
+ * dense algebra in tree coordinates. They serve for comparison with the reduction, which is faster and more accurate.
+ * With M a = f + A' lambda (f = tau - h of the tree, effects included), phi(u, t) = 0, A v = b', A a = b'':
  *
- *   gauss       a least in (a - M^-1 f)' M (a - M^-1 f) with A a = b'' [MSD 4.22, 4.29]; loops drift open
- *   baumgarte   the same with A a = b'' - 2 alpha (A v - b') - beta^2 phi [MSD 8.38]
- *   augmented   (M + A' s A) a = f + A' s (b'' - 2 alpha (A v - b') - beta^2 phi) - A' lambda*, lambda* iterated
- *               [MSD 9.6; Bayo, Garcia de Jalon, Serna 1988]
- *   projection  u' = w - A^+ (A w - b'), w' as gauss at u', positions put back after each step [MSD 9.11, 9.17]; what a
- *               simulation calls velocities is w
+ *     gauss       a minimises (a - M^-1 f)' M (a - M^-1 f) with A a = b'' [MSD 4.22, 4.29]; loops drift open
+ *     baumgarte   the same with A a = b'' - 2 alpha (A v - b') - beta^2 phi [MSD 8.38]
+ *     augmented   (M + A' s A) a = f + A' s (b'' - 2 alpha (A v - b') - beta^2 phi) - A' lambda*, lambda* iterated
+ *                 [MSD 9.6; Bayo, Garcia de Jalon, Serna 1988]
+ *     projection  u' = w - A^+ (A w - b'), w' as gauss at u', positions projected after each step [MSD 9.11, 9.17]; the
+ *                 velocities of the simulation are w
  *
  * X(id, name) */
 #define KT_CONSTRAINT_FORMULATION_LIST(X)                                                                              \
@@ -56,163 +59,169 @@ extern "C" {
     X(KT_CONSTRAINT_FORMULATION_AUGMENTED, augmented)   /* the augmented Lagrangian */                                 \
     X(KT_CONSTRAINT_FORMULATION_PROJECTION, projection) /* force projection */
 
-/* The ways to keep loops closed, by name; their equations stand at KT_CONSTRAINT_FORMULATION_LIST. */
+/* The constraint formulations by name; KT_CONSTRAINT_FORMULATION_LIST has their equations. */
 typedef enum kt_constraint_formulation_type {
 #define KT_CONSTRAINT_FORMULATION_ENUM(id, name) id,
     KT_CONSTRAINT_FORMULATION_LIST(KT_CONSTRAINT_FORMULATION_ENUM)
 #undef KT_CONSTRAINT_FORMULATION_ENUM
-        KT_CONSTRAINT_FORMULATION_COUNT /* how many */
+        KT_CONSTRAINT_FORMULATION_COUNT /* the number of formulations */
 } kt_constraint_formulation_type;
 
-/* "gauss"; NULL for a value that is none. */
+/* The name, as "gauss"; NULL for a value out of range. */
 KT_API const char *kt_constraint_formulation_name(kt_constraint_formulation_type type);
 
-/* What a set is to do. */
+/* Options of a constraint formulation. */
 typedef struct kt_constraint_formulation_options {
     kt_constraint_formulation_type type; /* which one */
 
-    /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0, rolling and its like
-     * psi' + 2 alpha psi = 0. These are eigenvalues of the equations that an explicit method must be stable for: with
-     * alpha = beta, the double one -alpha (and -2 alpha for rolling) asks for steps below 2 / alpha with euler, heun or
-     * midpoint, 2.78 / alpha with rk4, 3.3 / alpha with dopri5, whatever the tolerance. */
+    /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0, those of rolling and other
+     * velocity constraints psi' + 2 alpha psi = 0. These equations have eigenvalues for which an explicit method must
+     * be stable: with alpha = beta, the double eigenvalue -alpha (and -2 alpha for rolling) requires steps below 2 /
+     * alpha with euler, heun or midpoint, 2.78 / alpha with rk4, 3.3 / alpha with dopri5, whatever the tolerance. */
     double alpha, beta;
 
-    /* Augmented: s = penalty / (smallest independent eigenvalue of A M^-1 A' in the state where the set is placed), so
-     * that an iteration divides the equations' residual by 1 + penalty there; rounding grows with penalty, too. */
+    /* Augmented: s = penalty / (smallest independent eigenvalue of A M^-1 A' in the state at initialisation), so that
+     * an iteration divides the residual of the equations by 1 + penalty there; rounding errors grow with the penalty,
+     * too. */
     double penalty;
-    int iterations;   /* augmented: at most */
-    double tolerance; /* augmented: the last change of the forces against the forces, where the iteration ends; and
-                         where it no longer gets less */
+    int iterations;   /* augmented: the largest number of iterations */
+    double tolerance; /* augmented: the iteration ends when the forces change by less than this fraction of them, or
+                         when the change no longer decreases */
 
-    /* Directions of the equations that are smaller than this fraction of the largest count as dependent, and so do
-     * those beyond the rank that the loops have at generic positions (kt_model_mobility), unless `uncapped`: then
-     * whatever looks independent is trusted, as textbooks have it. Not read by the augmented set, which decides no
-     * rank. */
+    /* Directions of the equations that are smaller than this fraction of the largest count as dependent. So do those
+     * beyond the rank that the loops have at generic positions (kt_model_mobility), unless `uncapped` is set: then
+     * every direction above the tolerance counts as independent, as in textbooks. The augmented formulation, which
+     * decides no rank, does not read these. */
     double rank_tolerance;
     bool uncapped;
 } kt_constraint_formulation_options;
 
-/* For steps of this length (adaptive: the longest that is expected), s, > 0: alpha = beta = 0.1 / step, penalty 1e4, 12
- * iterations, tolerances 1e-11 and 1e-12. On the bundled linkages, alpha = 1 / step made rk4's errors 3 to 100 times
- * larger (the stabilising forces disturb the motion) and dopri5's evaluations 5 to 17 times as many; alpha = 0.1 /
- * step, growing as steps shrink, costs rk4 one or two of its orders (h^3.2 on Andrews' mechanism, h^2.0 on Bricard's,
- * where gains that stay keep h^4.0), but lets it pass the N-four-bar, which the gains that stay do not. */
+/* The defaults for steps of this length, s, > 0 (adaptive: the longest expected): alpha = beta = 0.1 / step, penalty
+ * 1e4, 12 iterations, tolerances 1e-11 and 1e-12. On the bundled linkages, alpha = 1 / step made the errors of rk4 3 to
+ * 100 times larger (the stabilising forces disturb the motion) and took 5 to 17 times as many evaluations with dopri5.
+ * alpha = 0.1 / step, which grows as steps shrink, costs rk4 one or two orders (h^3.2 on Andrews' mechanism, h^2.0 on
+ * Bricard's, where constant gains keep h^4.0), but with it rk4 passes the N-four-bar, which it does not with constant
+ * gains. */
 KT_API kt_constraint_formulation_options kt_constraint_formulation_options_default(kt_constraint_formulation_type type,
                                                                                    double step);
 
-/* A set at work: its matrices, and what it has met. */
+/* A constraint formulation of a model: its matrices and statistics. */
 typedef struct kt_constraint_formulation kt_constraint_formulation;
 
-/* Bytes that a set takes. */
+/* Bytes that a formulation needs. */
 KT_API size_t kt_constraint_formulation_size(const kt_model *model);
 
-/* Lays a set out in the caller's memory (KT_ALIGNMENT). The model must outlive it; for simulations in the absolute
- * formulation it is kt_model_absolute of theirs. A set is scratch and belongs to one thread at a time. data are scratch
- * of this model.
- * Errors: KT_ERROR_ARGUMENT (an option), KT_ERROR_MEMORY, KT_ERROR_CONSTRAINT (the initial state cannot be assembled),
- * KT_ERROR_SINGULAR where a tree coordinate has no inertia: reduction asks for inertia only along what loops leave
- * free, these sets along every coordinate. */
+/* Initialises a formulation in the caller's memory (KT_ALIGNMENT). The model must outlive it; for simulations in the
+ * absolute formulation the model is kt_model_absolute of theirs. The object is scratch and belongs to one thread at a
+ * time. data are scratch of this model. Errors: KT_ERROR_ARGUMENT (an option), KT_ERROR_MEMORY, KT_ERROR_CONSTRAINT
+ * (the initial state cannot be assembled), KT_ERROR_SINGULAR where a tree coordinate has no inertia: the reduction
+ * needs inertia only along the degrees of freedom that loops leave, these formulations need it along every coordinate.
+ */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                                            const kt_constraint_formulation_options *options,
                                                            void *memory, size_t size, kt_constraint_formulation **set,
                                                            kt_error *error);
-/* The same in memory of its own, released with kt_constraint_formulation_free. */
+/* The same in allocated memory, which kt_constraint_formulation_free releases. */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_create(const kt_model *model,
                                                              const kt_constraint_formulation_options *options,
                                                              kt_constraint_formulation **set, kt_error *error);
-/* Releases what _create made; does nothing with what was placed, nor with NULL. */
+/* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_constraint_formulation_free(kt_constraint_formulation *set);
 
-/* Accelerations a (nv) as kt_acceleration_evaluate has them, by this set; rate (nv; may be NULL) is the velocity that
- * positions follow: v but for force projection. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(nv^3 + nv^2
+/* Accelerations a (nv) as of kt_acceleration_evaluate, by this formulation; rate (nv; may be NULL) is the velocity with
+ * which positions change: v except for force projection. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(nv^3 + nv^2
  * equations). */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *set, kt_data *data, double t,
                                                                const double *q, const double *v, const double *tau,
                                                                const kt_wrench *external, double *rate, double *a,
                                                                kt_error *error);
 
-/* Makes simulations with these options use the set, which must outlive them: one simulation at a time. */
+/* Makes simulations with these options use the formulation, which must outlive them; it serves one simulation at a
+ * time. */
 KT_API void kt_constraint_formulation_use(kt_constraint_formulation *set, kt_simulation_options *options);
 
-/* What a set has met since it was placed or reset. */
+/* Statistics of a formulation since it was initialised or reset. */
 typedef struct kt_constraint_formulation_statistics {
     uint64_t evaluations;     /* of kt_constraint_formulation_evaluate */
-    double least, least_time; /* the last independent direction of the equations, smallest against largest seen; when.
-                                 1 for the augmented set, which does not know */
+    double least, least_time; /* the last independent direction of the equations, smallest over largest so far; when,
+                                 s. 1 for the augmented formulation, which does not determine it */
     uint64_t dropped;         /* evaluations where the rank fell below that of generic positions */
-    uint64_t trusted;         /* uncapped: evaluations where it exceeded it */
-    double open, open_time;   /* the largest |phi|, m or rad; when */
-    int iterations;           /* augmented: the most */
-    double residual;          /* augmented: the largest |A a - c| left, against its terms */
+    uint64_t trusted;         /* uncapped: evaluations where the rank exceeded that of generic positions */
+    double open, open_time;   /* the largest |phi|, m or rad; when, s */
+    int iterations;           /* augmented: the largest number of iterations */
+    double residual;          /* augmented: the largest remaining |A a - c|, relative to the size of its terms */
 } kt_constraint_formulation_statistics;
 
-/* What it has met so far. */
+/* The statistics so far. */
 KT_API kt_constraint_formulation_statistics
 kt_constraint_formulation_statistics_get(const kt_constraint_formulation *set);
-/* Forgets it. */
+/* Clears the statistics. */
 KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *set);
 
-/* Whether what the set has met lets its results be believed: KT_OK, or KT_ERROR_CONSTRAINT (loops came apart, redundant
- * equations were trusted) or KT_ERROR_SINGULAR (a singular position was passed, which this set has no means to cross),
- * in words. */
+/* Whether the statistics allow the results to be trusted: KT_OK, or KT_ERROR_CONSTRAINT (loops came apart, redundant
+ * equations were treated as independent) or KT_ERROR_SINGULAR (the motion passed a singular position, which this
+ * formulation cannot cross), with a message. */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *set, kt_error *error);
 
 /* ---- accuracy study ---------------------------------------------------------------------------------------------- */
 
-/* A way to compute the same motion: how the model is compiled and how it is run. What is compared besides methods is a
- * list of these. */
+/* A variant of the computation of the same motion: how the model is compiled and how it is run. A study compares
+ * methods in each variant of a list. */
 typedef struct kt_variant {
-    const char *label;                /* for people; NULL: the scene's own way. Stays the caller's */
-    kt_model_options model;           /* how it is compiled */
+    const char *label;                /* for output; NULL: the scene's own settings. The string belongs to the caller */
+    kt_model_options model;           /* options of the compilation */
     kt_simulation_options simulation; /* method, max_steps and record are set by the study */
-    bool records;                     /* the timed runs hand over the scene's records; else none */
-    bool has_set;                     /* loops are kept closed by another coordinate set, with its options by default */
-    kt_constraint_formulation_type set; /* which one */
-    double gain;                        /* of the set: its gains, in parts of those by default; 0: 1 */
+    bool records;                     /* the timed runs produce the scene's records; false: none */
+    bool has_set;                     /* loops are kept closed by a constraint formulation with its default options */
+    kt_constraint_formulation_type set; /* which formulation */
+    double gain;                        /* the gains of the formulation as a multiple of the default; 0: 1 */
 } kt_variant;
 
-/* The scene's own way: what `run` asks for. */
+/* The variant with the scene's own settings, those of `run`. */
 KT_API kt_variant kt_variant_default(const kt_run *run);
 
-/* States that are known already, at k * interval, k = 0 .. count - 1. */
+/* A given reference: states at k * interval, k = 0 .. count - 1. */
 typedef struct kt_reference {
     double interval;     /* s */
     int count;           /* at least 2 */
     const double *q, *v; /* count rows of nq positions; of nv velocities */
 } kt_reference;
 
-/* What is studied, and at what expense. */
+/* What is studied, and at what cost. */
 typedef struct kt_accuracy_options {
-    double duration;                 /* s; 0: the run's */
-    int records;                     /* intervals at whose ends errors are measured; a given reference has its own */
-    const kt_method *const *methods; /* NULL: all that there are */
+    double duration;                 /* s; 0: that of the run */
+    int records;                     /* number of intervals at whose ends errors are measured; a given reference
+                                        determines its own */
+    const kt_method *const *methods; /* NULL: all built-in methods */
     int method_count;                /* length of methods */
     const double *steps;             /* s, of methods without error estimate; NULL: chosen */
     int step_count;                  /* length of steps */
     const double *tolerances;        /* of adaptive methods; NULL: chosen */
     int tolerance_count;             /* length of tolerances */
-    const kt_variant *variants;      /* every method is run in each; NULL: in the scene's own way */
+    const kt_variant *variants;      /* every method is run in each; NULL: in the scene's own settings */
     int variant_count;               /* length of variants */
     const kt_reference *reference;   /* NULL: computed */
-    uint64_t run_evaluations;        /* the most that one run may take */
+    uint64_t run_evaluations;        /* the largest number of evaluations of one run */
     double amplification;            /* the study ends where a small error has grown by this factor */
 
-    /* The library has no clock of its own. clock returns seconds that only rise, of the processor best; NULL: nothing
-     * is timed, no budget holds, and what is cheapest is what takes the fewest evaluations. */
+    /* The library has no clock of its own. clock returns monotonic seconds, preferably of processor time; NULL: nothing
+     * is timed, the budget is ignored, and the cheapest run is the one with the fewest evaluations. */
     double (*clock)(void *user);
 
-    double budget; /* s of the clock for the whole study */
-    /* Called before each run: how much is done (0 to 1) and what comes next. Returns 0 to go on. NULL: none. */
+    double budget; /* s of clock time for the whole study */
+    /* Called before each run with the part that is done (0 to 1) and a name of what comes next. Returns 0 to continue.
+     * NULL: none. */
     int (*progress)(double done, const char *what, void *user);
     void *user; /* for clock and progress */
 } kt_accuracy_options;
 
-/* All methods, steps and tolerances chosen, 200 records, 2e6 evaluations a run, amplification 1e6, no clock, 20 s. */
+/* All methods, automatic steps and tolerances, 200 records, 2e6 evaluations per run, amplification 1e6, no clock, 20 s.
+ */
 KT_API kt_accuracy_options kt_accuracy_options_default(void);
 
 /* ---- what comes out ---------------------------------------------------------------------------------------------- */
 
-/* How far a run is from the reference. */
+/* The differences of a run from the reference. */
 typedef struct kt_accuracy_error {
     double position, velocity;         /* the largest over all records, in the norm above */
     double end_position, end_velocity; /* at the end */
@@ -223,19 +232,20 @@ typedef struct kt_accuracy_error {
 /* One run. */
 typedef struct kt_accuracy_point {
     double setting;              /* step, s, or tolerance (relative = absolute) */
-    kt_status status;            /* of the run; where it is not KT_OK, what follows is of the part before */
-    kt_status verdict;           /* kt_constraint_formulation_verdict after it, where there is a set */
-    bool usable;                 /* it came to the end, with an error below a tenth of the motion's amplitude */
-    bool believed;               /* the error is above the reference's uncertainty; else all that is known is that */
+    kt_status status;            /* of the run; where it is not KT_OK, the rest describes the part of the run before
+                                    the failure */
+    kt_status verdict;           /* kt_constraint_formulation_verdict after the run, if a formulation is used */
+    bool usable;                 /* the run reached its end, with an error below a tenth of the motion's amplitude */
+    bool believed;               /* the error exceeds the reference's uncertainty; else it is only known to be below */
     bool cheapest, fewest;       /* on the Pareto front of error and time, of error and evaluations */
     kt_accuracy_error error;     /* infinite where it failed */
     kt_simulation_counts counts; /* of a run without records */
-    double cpu;                  /* s, the least of the repeated runs; NaN where there is no clock */
-    double spread;               /* median over least of them, less one */
+    double cpu;                  /* s, the least of the repeated runs; NaN without a clock */
+    double spread;               /* median over least of these times, minus one */
     int repeats;                 /* how often it was run */
 } kt_accuracy_point;
 
-/* Why there is no further point. X(id, text) */
+/* Why a curve has no further point. X(id, text) */
 #define KT_ACCURACY_END_LIST(X)                                                                                        \
     X(KT_ACCURACY_LISTED, "all settings were run")                                                                     \
     X(KT_ACCURACY_FLOOR, "the error stopped falling")                                                                  \
@@ -251,54 +261,54 @@ typedef enum kt_accuracy_end {
 #undef KT_ACCURACY_END_ENUM
 } kt_accuracy_end;
 
-/* One method in one variant: points by falling setting. */
+/* One method in one variant: points by decreasing setting. */
 typedef struct kt_accuracy_curve {
-    int variant;             /* index of it */
-    const kt_method *method; /* the one */
-    bool adaptive;           /* settings are tolerances */
-    int first, count;        /* of its points */
-    int fitted;              /* points of the asymptotic range, on which `slope` rests; 0: too few for one */
-    double slope;       /* of log error over log setting: the order, or for tolerances the proportionality, ideally 1 */
-    double floor;       /* where the error stops falling; NaN: it was not reached */
-    double stable_step; /* s, the largest stable step, where stability and not accuracy bounds it; else 0 */
-    kt_accuracy_end end; /* why there is no further point */
+    int variant;             /* index of the variant */
+    const kt_method *method; /* the method */
+    bool adaptive;           /* settings are tolerances, not steps */
+    int first, count;        /* the first point and the number of points */
+    int fitted;              /* points of the asymptotic range, to which `slope` is fitted; 0: too few for a fit */
+    double slope;       /* d log(error) / d log(setting): the order, or for tolerances the proportionality, ideally 1 */
+    double floor;       /* the error at which it stops falling; NaN: not reached */
+    double stable_step; /* s, the largest stable step, if stability and not accuracy bounds it; else 0 */
+    kt_accuracy_end end; /* why the curve has no further point */
 } kt_accuracy_curve;
 
-/* Why the study ends before the duration asked for. */
+/* Why the study ends before the requested duration. */
 typedef enum kt_accuracy_cut {
-    KT_ACCURACY_WHOLE = 0,    /* it does not */
-    KT_ACCURACY_GROWTH,       /* small errors have grown by options.amplification: chaos */
-    KT_ACCURACY_DISAGREEMENT, /* the two reference solutions go different ways */
+    KT_ACCURACY_WHOLE = 0,    /* it does not end early */
+    KT_ACCURACY_GROWTH,       /* small errors have grown by the factor options.amplification: chaos */
+    KT_ACCURACY_DISAGREEMENT, /* the two reference solutions diverge */
     KT_ACCURACY_LATE,         /* the reference would take too long */
 } kt_accuracy_cut;
 
-/* In what errors are told. */
+/* The unit of errors in position. */
 typedef enum kt_accuracy_unit {
-    KT_ACCURACY_RADIAN = 0, /* angles alone */
-    KT_ACCURACY_METRE,      /* lengths alone */
+    KT_ACCURACY_RADIAN = 0, /* angles only, rad */
+    KT_ACCURACY_METRE,      /* lengths only, m */
     KT_ACCURACY_MIXED,      /* angles, and lengths over the length scale */
 } kt_accuracy_unit;
 
-/* What a study has found. Arrays are the study's. */
+/* The results of a study. The arrays belong to the study. */
 typedef struct kt_accuracy_results {
-    double asked, duration; /* s: asked for, studied */
+    double asked, duration; /* s: requested; studied */
     kt_accuracy_cut cut;    /* why they differ, if they do */
     double interval;        /* s between records */
     int records;            /* intervals */
     kt_accuracy_unit unit;  /* of errors in position */
     double length;          /* m, the length scale */
     double amplitude;       /* of the motion, in the norm: the largest distance from the initial state */
-    double amplification;   /* of a small error, the largest up to the end of the study */
+    double amplification;   /* the largest growth factor of a small error up to the end of the study */
     double growth;          /* 1/s, log(amplification) / duration */
 
-    const kt_method *reference;                  /* NULL: it was given */
-    const kt_method *check;                      /* the second one */
+    const kt_method *reference;                  /* method of the reference; NULL: the reference was given */
+    const kt_method *check;                      /* method of the second solution */
     double reference_tolerance, check_tolerance; /* of the two */
-    kt_accuracy_error uncertainty;               /* the difference of the two */
+    kt_accuracy_error uncertainty;               /* the difference of the two solutions */
 
-    const kt_variant *variants;      /* that were asked for */
+    const kt_variant *variants;      /* the variants of the options */
     int variant_count;               /* length of variants */
-    const kt_accuracy_curve *curves; /* one a method and variant */
+    const kt_accuracy_curve *curves; /* one per method and variant */
     int curve_count;                 /* length of curves */
     const kt_accuracy_point *points; /* of all curves */
     int point_count;                 /* length of points */
@@ -309,26 +319,27 @@ typedef struct kt_accuracy_results {
 /* A study: its runs, its reference, its results. */
 typedef struct kt_accuracy kt_accuracy;
 
-/* Makes the whole study; it is to be released with kt_accuracy_free. options may be NULL. Runs that fail are points of
- * it and no errors of the call. Errors: those of kt_model_compile and kt_simulation_create; KT_ERROR_ARGUMENT (an
- * option, a scene in which nothing moves); KT_ERROR_CALLBACK (progress stopped it); what stops the reference. */
+/* Performs the whole study; kt_accuracy_free releases it. options may be NULL. A run that fails becomes a point of the
+ * study and is not an error of the call. Errors: those of kt_model_compile and kt_simulation_create; KT_ERROR_ARGUMENT
+ * (an option, a scene in which nothing moves); KT_ERROR_CALLBACK (progress stopped it); the error that stopped the
+ * reference. */
 KT_API KT_CHECKED kt_status kt_accuracy_create(const kt_description *description, const kt_run *run,
                                                const kt_accuracy_options *options, kt_accuracy **study,
                                                kt_error *error);
-/* NULL is allowed. */
+/* Releases a study; NULL is allowed. */
 KT_API void kt_accuracy_free(kt_accuracy *study);
 
-/* What it has found, valid until the study is released. */
+/* The results, valid until the study is released. */
 KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
 
-/* The model of the scene, compiled its own way. */
+/* The model of the scene, compiled with the scene's own settings. */
 KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
 
-/* The cheapest point with a position error of at most `goal`, the reference's uncertainty included; -1: there is none.
- */
+/* The index of the cheapest point with a position error of at most `goal`, the reference's uncertainty included; -1:
+ * none. */
 KT_API int kt_accuracy_best(const kt_accuracy *study, double goal);
 
-/* One more run, of any variant, as those of the study: its point. Errors: as kt_accuracy_create. */
+/* Makes one more run, of any variant, like those of the study, and writes its point. Errors: as kt_accuracy_create. */
 KT_API KT_CHECKED kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method,
                                                 bool adaptive, double setting, kt_accuracy_point *point,
                                                 kt_error *error);

@@ -1,4 +1,4 @@
-/* The inside of a linearisation, for the files of this folder. */
+/* The private struct of a linearisation, and the functions that the files of this folder share. */
 #ifndef KT_ANALYSIS_ANALYSIS_H
 #define KT_ANALYSIS_ANALYSIS_H
 
@@ -7,15 +7,15 @@
 #include "model/model.h"
 #include "reduction/dual.h"
 
-/* n: states at most; v, q: coordinates; f: numbers that are differenced (probe.c). */
+/* n: largest number of states; v, q: coordinates; f: numbers of a probe, which are differenced (probe.c). */
 typedef struct kt_linearization_sizes {
     size_t q, v, n, f, link, inputs, markers, rows, data, work;
 } kt_linearization_sizes;
 
-/* Earlier steps that an extrapolation uses. */
+/* The number of columns of the extrapolation tableau. */
 enum { KT_TABLEAU_DEPTH = 6 };
 
-/* What an evaluation hands out, twice: the last one that succeeded, and the one under way. */
+/* The arrays of a linear system, which exist twice: for the last successful evaluation and for the current one. */
 #define KT_SYSTEM_FIELDS(X)                                                                                            \
     X(int, position_coordinate, s->v, "independent positions")                                                         \
     X(int, velocity_coordinate, s->v, "independent velocities")                                                        \
@@ -89,62 +89,66 @@ struct kt_linearization {
     const kt_model *model;
     kt_data *data;
     double t;
-    bool differences; /* always, as asked for */
-    bool of_force;    /* derivatives are those of forces M a instead of accelerations */
+    bool differences; /* finite differences are used even where exact derivatives are known */
+    bool of_force;    /* derivatives are those of the force M a instead of the acceleration */
     kt_system_arrays arrays[2];
-    int next; /* of these, which the next evaluation may write */
+    int next; /* index of the array set that the next evaluation writes */
     kt_linear_system system;
     KT_ARENA_DECLARE(KT_LINEARIZATION_FIELDS)
 };
 
 /* ---- independent_coordinates.c ----------------------------------------------------------------------------------- */
 
-/* A large change of each coordinate: a radian, or a length of the mechanism. */
+/* The size of a large change of each coordinate: a radian, or a characteristic length of the mechanism, m. */
 void kt_independent_coordinates_units(const kt_model *model, double *unit);
 
-/* The independent coordinates at (t, q0, v0) into `out`, and bases of what the equations leave free. Fills the counts
- * of *system and near_singular. KT_ERROR_SINGULAR where equations depend on each other for an instant. */
+/* Chooses the independent coordinates at (t, q0, v0), written to `out`, and the bases of the motions that the equations
+ * allow. Fills the counts of *system and near_singular. Returns KT_ERROR_SINGULAR at a singular position, where the
+ * equations have less than their usual rank. */
 kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_arrays *out, kt_linear_system *system,
                                             kt_error *error);
 
 /* ---- probe.c ----------------------------------------------------------------------------------------------------- */
 
-/* Where the parts of a probe lie: dq, dv, a, and of each marker position and velocity. */
+/* The length of a probe: dq, dv, a (nv each), then the velocities of the markers (3 each); there is room for 6 numbers
+ * per marker. */
 static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv + 6 * markers; }
 
-/* The state at a distance `step` along l->direction, projected, and the numbers of the probe there. */
+/* Projects the state at the distance `step` along l->direction onto the manifold and writes the probe there. */
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);
 
 /* a <- M a at q. */
 kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_error *error);
 
-/* Size of what rounding is proportional to, for each number of a probe, into l->floor. */
+/* Writes to l->floor the size of the terms to which the rounding error of each number of a probe is proportional. */
 void kt_probe_floor(kt_linearization *l);
 
 /* ---- difference.c ------------------------------------------------------------------------------------------------ */
 
-/* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps of `first` on. */
+/* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps `first`, first /
+ * 2, ... */
 kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error);
 
 /* ---- exact.c ----------------------------------------------------------------------------------------------------- */
 
-/* Whether all derivatives of a model are exact: it has no effect of a caller's own, and none are asked for as
- * differences. */
+/* Whether all derivatives of the model are exact: it has no effect of a caller's own, and differences are not
+ * requested. */
 bool kt_exact_is_possible(const kt_linearization *l);
 
-/* Derivatives of the acceleration (of_force: of M a) along `count` directions (dq, dv), columns of nv numbers; dv may be
- * NULL (zero). Writes rows 2 nv to 3 nv of slope and slope_error. Needs kt_probe_floor. KT_ERROR_SINGULAR next to
- * singular positions. */
+/* Derivatives of the acceleration (with of_force: of M a) along `count` directions (dq, dv), columns of nv numbers; dv
+ * may be NULL (zero). Writes rows 2 nv to 3 nv of slope and slope_error. Requires kt_probe_floor. Returns
+ * KT_ERROR_SINGULAR near singular positions. */
 kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
 
 /* ---- linearize.c ------------------------------------------------------------------------------------------------- */
 
-/* The state (q, v) under tau, closed, and its acceleration, into q0, v0, tau and a0. */
+/* Projects the state (q, v) onto the loop equations and evaluates its acceleration under tau, into q0, v0, tau and a0.
+ */
 kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
                                  kt_linear_system *system, kt_error *error);
 
 /* Derivatives of the probe along (dq, dv), either of which may be NULL (zero), into this column of slope and
- * slope_error; `scale` is a large change along it in units, per second for velocities. */
+ * slope_error; `scale` is the size of a large change along the direction, in units (per second for velocities). */
 kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
                                          size_t column, kt_error *error);
 

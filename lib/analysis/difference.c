@@ -1,18 +1,18 @@
-/* Derivatives of a probe along a direction: central differences extrapolated to a step of nothing.
+/* Derivatives of a probe along a direction: central differences, extrapolated to step size zero.
  *
  *     T[k][0] = (f(h_k) - f(-h_k)) / (2 h_k),  h_k = h_0 / 2^k
  *     T[k][j] = T[k][j-1] + (T[k][j-1] - T[k-1][j-1]) / (4^j - 1)
  *
- * Its error is the larger of |T[k][j] - T[k][j-1]| and |T[k][j] - T[k-1][j-1]| (C. J. F. Ridders, Advances in
- * Engineering Software 4, 1982, 75-76), to which is added what rounding of f leaves, eps |f| / h_k. Each number takes
- * the T[k][j] with the least error: an acceleration that is stiff in one joint and soft in another wants different
- * steps. The least of many may be small by chance; how far f is really rounded, which depends on how well the loops are
- * conditioned, shows in the last and shortest step, where it is all that is left, and the error is not taken for less
- * than that step's times h_last / h_taken. Steps that lead off the mechanism's reach are left out. Halving goes on
- * until nothing gets better any more and all is good, or to 2^-30.
+ * The error of T[k][j] is estimated by the larger of |T[k][j] - T[k][j-1]| and |T[k][j] - T[k-1][j-1]| (C. J. F.
+ * Ridders, Advances in Engineering Software 4, 1982, 75-76), plus the rounding error of f, eps |f| / h_k. For each
+ * number the T[k][j] with the least estimated error is taken: an acceleration that is stiff in one joint and soft in
+ * another needs different steps. The least of many estimates may be small by chance. The actual rounding error of f,
+ * which depends on the conditioning of the loop equations, dominates the last and shortest step; therefore the error is
+ * at least the estimate at that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are
+ * left out. Halving continues until no number improves any more and all are accurate, or to 2^-30.
  *
- * Against finite differences with one step this needs no guess of the scale on which f changes; the first step must
- * only not be smaller than that scale times about 1e-3, below which rounding takes over.
+ * Unlike finite differences with one step, this needs no estimate of the scale on which f changes; the first step must
+ * only not be smaller than about 1e-3 times that scale, below which rounding dominates.
  */
 #include "analysis/analysis.h"
 
@@ -22,19 +22,19 @@
 
 enum { HALVINGS = 30, IDLE_MOST = 2 };
 
-#define GOOD 1e-14   /* of its row's size: nothing better is asked for */
-#define PASSES 1e-5  /* of its row's size: worse errors keep the halving going */
-#define NOTHING 1e-4 /* so little change over the first step, against the value, is none */
+#define GOOD 1e-14   /* of its row's size: accurate enough */
+#define PASSES 1e-5  /* of its row's size: halving continues while an error is larger */
+#define NOTHING 1e-4 /* of the value: a smaller change over the first step counts as no change */
 
 typedef struct extrapolation {
     kt_linearization *l;
     double *last, *now; /* KT_TABLEAU_DEPTH rows of f numbers each */
     double *slope, *error;
     double first;
-    int held; /* steps in the tableau */
+    int held; /* number of steps in the tableau */
 } extrapolation;
 
-/* One more row of the tableau for a number. */
+/* Computes the next row of the tableau for one number. */
 static void extrapolate(const extrapolation *x, size_t i, double difference) {
     const size_t f = x->l->size.f;
     double power = 1.0;
@@ -46,7 +46,7 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
     }
 }
 
-/* Takes the best of the new row, if it is better than what there is; returns whether it was. */
+/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. */
 static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;
@@ -64,7 +64,7 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
     return better;
 }
 
-/* What the last step says of rounding. The tableau's rows have changed places since. */
+/* Raises the errors to what the last step shows of rounding. The two rows of the tableau have been swapped since. */
 static void expect_rounding(const extrapolation *x, double h) {
     const size_t f = x->l->size.f;
     const int deepest = x->held - 1 < KT_TABLEAU_DEPTH - 1 ? x->held - 1 : KT_TABLEAU_DEPTH - 1;
@@ -76,16 +76,17 @@ static void expect_rounding(const extrapolation *x, double h) {
     }
 }
 
-/* Which part of a probe a number is of, and what it is held against within it. */
+/* The part of a probe that a number belongs to, and the unit by which it is scaled within that part. */
 static size_t part_of(const kt_linearization *l, size_t i) { return i < 3 * l->size.v ? i / l->size.v : 3; }
 static double unit_of(const kt_linearization *l, size_t i) {
     if (i >= 3 * l->size.v)
         return 1.0;
     const double unit = l->unit[i % l->size.v];
-    return l->of_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* forces times units are energies */
+    return l->of_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* a force times a unit is an energy */
 }
 
-/* One step. Returns whether a number that is not good yet became better, and the largest error against its size. */
+/* Adds one step size. Returns whether a number that was not yet accurate has improved, and the largest error over its
+ * size. */
 static bool go_on(extrapolation *x, double h, double *worst) {
     kt_linearization *l = x->l;
     bool better = false;
@@ -127,7 +128,7 @@ kt_status kt_difference(kt_linearization *l, double first, double *slope, double
         double worst;
         h = ldexp(first, -k);
         if (kt_probe(l, h, l->ahead, &cause) != KT_OK || kt_probe(l, -h, l->behind, &cause) != KT_OK) {
-            x.held = 0; /* out of reach: longer steps are no guide */
+            x.held = 0; /* cannot be assembled: the rows of longer steps are discarded */
             continue;
         }
         const bool better = go_on(&x, h, &worst);

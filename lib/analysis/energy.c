@@ -1,10 +1,12 @@
-/* The energy along a run: what of its change is an error of the integration (analysis.h has the definitions). */
+/* The energy along a run: the part of its change that is an integration error (kinetree/analysis.h has the
+ * definitions).
+ */
 #include "kinetree/analysis.h"
 
 #include <math.h>
 
-/* What rounding leaves of energies that cancel, over the larger of kinetic and potential energy at the start. A motion
- * smaller than that about a state at rest has no energy of its own to be held against. */
+/* The rounding error of energies that cancel, relative to the larger of kinetic and potential energy at the start. A
+ * motion about a state at rest whose energy is smaller has no energy scale of its own. */
 #define ROUNDING 1e-12
 
 kt_energy_watch kt_energy_watch_start(const kt_model *model) {
@@ -45,7 +47,7 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
     }
     watch->error = fmax(watch->error, error);
     if (!(kt_energy_watch_error(watch) > KT_ENERGY_ERROR))
-        watch->excess_time = (double)NAN; /* the scale has grown */
+        watch->excess_time = (double)NAN; /* the scale has grown since */
     else if (isnan(watch->excess_time))
         watch->excess_time = record->time;
 }

@@ -1,16 +1,18 @@
 /* Static equilibrium: a position where the mechanism stays at rest.
  *
- * In the directions E that the loops allow (independent_coordinates.c: free velocities, so that rolling wheels roll) the force is
- * g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. With V the potential energy, where
- * there is one, g is -dV/dy and H its second derivative. A step solves
- *     (H + mu D) y = g,   D the diagonal of E' M E
- * which is the way of D y' = g, overdamped motion, taken implicitly in steps of 1 / mu (pseudo-transient
- * continuation: C. T. Kelley & D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523). With mu large enough
- * for H + mu D to be positive definite it leads downhill and past saddles; at a stable equilibrium mu = 0 is enough,
- * and that is Newton's method. A step counts where the mean of the forces at both its ends does work along it. D is
- * diagonal, so that freedoms without force or stiffness stay where they are.
+ * E is the basis of free velocities that the loop equations allow (independent_coordinates.c; rolling wheels roll). In
+ * these directions the force is g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. Where there is a
+ * potential energy V, g is -dV/dy and H its second derivative. A step solves
  *
- * The same with mu = 0 for any H, and steps counting where |a| falls, finds the equilibria nearby, whatever their kind.
+ *     (H + mu D) y = g,   D the diagonal of E' M E
+ *
+ * which is an implicit Euler step of size 1 / mu of the overdamped motion D y' = g (pseudo-transient continuation: C.
+ * T. Kelley & D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523). With mu large enough for H + mu D to
+ * be positive definite it leads downhill and past saddles; at a stable equilibrium mu = 0 suffices, which is Newton's
+ * method. A step is accepted if the mean of the forces at its two ends does work along it. D is diagonal, so that
+ * degrees of freedom without force or stiffness keep their positions.
+ *
+ * With mu = 0 for any H, and steps accepted if |a| falls, the same iteration finds equilibria nearby, stable or not.
  */
 #include "analysis/analysis.h"
 #include "dynamics/dynamics.h"
@@ -23,28 +25,28 @@
 
 enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 
-#define REACH 0.3     /* first limit of a step, in units */
-#define TURN_MOST 1.0 /* an angle never moves farther in one step, rad */
-#define RUNAWAY 1e9   /* in units: who has come so far does not come back; */
-#define FAR 50.0      /* and who has come so far without finding anything seems to go on */
-#define NEUTRAL 1e-10 /* of the largest stiffness: what is added where there is none */
-#define CLOSE 1e-6    /* steps so short are Newton's own, */
+#define REACH 0.3     /* initial bound of a step, in units */
+#define TURN_MOST 1.0 /* largest change of an angle in one step, rad */
+#define RUNAWAY 1e9   /* in units: the search ends when its path is this long, */
+#define FAR 50.0      /* and a failed search with a longer path than this is reported as a joint that runs away */
+#define NEUTRAL 1e-10 /* of the largest stiffness: least mu, for directions without stiffness */
+#define CLOSE 1e-6    /* in units: shorter steps are accepted if |a| falls, as Newton's, */
 #define ROUNDING (4.0 * DBL_EPSILON)
-#define THERE 1e-9 /* and these end the search where nothing gets better any more */
+#define THERE 1e-9 /* and the search ends at steps below this that improve nothing */
 
 kt_equilibrium_options kt_equilibrium_options_default(void) {
     const kt_equilibrium_options options = {0};
     return options;
 }
 
-/* A search under way; q0, a0 of the linearisation are where it is. */
+/* The state of a search; q0 and a0 of the linearisation are its current position and acceleration. */
 typedef struct search {
     kt_linearization *l;
     kt_system_arrays *out;
     bool nearest;
     int dofs;
-    double reach;    /* limit of a step */
-    double rounding; /* of forces times units, J */
+    double reach;    /* bound of a step */
+    double rounding; /* rounding error of forces times units, J */
 } search;
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
@@ -62,7 +64,7 @@ static void reduce_force(const search *s, const double *f, double *force) {
         force[j] = dot(s->l->free_velocity + (size_t)j * s->l->size.v, f, s->l->size.v);
 }
 
-/* E' M a at q, by way of scratch. */
+/* E' M a at q; scratch: nv numbers. */
 static kt_status force_at(const search *s, const double *q, const double *a, double *scratch, double *force,
                           kt_error *error) {
     memcpy(scratch, a, s->l->size.v * sizeof *a);
@@ -86,7 +88,7 @@ static kt_status fill_inertia(const search *s, kt_error *error) {
     return KT_OK;
 }
 
-/* g at q0, and what its numbers are rounded in proportion to. */
+/* g at q0, and the sizes to which its rounding errors are proportional. */
 static kt_status fill_force(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
@@ -101,7 +103,7 @@ static kt_status fill_force(const search *s, kt_error *error) {
     return KT_OK;
 }
 
-/* d(M a)/dy along the directions E. */
+/* d(M a)/dy along the columns of E. */
 static kt_status differentiate_force(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
     kt_status status = kt_exact_is_possible(l) ? kt_exact_slopes(l, (size_t)s->dofs, l->free_velocity, NULL, error)
@@ -114,7 +116,7 @@ static kt_status differentiate_force(const search *s, kt_error *error) {
     return status;
 }
 
-/* H at q0; numbers below their estimated error are zero. */
+/* H at q0; entries below their estimated error are set to zero. */
 static kt_status fill_stiffness(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v, n = (size_t)s->dofs;
@@ -130,7 +132,7 @@ static kt_status fill_stiffness(const search *s, kt_error *error) {
     return KT_OK;
 }
 
-/* The stiffest freedom for its mass: a bound for eigenvalues of D^-1 H but for a small factor. */
+/* max |H_ij| / sqrt(D_i D_j): up to a small factor a bound of the eigenvalues of D^-1 H. */
 static double stiffest(const search *s) {
     const size_t n = (size_t)s->dofs;
     double most = 0.0;
@@ -151,7 +153,8 @@ static void add_up(const search *s, double mu, bool symmetric) {
         }
 }
 
-/* What forces are rounded to, from weights and the forces of the stiffest freedom moved by a unit. */
+/* The rounding error of forces, from the weights and from the force of the stiffest degree of freedom displaced by a
+ * unit. */
 static void expect_rounding(search *s) {
     kt_linearization *l = s->l;
     double most = 0.0;
@@ -164,8 +167,8 @@ static void expect_rounding(search *s) {
     s->rounding = ROUNDING * most;
 }
 
-/* Forces below their rounding are zero, so that no step follows from them where nothing resists; returns whether any
- * are left. */
+/* Sets forces below their rounding error to zero, so that they cause no step where nothing resists; returns whether any
+ * force remains. */
 static bool clear_rounding(const search *s) {
     bool any = false;
     for (int j = 0; j < s->dofs; j++) {
@@ -176,7 +179,7 @@ static bool clear_rounding(const search *s) {
     return any;
 }
 
-/* The step, into l->step; false where there is none. */
+/* Solves for the step, into l->step; returns false if the matrix is singular. */
 static bool solve(const search *s, double stiff) {
     kt_linearization *l = s->l;
     double mu = NEUTRAL * (stiff > 0.0 ? stiff : 1.0);
@@ -207,7 +210,7 @@ static double sum_of_squares(const kt_linearization *l, const double *x) {
     return sum;
 }
 
-/* All coordinates' step E y, shortened to what is allowed, into l->direction; returns its length in units. */
+/* The step E y of all coordinates, shortened to its bounds, into l->direction; returns its length in units. */
 static double spread(const search *s) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
@@ -229,7 +232,7 @@ static double spread(const search *s) {
     return part * length;
 }
 
-/* Goes `part` of the way: tried_q, tried_a. */
+/* Evaluates the position `part` of the step away, into tried_q and tried_a. */
 static kt_status try_step(const search *s, double part, kt_error *error) {
     kt_linearization *l = s->l;
     for (size_t i = 0; i < l->size.v; i++) {
@@ -243,7 +246,7 @@ static kt_status try_step(const search *s, double part, kt_error *error) {
     return status;
 }
 
-/* Whether what was tried is nearer to rest. */
+/* Whether the tried position is closer to an equilibrium. */
 static bool is_better(const search *s, double length) {
     kt_linearization *l = s->l;
     if (s->nearest || length < CLOSE)
@@ -254,7 +257,7 @@ static bool is_better(const search *s, double length) {
     return work > 0.0;
 }
 
-/* One step of the search, its length in *length; 0 where nothing is better than where it is. */
+/* One step of the search. *length is its length in units, or 0 if no part of the step is an improvement. */
 static kt_status step(search *s, double *length, kt_error *error) {
     kt_linearization *l = s->l;
     const double whole = spread(s);
@@ -278,7 +281,7 @@ static kt_status step(search *s, double *length, kt_error *error) {
 
 /* ---- the search -------------------------------------------------------------------------------------------------- */
 
-/* A loop that moves by itself at t does not let the mechanism rest. */
+/* Refuses a loop that is driven at t: it does not let the mechanism rest. */
 static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
     for (size_t i = 0; i < l->model->n.loop; i++) {
         const kt_loop_record *loop = &l->model->loop[i];
@@ -297,10 +300,10 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
     return KT_OK;
 }
 
-/* Whether the k-th freedom of a link is a length. */
+/* Whether the k-th degree of freedom of a link is a length. */
 static bool is_length(const kt_link *link, int k) { return k < kt_link_lengths(link); }
 
-/* The joint whose acceleration is largest against its unit; that acceleration, and what it is in. */
+/* The name of the joint whose acceleration is largest over its unit, that acceleration, and its SI unit. */
 static const char *joint_of(const kt_linearization *l, const double *x, double *acceleration, const char **unit) {
     const char *name = "";
     double most = 0.0;
@@ -332,7 +335,7 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
                         acceleration, unit, steps);
 }
 
-/* From q0 to an equilibrium, or words. */
+/* Moves q0 to an equilibrium, or reports why there is none. */
 static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system system = {0};
@@ -363,7 +366,7 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         if (status != KT_OK)
             return status;
         path += length;
-        if (length == 0.0 && (wanted < THERE || before < THERE)) /* rounding rules */
+        if (length == 0.0 && (wanted < THERE || before < THERE)) /* the steps are within rounding */
             return KT_OK;
         if (length == 0.0)
             break;

@@ -1,16 +1,21 @@
-/* Derivatives of the acceleration along the manifold of states, without differences.
+/* Derivatives of the acceleration along the manifold of states, without finite differences.
  *
  * Along (dq, dv)
+ *
  *     da = a_q dq + a_v dv,                                                      [reduction/derivative.c]
  *     d(M a) = M da + (d(M a)/dq at fixed a) dq,
- * of which the last is the difference of d(tau)/dq of inverse dynamics with a and with none. Nothing that happens
- * beside the state enters, such as a contact or a stop that is near.
  *
- * All is computed at two states a few rounding errors to either side of the given one. The result is the mean, and the
- * first part of its estimated error is what they differ by: how the equations are conditioned shows in it, and a kink
- * at the state itself. The second part is a bound of what rounding leaves of the terms that may cancel,
- *     |a_tau| T + |da| + |a_q| |dq| + |a_v| |dv|,   T_k = |M| |da| + (forces and |M_kk| times the accelerations that are about) |dq| + |M_kk| |v| |dv|,
- * times a few eps: two samples may agree by chance.
+ * where the last term is the difference of d(tau)/dq of inverse dynamics with the acceleration a and with zero
+ * acceleration. Only the given state enters, and not, for example, a contact or a stop nearby.
+ *
+ * All derivatives are evaluated at two states a few rounding errors to either side of the given one. The result is
+ * their mean; the first part of its estimated error is their difference, which shows the conditioning of the equations
+ * and a kink at the state itself. The second part is a bound of the rounding errors of terms that may cancel,
+ *
+ *     |a_tau| T + |da| + |a_q| |dq| + |a_v| |dv|,
+ *     T_k = |M| |da| + (forces and |M_kk| times the accelerations at the state) |dq| + |M_kk| |v| |dv|,
+ *
+ * times a few eps, since two samples may agree by chance.
  */
 #include "analysis/analysis.h"
 #include "kinetree/dynamics.h"
@@ -20,7 +25,7 @@
 #include <math.h>
 #include <string.h>
 
-#define BESIDE DBL_EPSILON /* how far to each side, times the sizes of floor */
+#define BESIDE DBL_EPSILON /* distance to each side, times the sizes in floor */
 #define ROUNDING (8.0 * DBL_EPSILON)
 
 bool kt_exact_is_possible(const kt_linearization *l) {
@@ -47,7 +52,7 @@ static double row_times_sizes(const double *matrix, size_t n, size_t i, const do
 
 /* ---- a state beside ---------------------------------------------------------------------------------------------- */
 
-/* d(M a)/dq at fixed a, into mass_change; l->by_velocity is overwritten, which forces at rest do not need. */
+/* d(M a)/dq at fixed a, into mass_change. l->by_velocity is overwritten; forces at rest do not need it. */
 static kt_status fill_mass_change(kt_linearization *l, kt_error *error) {
     const size_t nv = l->size.v;
     kt_status status = kt_dynamics_inverse_derivatives(l->model, l->data, l->work, l->size.work, l->q, NULL, l->a0,
@@ -60,7 +65,7 @@ static kt_status fill_mass_change(kt_linearization *l, kt_error *error) {
     return status;
 }
 
-/* All matrices at the state that is a few rounding errors away, to one side or the other. */
+/* Evaluates all matrices at the state a few rounding errors away on one side (side: -1 or 1). */
 static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
     const size_t nv = l->size.v;
     const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
@@ -82,7 +87,7 @@ static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
                                        l->by_position, l->by_velocity, l->by_force, error);
 }
 
-/* The number i of the derivative along (dq, dv). */
+/* Component i of the derivative along (dq, dv). */
 static double slope_at(const kt_linearization *l, size_t i, const double *dq, const double *dv) {
     const double slope = row_times(l->by_position, l->size.v, i, dq);
     return dv ? slope + row_times(l->by_velocity, l->size.v, i, dv) : slope;
@@ -101,7 +106,7 @@ static void write_slope(kt_linearization *l, const double *dq, const double *dv,
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
 
-/* The largest number of a direction against its unit. */
+/* The largest component of a direction over its unit. */
 static double length_of(const kt_linearization *l, const double *x) {
     double length = 0.0;
     for (size_t i = 0; i < l->size.v && x; i++)
@@ -109,7 +114,7 @@ static double length_of(const kt_linearization *l, const double *x) {
     return length;
 }
 
-/* T of a direction, along which the derivative is `slope`. */
+/* T for a direction along which the derivative is `slope`. */
 static void write_terms(const kt_linearization *l, const double *dq, const double *dv, const double *slope,
                         double *term) {
     const size_t nv = l->size.v;
@@ -139,7 +144,7 @@ static void add_rounding(kt_linearization *l, const double *dq, const double *dv
 
 /* ---- slopes ------------------------------------------------------------------------------------------------------ */
 
-/* slope <- mean of it and what the second state gives, error <- their difference */
+/* slope <- mean of slope and second, error <- their difference. */
 static void average(const double *second, size_t n, double *slope, double *error) {
     for (size_t i = 0; i < n; i++) {
         error[i] = fabs(second[i] - slope[i]);
@@ -147,7 +152,7 @@ static void average(const double *second, size_t n, double *slope, double *error
     }
 }
 
-/* The columns of a_tau that are inputs, likewise. */
+/* The columns of a_tau that belong to inputs, averaged likewise. */
 static void write_inputs(kt_linearization *l, bool is_second) {
     const size_t nv = l->size.v;
     for (size_t k = 0; k < l->size.inputs && !l->of_force; k++) {

@@ -1,15 +1,19 @@
-/* Coordinates of the manifold of states: which of the joints' coordinates are independent, and what follows from them.
+/* Coordinates of the manifold of states: which joint coordinates are independent, and how the others depend on them.
  *
- * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: those with a residual) and, at one position,
- * changes of velocity dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into [1 R1] on as many
- * dependent coordinates as A1 has rank, and going on with the other equations A into [1 R]:
+ * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: the equations with a residual) and, at a
+ * fixed position, velocity changes dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into [1 R1],
+ * with as many dependent coordinates as A1 has rank; continued with the other equations it turns A into [1 R]:
+ *
  *     dq = [-R1; 1] dq_independent,    dv = [-R; 1] dv_independent.
- * The columns of C = d(A v - b')/dq take part in the elimination. With a step dq along the manifold velocities must
- * change by A dv = -C dq; of all such dv the one that leaves the independent velocities as they are is
+ *
+ * The columns of C = d(A v - b')/dq take part in the elimination. Along a step dq in the manifold velocities must
+ * change by A dv = -C dq; of all such dv the one that leaves the independent velocities unchanged is
+ *
  *     dv = [-T C dq; 0],               T A = [1 R].
- * Coordinates that are independent velocities are independent positions, too. Equations are scaled to size one and
- * coordinates to their units; joints that are driven by a motor or held are dependent only where their column is more
- * than ten times larger than the others.
+ *
+ * Coordinates with independent velocities have independent positions, too. Equations are scaled to size one and
+ * coordinates to their units; joints that are fixed or driven by a motor become dependent only where their column is
+ * more than ten times larger than the others.
  */
 #include "analysis/analysis.h"
 
@@ -24,8 +28,8 @@
 
 /* ---- units ------------------------------------------------------------------------------------------------------- */
 
-/* The longest way from joint to joint or from joint to centre of mass; what hangs on the world may be far away, that
- * says nothing about size. */
+/* The longest distance from joint to joint or from joint to centre of mass. The first joints of the tree may be far
+ * from the origin of the world, which says nothing about the size of the mechanism. */
 static double size_of(const kt_model *model) {
     double size = 0.0;
     for (size_t i = 1; i < model->n.link; i++) {
@@ -54,11 +58,12 @@ void kt_independent_coordinates_units(const kt_model *model, double *unit) {
 enum { UNUSED = -1 };
 
 typedef struct elimination {
-    double *a; /* rows x width, column-major: `columns` of coordinates, and others that take part */
+    double *a; /* rows x width, column-major: `columns` of coordinates, then further columns that are transformed
+                  along */
     size_t rows, columns, width;
-    int32_t *pivot_row; /* of each column; UNUSED: independent */
+    int32_t *pivot_row; /* pivot row of each column; UNUSED: the coordinate is independent */
     const double *weight;
-    double first, last; /* the first pivot, and the least */
+    double first, last; /* the first pivot and the smallest one */
 } elimination;
 
 static bool is_taken(const elimination *e, size_t row) {
@@ -68,7 +73,8 @@ static bool is_taken(const elimination *e, size_t row) {
     return false;
 }
 
-/* The largest number in free columns of those rows that `holonomic` says; 0 where there is none. */
+/* Finds the largest weighted entry in columns without a pivot, among the unused rows with holonomic[row] == kind;
+ * returns its size, or 0 if there is none. */
 static double find_pivot(const elimination *e, const bool *holonomic, bool kind, size_t *row, size_t *column) {
     double best = 0.0, size = 0.0;
     for (size_t r = 0; r < e->rows; r++) {
@@ -105,7 +111,7 @@ static void eliminate(elimination *e, size_t row, size_t column) {
     e->pivot_row[column] = (int32_t)row;
 }
 
-/* Takes `rank` dependent coordinates from rows of one kind; false where fewer are independent. */
+/* Eliminates `rank` dependent coordinates with rows of one kind; returns false if fewer rows are independent. */
 static bool reduce(elimination *e, const bool *holonomic, bool kind, int rank) {
     for (int k = 0; k < rank; k++) {
         size_t row = 0, column = 0;
@@ -120,7 +126,7 @@ static bool reduce(elimination *e, const bool *holonomic, bool kind, int rank) {
     return true;
 }
 
-/* The basis of what is left free, and its coordinates; returns their number. */
+/* Writes the basis of the motions that remain free, and the independent coordinates; returns their number. */
 static int write_basis(const elimination *e, const double *unit, int *coordinate, double *basis) {
     int count = 0;
     for (size_t j = 0; j < e->columns; j++) {
@@ -135,7 +141,7 @@ static int write_basis(const elimination *e, const double *unit, int *coordinate
     return count;
 }
 
-/* dv = -T C dq of a position state, in the dependent coordinates; and a bound of its rounding errors. */
+/* dv = -T C dq of a position state in the dependent coordinates, and a bound of its rounding errors. */
 static void write_velocity(const elimination *e, const double *unit, const double *dq, double *dv, double *rounding) {
     const double *c_q = e->a + e->rows * e->columns, condition = e->last > 0.0 ? e->first / e->last : 1.0;
     for (size_t d = 0; d < e->columns; d++) {
@@ -152,8 +158,8 @@ static void write_velocity(const elimination *e, const double *unit, const doubl
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* A row against its largest number, coordinates in their units. One of rounding alone, against what it could be, is
- * none: made as large as the others it would be taken for one of them. */
+/* Scales coordinates to their units and the row to size one. A row that is only rounding compared with its possible
+ * size could_be is set to zero; scaled up, it would be taken for an equation. */
 static void scale_row(kt_linearization *l, size_t row, double could_be) {
     const size_t rows = l->size.rows, nv = l->size.v;
     double largest = 0.0;
@@ -198,7 +204,7 @@ static kt_status refuse_singular(const kt_linearization *l, size_t g, kt_error *
                         "in more than one way, and there is no linearisation; take a neighbouring position");
 }
 
-/* Whether all groups have their usual ranks here. */
+/* Checks that all constraint groups have their usual ranks here. */
 static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *error) {
     const kt_model *model = l->model;
     *near = false;
@@ -214,7 +220,7 @@ static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *er
     return KT_OK;
 }
 
-/* A and C at the state. */
+/* Fills A and C at the state. */
 static kt_status fill_equations(kt_linearization *l, kt_error *error) {
     const kt_model *model = l->model;
     kt_status status = kt_loop_equations(model, l->data, l->t, l->q0, l->v0, l->equation, NULL, NULL, NULL, error);
@@ -234,7 +240,7 @@ static kt_status fill_equations(kt_linearization *l, kt_error *error) {
     return KT_OK;
 }
 
-/* How much a coordinate offers itself as dependent, into `weight`. */
+/* The weight of each coordinate in the choice of pivots: low for those that should stay independent. */
 static void weigh(const kt_linearization *l, double *weight) {
     for (size_t c = 0; c < l->size.v; c++)
         weight[c] = l->model->held[c] ? 0.1 : 1.0;

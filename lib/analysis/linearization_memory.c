@@ -1,4 +1,4 @@
-/* A linearisation in memory: what it is asked for, sizes, layout. */
+/* The memory of a linearisation: options, sizes and layout. */
 #include "analysis/analysis.h"
 
 #include <string.h>
@@ -60,7 +60,7 @@ static kt_linearization_sizes measure(const kt_model *model, const kt_linearizat
 KT_ARENA_LAYOUT(place_linearization, kt_linearization, KT_LINEARIZATION_FIELDS, const kt_linearization_sizes *s)
 KT_ARENA_ARRAYS(place_system, kt_system_arrays, KT_SYSTEM_FIELDS, const kt_linearization_sizes *s)
 
-/* The systems' arrays follow those of the linearisation. */
+/* The arrays of the two systems follow those of the linearisation. */
 static size_t lay_out(void *memory, const kt_linearization_sizes *s) {
     kt_linearization *l = memory;
     size_t used = place_linearization(memory, s);

@@ -1,18 +1,22 @@
 /* The matrices of small motions about a state.
  *
  * Neighbouring motions x(t) = (q (+) dq, v + dv) obey, to first order and along any direction in the manifold of
- * states, dq' = dv + C(v) dq,   dv' = da,   C: -omega x, on the rotations of balls and free bodies, else 0 (a rotation
- * in body axes is carried along: R' = R (omega x), so that dR = R (dq x) has dq' = domega - omega x dq), and da is what
- * the acceleration changes by along the direction.
+ * states,
  *
- * Exact derivatives (exact.c): the directions are (free_position_j, velocity_change_j) and (0, free_velocity_j), see
- * independent_coordinates.c, along which one state changes by one and the others not at all.
+ *     dq' = dv + C(v) dq,   dv' = da,
  *
- * Differences (probe.c, difference.c), where a caller's own effects have no derivatives, and next to singular
- * positions: with directions e_j, j = 1 .. n, the probes yield G = (dq, dv, da, ..)_j; S picks the states out of dq, dv.
- * A projection moves the states themselves a little, so that S G = W is only nearly 1 (its lower left part is what
- * velocities change by to stay on the manifold as the position goes along): G W^-1 are the derivatives by the states,
- * and state = S (dv + C dq, da) W^-1. Directions: (free_position_j, 0), and (0, free_velocity_j).
+ * where C is -omega x on the rotations of spherical and free joints and 0 elsewhere, and da is the change of the
+ * acceleration along the direction. C follows from R' = R (omega x): a rotation dR = R (dq x) in body axes has dq' =
+ * domega - omega x dq.
+ *
+ * Exact derivatives (exact.c) are taken along (free_position_j, velocity_change_j) and (0, free_velocity_j), see
+ * independent_coordinates.c. Along each of these directions one state changes by one and the others do not change.
+ *
+ * Finite differences (probe.c, difference.c) are used where a caller's own effects have no derivatives, and near
+ * singular positions, with the directions e_j = (free_position_j, 0) and (0, free_velocity_j), j = 1 .. n. The probes
+ * yield G = (dq, dv, da, ..)_j; S selects the states from dq, dv. Because the projection changes the states themselves
+ * a little, S G = W is only nearly the identity (its lower left part is the change of velocities that keeps them on the
+ * manifold as the position changes). The derivatives by the states are G W^-1, and state = S (dv + C dq, da) W^-1.
  */
 #include "analysis/analysis.h"
 
@@ -22,7 +26,7 @@
 #include <math.h>
 #include <string.h>
 
-#define FIRST 0.1 /* step, in units: radians, lengths, or these in the time that the motion takes */
+#define FIRST 0.1 /* first step in units: radians, lengths, or these per characteristic time of the motion */
 
 /* ---- derivatives along the manifold ------------------------------------------------------------------------------ */
 
@@ -50,7 +54,7 @@ static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *
     return status;
 }
 
-/* The number of a probe that a state is. */
+/* The index in a probe of a state. */
 static size_t place_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                        size_t state) {
     const size_t positions = (size_t)system->positions;
@@ -58,7 +62,7 @@ static size_t place_of(const kt_linearization *l, const kt_system_arrays *out, c
                              : l->size.v + (size_t)out->velocity_coordinate[state - positions];
 }
 
-/* column_j -= factor * column_c, errors added up. */
+/* column_j -= factor * column_c; errors are added. */
 static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, double factor) {
     const size_t f = l->size.f;
     for (size_t i = 0; i < f; i++) {
@@ -69,7 +73,7 @@ static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, d
         l->overlap[j * n + i] -= factor * l->overlap[c * n + i];
 }
 
-/* G <- G W^-1 by columns, W = S G being nearly lower triangular with a unit diagonal. */
+/* G <- G W^-1 by column operations; W = S G is nearly lower triangular with a unit diagonal. */
 static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, f = l->size.f;
     for (size_t j = 0; j < n; j++)
@@ -116,7 +120,7 @@ static void write_exact_bases(const kt_linearization *l, const kt_system_arrays 
            (size_t)system->velocities * nv * sizeof *out->velocities_of);
 }
 
-/* What the velocities' own rounding adds to a column. */
+/* Adds the rounding errors of velocity_change to a column. */
 static void add_velocity_errors(kt_linearization *l, const kt_linear_system *system, size_t j) {
     const size_t nv = l->size.v;
     double *error = l->slope_error + j * l->size.f;
@@ -129,7 +133,7 @@ static void add_velocity_errors(kt_linearization *l, const kt_linear_system *sys
             error[2 * nv + i] += fabs(l->by_velocity[k * nv + i]) * error[nv + k];
 }
 
-/* Markers' accelerations J' v at velocities v0 + h dq, without those of joints, added h times. */
+/* Adds the marker accelerations J' v at velocities v0 + h dq, without joint accelerations, times 1 / (4 h). */
 static kt_status add_drifts(kt_linearization *l, const double *dq, double h, double *sum, double *size,
                             kt_error *error) {
     for (size_t i = 0; i < l->size.v; i++)
@@ -147,8 +151,9 @@ static kt_status add_drifts(kt_linearization *l, const double *dq, double h, dou
     return status;
 }
 
-/* How the markers' velocities J(q) v change along (dq, dv): J dv + B(v, dq), where B(v, w) = (dJ along w) v. The queries give
- * B(v, v) = J' v, and B(v, w) - B(w, v) = J [w, v], the rotations' w x v:
+/* The change of the marker velocities J(q) v along (dq, dv): J dv + B(v, dq), where B(v, w) = (dJ along w) v. The
+ * kinematic queries yield B(v, v) = J' v, and B(v, w) - B(w, v) = J [w, v], where [w, v] is w x v of the rotations:
+ *
  *     B(v, w) = (B(v + w, v + w) - B(v - w, v - w)) / 4 + J [w, v] / 2 */
 static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
                                        double *slope, double *slope_error, kt_error *error) {
@@ -182,7 +187,8 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
     return status;
 }
 
-/* Everything along the states themselves; KT_ERROR_SINGULAR where that cannot be computed. */
+/* Computes all derivatives along the states by exact derivatives; returns KT_ERROR_SINGULAR where they cannot be
+ * computed. */
 static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                                        kt_error *error) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f;
@@ -207,7 +213,7 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
-/* dq and dv of all joints by the states: what is known exactly is put in the place of what was measured. */
+/* dq and dv of all joints from the states: entries that are known exactly replace the differenced ones. */
 static void write_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
     for (size_t j = 0; j < (size_t)system->states; j++) {
@@ -244,7 +250,7 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
     }
 }
 
-/* What the errors of the states' own derivatives add: |state| times these. */
+/* Adds the errors from the derivatives of the states themselves: |state| times these. */
 static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
     for (size_t j = 0; j < n; j++)
@@ -279,7 +285,7 @@ static void write_output(kt_linearization *l, const kt_system_arrays *out, const
 
 /* ---- inputs ------------------------------------------------------------------------------------------------------ */
 
-/* Change of the acceleration over a change 2 h of a joint force, into l->ahead. */
+/* Derivative of the acceleration by a joint force, by a central difference of half-width h, into l->ahead. */
 static kt_status differentiate_input(kt_linearization *l, int coordinate, double h, kt_error *error) {
     const size_t nv = l->size.v;
     double *accelerations[2] = {l->ahead, l->behind};
@@ -297,7 +303,8 @@ static kt_status differentiate_input(kt_linearization *l, int coordinate, double
     return KT_OK;
 }
 
-/* Accelerations are linear in forces: the step is only to be so large that its effect is not lost in the others'. */
+/* Accelerations are linear in joint forces, so the difference is exact; the step must only be large enough for its
+ * effect not to be lost in the rounding of the other terms. */
 static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                              size_t input, kt_error *error) {
     const size_t n = (size_t)system->states, nv = l->size.v, positions = (size_t)system->positions;
@@ -320,7 +327,7 @@ static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, c
     return KT_OK;
 }
 
-/* Everything by differences. */
+/* Computes all derivatives by finite differences. */
 static kt_status differentiate_numerically(kt_linearization *l, const kt_system_arrays *out,
                                            const kt_linear_system *system, kt_error *error) {
     kt_status status = differentiate_all(l, system, error);

@@ -1,16 +1,17 @@
 /* The fastest mode at the states of a run, by the power method without a matrix.
  *
- * Small motions x = (dq, dv) obey x' = J x with J x = (dv, (a(q (+) dq, v + dv) - a(q, v))). A direction is multiplied
- * by J twice at a state, and |J^2 x| / |x| taken for |lambda|^2: of an undamped mode J^2 is -omega^2 on both halves,
- * where J alone would turn one into the other. Lengths and radians are held against the coordinates' units, velocities
- * against these times the rate found before, so that both halves of the fastest mode weigh alike.
+ * Small motions x = (dq, dv) obey x' = J x with J x = (dv, a(q (+) dq, v + dv) - a(q, v)). At each state a direction is
+ * multiplied by J twice, and |J^2 x| / |x| is the estimate of |lambda|^2: for an undamped mode J^2 is -omega^2 on both
+ * halves of x, whereas J alone maps one half to the other. Lengths and angles are scaled by the coordinates' units,
+ * velocities by these times the previous rate, so that both halves of the fastest mode have the same weight.
  *
- * The direction is kept from state to state, and a part of everything is mixed in each time: so one iteration follows a
- * mode that changes slowly, and a stiffness that was not there before, as of a foot that has come to the ground, shows
- * within one. Only where a rate is new or has grown is it iterated until it settles. Estimates err downwards.
+ * The direction is carried from state to state, and a small vector with a part in every mode is added each time. One
+ * iteration per state therefore follows a mode that changes slowly, and also detects new stiffness, such as a foot that
+ * has come to the ground. Only where a rate is new or has grown is the iteration repeated until it settles. Estimates
+ * are usually too low.
  *
- * What turns with the body axes (dq' = dv - omega x dq) is left out, and loops are not closed again: J of equations
- * that hold A a = b'' off the manifold, too, adds nothing but zeros to the eigenvalues.
+ * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected: the equations
+ * satisfy A a = b'' off the manifold, too, which only adds zero eigenvalues to J.
  */
 #include "analysis/analysis.h"
 #include "base/arena.h"
@@ -21,10 +22,10 @@
 
 enum { ITERATIONS = 8 };
 
-#define SMALL 1e-7   /* of a unit: how far velocities are moved */
-#define MIXED 0.3    /* of the direction: what is mixed in */
-#define SETTLED 0.02 /* change of the rate in an iteration */
-#define GROWN 1.05   /* over the largest so far: worth iterating */
+#define SMALL 1e-7   /* of a unit: step of the velocities */
+#define MIXED 0.3    /* of the direction: size of the added vector */
+#define SETTLED 0.02 /* relative change of the rate in the last iteration */
+#define GROWN 1.05   /* times the largest rate so far: the iteration is repeated */
 
 /* Every array: type, name, count, meaning. */
 #define KT_MODE_WATCH_FIELDS(X)                                                                                        \
@@ -45,8 +46,8 @@ struct kt_mode_watch {
     const kt_model *model;
     kt_data *data;
     size_t nq, nv;
-    double scale;      /* 1/s, of velocities against positions: the last rate */
-    double time, rate; /* of the fastest */
+    double scale;      /* 1/s, scale of velocities over positions: the last rate */
+    double time, rate; /* time and rate of the fastest mode */
     uint64_t states, evaluations;
     KT_ARENA_DECLARE(KT_MODE_WATCH_FIELDS)
 };
@@ -60,8 +61,8 @@ static double norm_of(const double *x, size_t n) {
     return sqrt(sum);
 }
 
-/* Fractional parts of multiples of the golden ratio: a part of everything, another one each time, and the same in every
- * run. */
+/* Adds fractional parts of multiples of the golden ratio: a vector with a part in every mode, different at each state
+ * and the same in every run. */
 static void mix(kt_mode_watch *w) {
     const size_t n = 2 * w->nv;
     const double part = w->states == 0 ? 1.0 : MIXED / sqrt((double)n);
@@ -74,12 +75,12 @@ static void mix(kt_mode_watch *w) {
         w->direction[i] /= length;
 }
 
-/* direction <- J direction over its length, which is returned; 0 where it cannot be had. */
+/* direction <- J direction / |J direction|; returns this length, or 0 where the acceleration cannot be computed. */
 static double multiply(kt_mode_watch *w, double t, const double *q, const double *v) {
     const size_t nv = w->nv;
     const double *position = w->direction, *velocity = w->direction + nv;
     double *rate = w->image, *change = w->image + nv;
-    const double size = SMALL / fmax(1.0, w->scale); /* of dq; of dv it is SMALL at most */
+    const double size = SMALL / fmax(1.0, w->scale); /* step of dq; that of dv is SMALL at most */
     for (size_t i = 0; i < nv; i++) {
         w->step[i] = size * w->unit[i] * position[i];
         w->moved_v[i] = v[i] + size * w->unit[i] * w->scale * velocity[i];
@@ -100,7 +101,7 @@ static double multiply(kt_mode_watch *w, double t, const double *q, const double
     return length;
 }
 
-/* Velocities are held against the new rate from now on. */
+/* Scales velocities by the new rate from now on. */
 static void rescale(kt_mode_watch *w, double rate) {
     for (size_t i = w->nv; i < 2 * w->nv; i++)
         w->direction[i] *= w->scale / rate;

@@ -1,12 +1,14 @@
 /* Modes: the solutions x exp(lambda t) of x' = A x.
  *
- * Eigenvalues and vectors of A by LAPACK's dgeevx (balancing, Hessenberg form, QR). What a mode's lambda may be off by,
- * to first order, is
+ * Eigenvalues and eigenvectors of A are computed by LAPACK's dgeevx (balancing, Hessenberg form, QR). To first order
+ * the error of lambda is at most
+ *
  *     4 |w|' E |x| / |w' x| + eps |A| / s,   A x = lambda x, w' A = lambda w'
- * with E the estimated error of each number of A, |A| and s = |w' x| those of the balanced matrix (LAPACK Users' Guide,
- * 3rd ed., section 4.8.1). Where eigenvalues with one shape coincide w' x vanishes; then it is L. Elsner's bound
- * (2 |A|)^(1 - 1/n) |E|^(1/n) that holds (Linear Algebra and its Applications 47, 1982, 127-138). Numbers of A that are
- * smaller than their estimated error are taken for zero: so a cyclic coordinate, on which nothing depends, has an
+ *
+ * with E the estimated error of each entry of A; |A| and s = |w' x| are those of the balanced matrix (LAPACK Users'
+ * Guide, 3rd ed., section 4.8.1). Where eigenvalues with the same shape coincide, w' x vanishes; then L. Elsner's bound
+ * (2 |A|)^(1 - 1/n) |E|^(1/n) applies (Linear Algebra and its Applications 47, 1982, 127-138). Entries of A that are
+ * smaller than their estimated error are set to zero, so that a cyclic coordinate, on which nothing depends, has an
  * eigenvalue of zero and not the square root of rounding.
  */
 #include "base/arena.h"
@@ -17,12 +19,12 @@
 #include <math.h>
 #include <string.h>
 
-#define TIMES 4.0 /* true errors of numbers are within so many estimated ones (test/analysis/honest.c) */
+#define TIMES 4.0 /* true errors are within so many estimated ones (test/analysis/honest.c) */
 
-/* Numbers that dgeevx works in for n states: more than its least, so that it can work in blocks. */
+/* The workspace of dgeevx for n states: more than its minimum, so that it can use blocks. */
 static inline size_t kt_modes_work(size_t n) { return 66 * n + 64; }
 
-/* Every array: type, name, count, meaning. n: states at most, twice the coordinates. */
+/* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates. */
 #define KT_MODES_FIELDS(X)                                                                                             \
     X(double, matrix, n *n, "state matrix, overwritten")                                                               \
     X(double, left, n *n, "left vectors, as LAPACK packs them")                                                        \
@@ -59,9 +61,9 @@ static bool solve(kt_modes *m, const kt_linear_system *system, double *norm) {
                                      m->condition, m->work, (int)kt_modes_work(m->n)) == 0;
 }
 
-/* The number i of vector k as LAPACK packs them: a real one in its column, of a pair re and im in two. */
+/* An eigenvector as LAPACK packs it: a real one is one column, of a conjugate pair re and im are two columns. */
 typedef struct packed {
-    const double *re, *im; /* im: NULL where real */
+    const double *re, *im; /* im: NULL if real */
 } packed;
 
 static packed vector_at(const kt_modes *m, const double *all, size_t n, size_t k) {
@@ -83,7 +85,7 @@ static double product_of(const kt_modes *m, size_t n, size_t k) {
     return hypot(re, im);
 }
 
-/* What lambda may be off by, as above. */
+/* The error bound of lambda (see above). */
 static double error_of(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const size_t n = (size_t)system->states;
     const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
@@ -101,7 +103,7 @@ static double error_of(const kt_modes *m, const kt_linear_system *system, size_t
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
 
-/* The eigenvalues that stand for all, by rising |lambda|, into order; returns their number. */
+/* Writes the eigenvalues, one of each conjugate pair, by increasing |lambda| into order; returns their number. */
 static int sort(const kt_modes *m, size_t n, int *order) {
     int count = 0;
     for (size_t k = 0; k < n; k++) {
@@ -131,7 +133,7 @@ static kt_mode describe(const kt_modes *m, const kt_linear_system *system, size_
                      .count = m->imaginary[k] > 0.0 ? 2 : 1};
 }
 
-/* out (coordinates, complex) = basis x */
+/* out = basis x (nv complex numbers). */
 static void apply(const kt_linear_system *system, const double *basis, packed x, double *out) {
     const size_t nv = (size_t)system->coordinates;
     memset(out, 0, 2 * nv * sizeof *out);
@@ -142,12 +144,13 @@ static void apply(const kt_linear_system *system, const double *basis, packed x,
         }
 }
 
-/* The complex number that makes the largest of a shape, by units, 1; false where nothing moves. */
+/* The complex factor that makes the largest component of a shape, in units, equal to 1; returns false if all are zero.
+ */
 static bool find_largest(const kt_linear_system *system, const double *shape, double *re, double *im) {
     double most = 0.0;
     for (int i = 0; i < system->coordinates; i++) {
         const double a = shape[2 * i] / system->unit[i], b = shape[2 * i + 1] / system->unit[i], size = hypot(a, b);
-        if (!(size > most * (1.0 + 1e-6))) /* of equals the first, whatever rounding says */
+        if (!(size > most * (1.0 + 1e-6))) /* of equal ones the first, independently of rounding */
             continue;
         most = size;
         *re = a / size / size;
@@ -164,7 +167,7 @@ static void turn(int count, double re, double im, double *shape) {
     }
 }
 
-/* The state's own motion x' = sum over modes of alpha x, alpha = w' x' / (w' x). */
+/* The amplitude alpha = w' x' / (w' x) of a mode in the state's own motion, x' = sum over modes of alpha x. */
 static double amplitude_of(const kt_modes *m, const kt_linear_system *system, size_t k) {
     const size_t n = (size_t)system->states;
     const packed w = vector_at(m, m->left, n, k);
@@ -176,7 +179,7 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
     return (w.im ? 2.0 : 1.0) * hypot(re, im) / product_of(m, n, k);
 }
 
-/* Shapes are scaled; returns the excitation. */
+/* Writes the scaled shape of a mode; returns its excitation. */
 static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv) {
     const packed x = vector_at(m, m->right, (size_t)system->states, k);
     double re = 1.0, im = 0.0;

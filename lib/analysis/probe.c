@@ -1,7 +1,8 @@
-/* What is differenced: the acceleration and other numbers of a neighbouring state on the manifold.
+/* A probe: the numbers of a neighbouring state on the manifold that are differenced.
  *
- * A probe at a distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and yields, in this order, its actual distance, q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
- * At rest the force M a can be asked for in the place of a: inverse dynamics with a less that without.
+ * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and yields, in this order, the actual
+ * differences q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
+ * At rest the force M a can replace a: inverse dynamics with the acceleration a minus that without.
  */
 #include "analysis/analysis.h"
 
@@ -51,7 +52,7 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
     return status == KT_OK ? probe_markers(l, out + 3 * nv, error) : status;
 }
 
-/* Plain positions are rounded as what they are, quaternions as one. */
+/* Rounding of angles and lengths is proportional to their size, that of quaternions to 1. */
 static void positions_floor(const kt_linearization *l, double *floor) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];

@@ -1,9 +1,9 @@
 /* The modes of a mechanism at states along its motion, and the largest steps that they allow.
  *
- * A run of an explicit method with a fixed step h multiplies each mode by R(h lambda) in each step, R the method's
- * stability polynomial [MSD 5.45]. The modes change along the motion; the fastest of all states bounds the step. What
- * is asked of a mode is that it grows no more than it does in truth over the whole run (kt_stability_growth), as if it
- * lasted so long.
+ * In a run of an explicit method with a fixed step h each step multiplies a mode by R(h lambda), where R is the
+ * method's stability polynomial [MSD 5.45]. The modes change along the motion; the fastest of all states bounds the
+ * step. Over the whole run each mode must not grow by more than KT_STABILITY_GROWTH times its true growth
+ * (kt_stability_growth), as if it persisted for the whole run.
  */
 #include "base/arena.h"
 #include "kinetree/analysis.h"
@@ -36,7 +36,7 @@ struct kt_spectrum {
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
-/* |shape| against the units, the largest 1; false where nothing moves. */
+/* |shape| over the units, scaled so that the largest is 1; returns false if all are zero. */
 static bool measure_moves(const double *shape, const double *unit, size_t nv, double *moves) {
     double most = 0.0;
     for (size_t i = 0; i < nv; i++) {
@@ -62,7 +62,7 @@ kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, cons
         return status;
     const int count = kt_modes_count(spectrum->modes);
     for (int i = 0; i < count; i++) {
-        const int from = count - 1 - i, to = spectrum->count + i; /* they come by rising |lambda| */
+        const int from = count - 1 - i, to = spectrum->count + i; /* they are ordered by increasing |lambda| */
         double *moves = spectrum->shape + ((size_t)spectrum->samples * KT_SPECTRUM_SHAPES + (size_t)i) * nv;
         const kt_mode mode = kt_modes_at(spectrum->modes, from);
         const bool is_kept = i < KT_SPECTRUM_SHAPES;
@@ -77,7 +77,7 @@ kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, cons
     return KT_OK;
 }
 
-/* The motion whose states are looked at: never by a fixed step, which may be the very one that is in doubt. */
+/* The run whose states are analysed: never with the fixed step, which may be the one in doubt. */
 static kt_run run_of(const kt_run *run) {
     kt_run adaptive = *run;
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
@@ -92,7 +92,7 @@ static kt_run run_of(const kt_run *run) {
     return adaptive;
 }
 
-/* Tries that a look at a motion is worth. */
+/* The largest number of tried steps for the motion. */
 enum { STEPS_MAX = 2000000 };
 
 kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error) {
@@ -161,11 +161,11 @@ kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *me
 static double period_error(const kt_method *method, double radius, kt_complex lambda, double step) {
     kt_stability stability;
     if (kt_stability_make(method, kt_stability_stages(method, step * radius), &stability, NULL) != KT_OK)
-        return HUGE_VAL; /* there are not enough stages */
+        return HUGE_VAL; /* the method does not have enough stages */
     return kt_stability_period_error(&stability, lambda, step);
 }
 
-/* By halving the ratio of a step that is short enough to one that is not. */
+/* The largest step that is accurate enough, by bisection of the logarithm of the step. */
 static double step_enough(const kt_method *method, double radius, kt_complex lambda, double step) {
     double low = 1e-6 * step, high = step;
     for (int i = 0; i < 40; i++) {
@@ -182,8 +182,8 @@ static bool oscillates(const kt_mode *mode) {
     return mode->imaginary > 0.0 && mode->error < 0.01 * mode->imaginary && fabs(mode->damping) < 0.7;
 }
 
-/* The most that any oscillation of the same state is excited. A steady motion is none: what a rotor has in its spin says
- * nothing about its nutation. */
+/* The largest excitation of an oscillation of the same state. A steady motion is not an oscillation: the spin of a
+ * rotor says nothing about its nutation. */
 static double most_excited(const kt_spectrum *spectrum, double time) {
     double most = 0.0;
     for (int i = 0; i < spectrum->count; i++)
@@ -221,7 +221,7 @@ kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *m
 
 KT_ARENA_LAYOUT(lay_out, kt_spectrum, KT_SPECTRUM_FIELDS, const kt_spectrum_sizes *s)
 
-/* Neither inputs nor outputs. */
+/* Options without inputs and outputs. */
 static kt_linearization_options nothing_besides(void) {
     static const int input = 0;
     static const kt_marker_index output = {0, 0};

@@ -33,7 +33,7 @@ double kt_control_power(double x, double p) {
 
 static double clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
-/* safety err^(-alpha/k) err_last^(beta/k); an estimate of zero asks for the largest factor. */
+/* safety err^(-alpha/k) err_last^(beta/k); an estimate of zero gives the largest factor. */
 double kt_control_accepted(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!(error > 0.0))
@@ -43,7 +43,8 @@ double kt_control_accepted(const kt_integrator *it, double error) {
     return clamp(factor, o->factor_min, o->factor_max);
 }
 
-/* The memory of the last accepted step says nothing about a step that failed. */
+/* safety err^(-alpha/k): the error of the last accepted step is not used, since it says nothing about a step that
+ * failed. */
 double kt_control_rejected(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!isfinite(error))
@@ -51,11 +52,11 @@ double kt_control_rejected(const kt_integrator *it, double error) {
     return clamp(o->safety * kt_control_power(error, -o->alpha / it->error_order), o->factor_min, o->safety);
 }
 
-/* A step that should pass. The error of a method with err ~ h^k is about h^k times a k-th derivative, and that about
- * |f| lambda^(k-1) if the motion changes at the rate lambda; h makes it a hundredth of the tolerance, in the weighted
- * norm. lambda is |f'| / |f| by an Euler step of a hundredth of |y| / |f|, and at least |f| / |y|. (HNW II.4 takes
- * h^k max(|f|, |f'|) = 1/100, which depends on the unit of time: a motion ten thousand times faster then begins with
- * a step ten times too long, a slower one with one too short.) */
+/* A first step that should be accepted. The error of a method with err ~ h^k is about h^k times the k-th derivative,
+ * which is about |f| lambda^(k-1) if the motion changes at the rate lambda; h makes it a hundredth of the tolerance, in
+ * the weighted norm. lambda is |f'| / |f|, from an Euler step of a hundredth of |y| / |f|, and at least |f| / |y|. (HNW
+ * II.4 takes h^k max(|f|, |f'|) = 1/100, which depends on the unit of time: a motion ten thousand times faster then
+ * begins with a step ten times too long, a slower one with one too short.) */
 static double first_guess(const kt_integrator *it, double h0, double size, double slope, double bend) {
     const double k = it->error_order;
     double rate = bend / slope;
@@ -74,9 +75,9 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     const double size = kt_scaled_norm(it, it->y, NULL), slope = kt_scaled_norm(it, f0, NULL);
     const bool has_scale = size >= 1e-5 && slope >= 1e-5 && isfinite(slope);
     double h0 = has_scale ? 0.01 * size / slope : 1e-6;
-    h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* and not a rounding beyond it */
+    h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* half, so that rounding does not lead beyond the limit */
 
-    /* Where f cannot be computed so far away, a hundredth of the way is tried, a few times. */
+    /* Where f cannot be computed at that distance, a hundredth of it is tried, up to eight times in all. */
     kt_try_result reached = KT_TRY_RECOVERABLE;
     for (int tries = 0; tries < 8; tries++) {
         for (size_t i = 0; i < n; i++)

@@ -4,29 +4,28 @@
  *     y1  = y0 + h sum_i b_i k_i
  *     err = h sum_i e_i k_i
  *
- * All sums run over the terms of a row in the order of the table, component by component, and nothing else enters: a
- * value has the same bits whatever n, the tile it falls into, and the width of the machine's vectors.
+ * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else: a
+ * value has the same bits whatever n, the tile that it belongs to, and the width of the machine's vectors.
  *
- * Dense output. With theta = (t - t0) / (t1 - t0) and theta' = 1 - theta, the form in the header sums up to
+ * Dense output. With theta = (t - t0) / (t1 - t0) and theta' = 1 - theta, the form in the public header becomes
  *
  *     y(theta) = y0 + A (y1 - y0) + h (theta theta'^2 k_1 - theta^2 theta' f1 + theta^2 theta'^2 sum_i D_i k_i)
  *     A        = theta^2 (3 - 2 theta)
  *     D_i      = d_0i + theta (d_1i + theta' (d_2i + theta (d_3i + ...)))
  *
- * a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
+ * which is a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
  *
- * Linear stability. Of y' = lambda y the stages are Y = y0 1 + z A Y, so that with A strictly lower triangular
+ * Linear stability. For y' = lambda y the stages are Y = y0 1 + z A Y, so that with A strictly lower triangular
  *
  *     R(z) = 1 + z b' (I - z A)^-1 1 = 1 + sum_k z^k b' A^(k-1) 1
  *
- * whose coefficients up to the order p are 1/k!, and are set to that. Where |R| = 1 to rounding over a whole interval,
- * as on the imaginary axis near 0, comparing |R| with 1 tells nothing. So the limits come from what is left when the
- * part that is 1 identically is taken out:
+ * whose coefficients up to the order p equal 1/k! and are set to that. Where |R| = 1 to rounding over a whole interval,
+ * as on the imaginary axis near 0, |R| cannot be compared with 1. The limits therefore come from the remainder after
+ * the part that is identically 1 has been removed:
  *
  *     real axis:       (1 - R(-x)) / x, which must lie in [0, 2 / x]
- *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k); the first e_k that is not zero decides near 0, and the limit
- * is
- *                      the first sign change of the sum over y^(2k) of that k
+ *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k); the first nonzero e_k decides near 0, and the limit is the
+ *                      first sign change of the sum over y^(2k) of that k
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2.
  */
@@ -37,7 +36,7 @@
 
 /* ---- the table, compiled ----------------------------------------------------------------------------------------- */
 
-/* Rows of the compiled table, zeros left out: the stages, then these, then the stages of the dense output. */
+/* Rows of the compiled table, without zeros: the stages, these rows, the stages of the dense output. */
 enum { ROW_B, ROW_E, ROW_E_LOW, ROW_DENSE };
 
 static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
@@ -47,7 +46,7 @@ static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
     sizes->terms = s * (s - 1) / 2 + ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
 }
 
-/* Appends a row of `count` weights; zeros drop out. */
+/* Appends a row of `count` weights, without the zeros. */
 static void compile_row(kt_integrator *it, size_t row, const double *weights, size_t count) {
     size_t at = it->row[row];
     for (size_t j = 0; weights != NULL && j < count; j++)
@@ -79,10 +78,10 @@ static void init(kt_integrator *it) {
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
-/* Components that are worked on together: a loop that compilers unroll into vectors. */
+/* Components per tile: a loop that compilers unroll into vector instructions. */
 enum { TILE = 8 };
 
-/* sum_j weight_j k_j for a tile */
+/* sum_j weight_j k_j for one tile. */
 static inline void sum_tile(double sum[TILE], const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
     for (int l = 0; l < TILE; l++)
         sum[l] = 0.0;
@@ -130,12 +129,12 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_
     return KT_TRY_PASSED;
 }
 
-/* All slopes, and y1 in `trial`. */
+/* Computes all slopes, and y1 in `trial`. */
 static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t s = (size_t)it->method->stages;
     if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
         return result->result;
-    if (!it->method->fsal) /* else the last stage was at y1 */
+    if (!it->method->fsal) /* with fsal the last stage was at y1 */
         kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, it->sizes.n);
     return KT_TRY_PASSED;
 }
@@ -187,9 +186,9 @@ static double error_norm(const kt_integrator *it, double h) {
 
 /* ---- dense output ------------------------------------------------------------------------------------------------ */
 
-/* All slopes that the dense output needs, in their slots. Those that are missing are evaluated here: f1 where the
- * method is not fsal or a projection moved y1 (the next step then has it), the stages of the dense output; and, after a
- * failed step or a restore, the stages of the last step themselves. */
+/* Provides all slopes that the dense output needs, in their slots. Missing ones are evaluated: f1 where the method is
+ * not fsal or a projection changed y1 (the next step then uses it), the stages of the dense output, and, after a failed
+ * step or a restore, the stages of the last step itself. */
 static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_method *m = it->method;
     const kt_integrator_memory *memory = &it->memory;
@@ -197,7 +196,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_interval in = {memory->previous_t, memory->last_step, memory->t, it->previous_y};
 
     if (!it->stages_known) {
-        if (it->derivative_slot == 0) { /* a failed step left it there */
+        if (it->derivative_slot == 0) { /* left there by a failed step */
             double *k = it->k[0];
             it->k[0] = it->k[fresh];
             it->k[fresh] = k;
@@ -222,7 +221,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     return KT_TRY_PASSED;
 }
 
-/* Terms of the slopes at theta, zeros left out. */
+/* The nonzero weights of the slopes at theta; returns their number. */
 static size_t weigh_slopes(const kt_integrator *it, double theta, kt_stage_term *terms) {
     const kt_method *m = it->method;
     const double rest = 1.0 - theta, bubble = theta * theta * rest * rest;
@@ -259,7 +258,7 @@ kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, k
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
 static kt_status make_polynomial(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
-    (void)stages; /* its own number */
+    (void)stages; /* an explicit method has a fixed number of stages */
     (void)error;
     const int s = m->stages;
     long double power[KT_METHOD_STAGES_MAX], factorial = 1.0L; /* A^(k-1) 1 */
@@ -272,7 +271,7 @@ static kt_status make_polynomial(const kt_method *m, int stages, kt_stability *o
             sum += (long double)m->b[i] * power[i];
         factorial *= (long double)k;
         out->coefficient[k] = (double)(k <= m->order ? 1.0L / factorial : sum);
-        for (int i = s - 1; i >= 0; i--) { /* row i reads those before it alone */
+        for (int i = s - 1; i >= 0; i--) { /* row i reads only the rows before it */
             long double next = 0.0L;
             for (int j = 0; j < i; j++)
                 next += (long double)m->a[i * (i - 1) / 2 + j] * power[j];
@@ -305,7 +304,7 @@ static bool inside_real(const void *problem, double x) {
 
 static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
 
-/* sum_k e_k x^k, x = y^2, over its first term that is not zero. */
+/* sum_k e_k x^k / x^first, x = y^2, where e_first is the first nonzero term. */
 typedef struct excess {
     double e[KT_METHOD_STAGES_MAX + 1];
     int first, degree;
@@ -319,7 +318,7 @@ static bool inside_imaginary(const void *problem, double y) {
     return sum <= 0.0;
 }
 
-/* e_k = sum_{i + j = 2k} (-1)^((i - j)/2) c_i c_j; what is below rounding of its terms is 0. */
+/* e_k = sum_{i + j = 2k} (-1)^((i - j)/2) c_i c_j; a sum below the rounding error of its terms is set to 0. */
 static excess make_excess(const kt_stability *s) {
     excess p = {.degree = s->degree, .first = -1};
     for (int k = 1; k <= s->degree; k++) {

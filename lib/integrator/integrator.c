@@ -1,4 +1,4 @@
-/* An integrator in the caller's memory: layout, options, start, what is read of it, checkpoints. */
+/* An integrator in the caller's memory: layout, options, start, dense output, checkpoints, queries. */
 #include "integrator/integrator.h"
 
 #include <math.h>
@@ -8,8 +8,8 @@
 
 KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrator_sizes *s)
 
-/* Slopes lie one cache line more than whole ones apart, so that the same component of all of them does not fall into
- * one set of the cache where n is a power of two. */
+/* The slopes are padded by one cache line beyond whole lines, so that the same component of all of them does not fall
+ * into one set of the cache where n is a power of two. */
 static kt_integrator_sizes measure(const kt_method *method, size_t n) {
     const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
     kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line};
@@ -17,10 +17,10 @@ static kt_integrator_sizes measure(const kt_method *method, size_t n) {
     return sizes;
 }
 
-/* The memory may begin anywhere; an integrator begins at the first cache line in it. */
+/* The memory may begin at any address; the integrator begins at the first cache line in it. */
 size_t kt_integrator_size(const kt_method *method, size_t n) {
     const size_t most =
-        SIZE_MAX / (sizeof(double) * 2 * (KT_METHOD_STAGES_MAX + 8)); /* about twice what there can be */
+        SIZE_MAX / (sizeof(double) * 2 * (KT_METHOD_STAGES_MAX + 8)); /* twice the largest number of arrays */
     if (n < 1 || n > most || kt_method_check_sizes(method, NULL) != KT_OK)
         return 0;
     const kt_integrator_sizes sizes = measure(method, n);
@@ -225,7 +225,7 @@ kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_e
     kt_try r;
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
-    if (it->derivative_slot < 0) { /* beside the stages of the last step, which its dense output may need */
+    if (it->derivative_slot < 0) { /* not in a slot of the last step's stages, which its dense output may need */
         if (kt_evaluate(it, it->memory.t, it->y, it->fresh, &r) != KT_TRY_PASSED)
             return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
                                  error);

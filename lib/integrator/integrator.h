@@ -1,21 +1,21 @@
 /* What the files of this folder share.
  *
  *     integrator.c   an integrator in the caller's memory: options, start, dense output, checkpoints
- *     step.c         one accepted step, of whatever family the method is
+ *     step.c         one accepted step, for any family of methods
  *     control.c      the step size
- *     try.c          what every family needs of a try: slopes evaluated and checked, norms, errors
+ *     try.c          what every family needs for a tried step: slopes evaluated and checked, norms, errors
  *
  *     method.c       the list of methods
- *     table_*.c      their coefficients, a const struct a method
+ *     table_*.c      their coefficients, one const struct per method
  *     order.c        rooted trees and order conditions
  *     stability.c    linear stability: growth of modes, and the longest stable step
  *
  *     explicit.c     the family of explicit Runge-Kutta methods
  *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
- *     radius.c       the spectral radius that says how many stages these need
+ *     radius.c       the spectral radius, which determines the number of stages of these
  *
- * A family is one const struct of functions, kt_method_family. Only its own file knows what it does; the others call it
- * through the struct.
+ * A family is one const struct of functions, kt_method_family. Only its own file knows its algorithm; the others call
+ * it through the struct.
  */
 #ifndef KT_INTEGRATOR_INTEGRATOR_H
 #define KT_INTEGRATOR_INTEGRATOR_H
@@ -32,18 +32,18 @@
 KT_METHOD_LIST(KT_METHOD_EXTERN)
 #undef KT_METHOD_EXTERN
 
-/* Whether the struct is one of the list, which tests have checked. */
+/* Whether the method is one of the built-in list, whose tables the tests check. */
 bool kt_method_is_built_in(const kt_method *method);
 
-/* Checks the sizes and that no array is missing: what kt_integrator_size needs to know before it reads anything. For a
- * table the same without the family's part. */
+/* Checks the sizes and that no array is missing, as kt_integrator_size requires before it reads anything.
+ * kt_table_check_sizes checks the table alone, without the family's part. */
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error);
 kt_status kt_table_check_sizes(const kt_method *method, kt_error *error);
 
 /* The family of a method: explicit if it names none. */
 const kt_method_family *kt_method_family_of(const kt_method *method);
 
-/* For tests: rooted trees, and so order conditions, of 1 <= nodes <= KT_METHOD_ORDER_MAX nodes. */
+/* For tests: the number of rooted trees, and so of order conditions, with 1 <= nodes <= KT_METHOD_ORDER_MAX nodes. */
 int kt_tree_count(int nodes);
 
 /* Slots of slopes: the stages, f(t1, y1) (the last stage where fsal is set), the stages of the dense output. */
@@ -63,14 +63,14 @@ typedef struct kt_stage_term {
 typedef struct kt_integrator_sizes {
     size_t n;      /* equations */
     size_t stride; /* doubles from one slope to the next */
-    /* What the family asks for. */
-    size_t slots;       /* slopes: 2 or more, for the choice of the first step uses slot 1 */
+    /* The sizes that the family determines. */
+    size_t slots;       /* slopes: 2 or more, because the choice of the first step uses slot 1 */
     size_t rows, terms; /* of the compiled table */
-    size_t history;     /* numbers that are part of a checkpoint */
-    size_t scratch;     /* bytes that need not last from one step to the next */
+    size_t history;     /* numbers that belong to a checkpoint */
+    size_t scratch;     /* bytes that are not preserved from one step to the next */
 } kt_integrator_sizes;
 
-/* Arrays: type, name, count, meaning (base/arena.h). These last. */
+/* Arrays: type, name, count, meaning (base/arena.h). These are preserved between steps. */
 #define KT_INTEGRATOR_KEPT(X)                                                                                          \
     X(kt_stage_term, terms, s->terms, "the table without its zeros")                                                   \
     X(size_t, row, s->rows + 1, "first term of each row")                                                              \
@@ -79,7 +79,7 @@ typedef struct kt_integrator_sizes {
     X(double, previous_y, s->n, "state at previous_t")                                                                 \
     X(double, history, s->history, "what the family remembers of earlier steps; part of a checkpoint")
 
-/* These are written before they are read, or can be computed again. */
+/* These are scratch: written before they are read, or computed again. */
 #define KT_INTEGRATOR_SCRATCH(X)                                                                                       \
     X(double, trial, s->n, "states of the stages; state at the end of the try")                                        \
     X(char, scratch, s->scratch, "the family's")                                                                       \
@@ -89,27 +89,26 @@ typedef struct kt_integrator_sizes {
 
 struct kt_integrator {
     const kt_method *method;
-    const kt_method_family *family; /* of the method */
+    const kt_method_family *family; /* the family of the method */
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;        /* err ~ h^error_order */
-    size_t counted;            /* equations that the error norms run over: all but the quadratures, which come last */
+    size_t counted;            /* equations in the error norms: all but the quadratures, which come last */
     size_t fresh;              /* slot of f at the end of a step */
     bool gives_end_derivative; /* a try leaves f(t1, y1) in slot `fresh` */
     bool started;
-    /* What is known of the slopes. A try needs f(t, y) in slot 0; the dense output of the last step needs it in slot
-     * `fresh`, beside the stages of that step. The two uses take turns and swap pointers. */
+    /* The state of the slopes. A tried step needs f(t, y) in slot 0; the dense output of the last step needs it in slot
+     * `fresh`, with the stages of that step. The two uses alternate by swapping pointers. */
     bool stages_known;   /* the slots hold the stages of the last step, as far as its dense output needs them */
-    bool dense_known;    /* and the stages of the dense output */
-    int derivative_slot; /* where f(t, y) is: 0, fresh, or -1 where it is not known */
-    size_t blamed;       /* component to blame for the last step that failed; n: none */
+    bool dense_known;    /* and they hold the stages of the dense output */
+    int derivative_slot; /* slot of f(t, y): 0, fresh, or -1 where it is not known */
+    size_t blamed;       /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
 
-/* For tests: fills all that is scratch with a byte, and forgets what was known of it. No bit of what follows changes.
- */
+/* For tests: fills all scratch with a byte and marks it as unknown. No bit of later results changes. */
 void kt_integrator_poison(kt_integrator *it, unsigned char byte);
 
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
@@ -119,33 +118,34 @@ typedef enum kt_try_result {
     KT_TRY_RECOVERABLE, /* a callback returned > 0 */
     KT_TRY_NOT_FINITE,
     KT_TRY_INACCURATE,
-    KT_TRY_TOO_LONG, /* the method cannot take so long a step; the family's report says why */
+    KT_TRY_TOO_LONG, /* the method cannot take so long a step; the family's report gives the reason */
     KT_TRY_STOPPED   /* a callback returned < 0 */
 } kt_try_result;
 
-/* What became of a try, and where. */
+/* The result of a tried step, and where it failed. */
 typedef struct kt_try {
     kt_try_result result;
     const char *what; /* "the right-hand side", "the new state" ... */
     double t;
-    int code;         /* of the callback */
-    size_t component; /* that is not finite */
-    double error;     /* weighted norm, of an adaptive step */
+    int code;         /* returned by the callback */
+    size_t component; /* index of the component that is not finite */
+    double error;     /* weighted norm of the error estimate, for an adaptive step */
 } kt_try;
 
-/* From (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end` itself. */
+/* The interval from (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end`
+ * itself. */
 typedef struct kt_interval {
     double t, h, end;
     const double *y;
 } kt_interval;
 
-/* The first value that is not finite; n if all are. */
+/* Returns the index of the first value that is not finite; n if all are finite. */
 size_t kt_first_not_finite(const double *values, size_t n);
 
-/* k[slot] = f(t, y), counted and checked. */
+/* k[slot] = f(t, y); the evaluation is counted and its result checked. */
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result);
 
-/* absolute + relative max(|y0|, |y1|); not 0, for 0 / 0 is no error. */
+/* absolute + relative max(|y0|, |y1|) + DBL_MIN, so that it is never 0 and 0 / 0 does not occur. */
 static inline double kt_scale_of(double absolute, double relative, double y0, double y1) {
     const double a = fabs(y0), b = fabs(y1);
     return absolute + relative * (a > b ? a : b) + DBL_MIN;
@@ -154,52 +154,53 @@ static inline double kt_scale_of(double absolute, double relative, double y0, do
 /* The same with the tolerances of component i. */
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 
-/* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scale of the current state; v may be NULL: 0. */
+/* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scales of the current state; v may be NULL (zero). */
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);
 
-/* A try that failed, as an error: code, where, words. */
+/* Reports a failed tried step as an error: code, time and message. */
 kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const char *advice, kt_error *error);
 
-/* Slot 0 holds f(t, y): all other slopes and `trial`; if adaptive, result->error. */
+/* Requires f(t, y) in slot 0. Computes all other slopes and `trial`, and, for an adaptive step, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
-/* The component that the last step failed for, with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n where none is known. */
+/* The component that caused the last step to fail with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n if unknown. */
 size_t kt_integrator_blamed(const kt_integrator *it);
 
 /* ---- families ---------------------------------------------------------------------------------------------------- */
 
-/* How the methods of one kind step. The stepper owns time, state, step size and projection; everything else is asked of
- * the family, in the order of the members. A member that says NULL may be left out. */
+/* The functions of one kind of method. The stepper owns time, state, step size and projection; the family does
+ * everything else, in the order of the members. Only members marked NULL may be left out. */
 struct kt_method_family {
-    const char *name; /* "explicit" */
-    int stages_max;   /* the most stages, where their number follows from the step; 0 where it does not */
+    const char *name; /* as "explicit" */
+    int stages_max;   /* the largest number of stages, where it follows from the step; 0 where it is fixed */
 
-    /* Set-up. Sizes: n and stride are given, the family adds its own. A caller's own method passes `check_sizes` and is
-     * explicit; what `check_sizes` has not passed is not read. */
+    /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is explicit and must
+     * pass `check_sizes`; before that nothing of it is read. */
     kt_status (*check_sizes)(const kt_method *method, kt_error *error);
     void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
-    void (*init)(kt_integrator *it);  /* fresh, gives_end_derivative, the table; memory is laid out, and zero */
-    void (*start)(kt_integrator *it); /* NULL: no history. The history of a motion that begins, or jumps */
+    void (*init)(kt_integrator *it);  /* sets fresh, gives_end_derivative and the table; the memory is laid out and
+                                         zeroed */
+    void (*start)(kt_integrator *it); /* NULL: no history. Sets the history of a motion that begins or jumps */
 
-    /* One step. `prepare` (NULL: nothing to do) finds what all tries of the step need besides f(t, y), which is in slot
-     * 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and `trial`, `error`
-     * then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history: nothing can fail
-     * any more. `longest_step` (NULL: any) bounds an adaptive step, and `report` tells of a try with KT_TRY_TOO_LONG.
-     * */
+    /* One step. `prepare` (NULL: nothing to do) computes what all tries of the step need in addition to f(t, y), which
+     * is in slot 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and
+     * `trial`, `error` then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history; it
+     * cannot fail. `longest_step` (NULL: any) bounds an adaptive step, and `report` describes a try with the result
+     * KT_TRY_TOO_LONG. */
     kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
     kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
     double (*error)(const kt_integrator *it, double h);
-    double (*error_at)(const kt_integrator *it, double h, size_t i); /* of component i alone, not weighted */
+    double (*error_at)(const kt_integrator *it, double h, size_t i); /* of component i alone, unweighted */
     void (*accept)(kt_integrator *it);
     double (*longest_step)(const kt_integrator *it);
     kt_status (*report)(const kt_integrator *it, const char *where, kt_error *error);
 
-    /* y(t) strictly within the last step, n values. */
+    /* Computes y(t) strictly within the last step, n values. */
     kt_try_result (*interpolate)(kt_integrator *it, double t, double *y_out, kt_try *result);
 
-    /* Linear stability (kt_stability_make and what follows it in the public header). `stages` (NULL: the method's own
-     * number) are those of a step h where z = h max |lambda|; `reach` goes with it: the largest z that they are enough
-     * for. */
+    /* Linear stability (kt_stability_make and the functions after it in the public header). `stages` (NULL: the number
+     * is fixed) returns the number of stages of a step h with z = h max |lambda|; `reach`, defined together with it,
+     * the largest z for which there are enough stages. */
     kt_status (*stability)(const kt_method *method, int stages, kt_stability *stability, kt_error *error);
     kt_complex (*value)(const kt_stability *stability, kt_complex z);
     double (*real_limit)(const kt_stability *stability);
@@ -210,7 +211,7 @@ struct kt_method_family {
 
 extern const kt_method_family kt_family_explicit, kt_family_stabilised;
 
-/* Stages first .. last - 1 of the table into their slots, of an interval (explicit.c). */
+/* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (explicit.c). */
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
                                  kt_try *result);
 
@@ -221,35 +222,37 @@ void kt_combine(double *out, const double *y, double h, const kt_stage_term *ter
 /* The dense output in the form that the public header gives (explicit.c). */
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 
-/* Whether x lies inside a region that is searched outwards from 0, and where it first ends: the boundary between the
- * last point inside and the first outside, to rounding; HUGE_VAL beyond `most` (stability.c). */
+/* kt_is_inside tells whether x lies inside a region. kt_first_exit searches outwards from 0 for the first boundary of
+ * the region, between the last point inside and the first outside, to rounding; it returns HUGE_VAL if there is none up
+ * to `most` (stability.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
 
-/* No consistent polynomial of degree s keeps |R| <= 1 further than 2 s^2. */
+/* A bound of all limits: no consistent polynomial of degree s keeps |R| <= 1 further than 2 s^2. */
 static inline double kt_farthest_stable(const kt_stability *s) {
     return 2.0 * (double)s->degree * (double)s->degree + 1.0;
 }
 
 /* ---- step size --------------------------------------------------------------------------------------------------- */
 
-/* x^p for finite x > 0 and |p| <= 2, to about 1e-12, by arithmetic alone: the same bits everywhere, which no libm
- * promises. */
+/* x^p for finite x > 0 and |p| <= 2, to about 1e-12, by arithmetic alone: it has the same bits on every platform, which
+ * no libm guarantees. */
 double kt_control_power(double x, double p);
 
 /* h_new / h after an accepted step; after a rejected one. */
 double kt_control_accepted(const kt_integrator *it, double error);
 double kt_control_rejected(const kt_integrator *it, double error);
 
-/* Proposal for the first step, in a direction (+-1), after HNW II.4; f is asked for within `limit`. Slot 0 holds f(t,
- * y). 0 where a callback stopped. */
+/* Proposes the first step in a direction (+-1), after HNW II.4; f is evaluated only within `limit`. Requires f(t, y) in
+ * slot 0. Returns 0 where a callback stopped. */
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
 
-/* Adaptive: a motion that has gone less than KT_PROGRESS of its time a try, over so many tries, does not get on. */
+/* Adaptive steps: a motion that advances, over so many tries, by less than KT_PROGRESS of its time per try makes no
+ * progress. */
 #define KT_PROGRESS 1e-10
 enum { KT_PROGRESS_TRIES = 10000 };
 
-/* Control's err_last, before there is one and as the least that is remembered (Hairer's DOPRI5). */
+/* err_last of the step size control before the first step, and its lower bound (Hairer's DOPRI5). */
 #define KT_CONTROL_ERROR_FLOOR 1e-4
 
 #endif

@@ -1,4 +1,4 @@
-/* The list of built-in methods, and what is asked of any. */
+/* The list of built-in methods, and queries about any method. */
 #include "integrator/integrator.h"
 
 #include <stdio.h>
@@ -58,7 +58,8 @@ kt_status kt_method_check_sizes(const kt_method *method, kt_error *error) {
     return kt_method_family_of(method)->check_sizes(method, error);
 }
 
-/* The cubic through both states and slopes is exact to theta^3, and no better than the states it joins. */
+/* The cubic through both states and slopes is exact to theta^3, but its order is at most that of the states it joins.
+ */
 int kt_method_dense_order(const kt_method *method) {
     if (method->dense_order > 0)
         return method->dense_order;

@@ -5,16 +5,16 @@
  *
  *     Phi_i(t) = product over the children u of the root of sum_j a_ij Phi_j(u),    Phi_i(.) = 1.
  *
- * Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13); a
- * difference of two such weights gives 0; and weights that depend on theta give theta^rho(t) / gamma(t), for every
- * theta (HNW II.6). The last is an identity between polynomials of degree 3 + dense_terms that both vanish at 0:
- * checked at as many further points.
+ * Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13); for a
+ * difference of two such weights the sum is 0; and for weights that depend on theta it is theta^rho(t) / gamma(t), for
+ * every theta (HNW II.6). The last is an identity between polynomials of degree 3 + dense_terms that both vanish at 0:
+ * it is checked at as many further points.
  *
- * Trees are level sequences (the depth of each node in preorder), made one from the other by the algorithm of T.
- * Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.
+ * Trees are level sequences (the depth of each node in preorder), each generated from the previous one by the algorithm
+ * of T. Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.
  *
- * What rounding explains: a coefficient rounded to double is off by eps/2 of itself, a term of a tree of rho nodes is
- * a product of rho coefficients. So a residual of rho eps sum |terms| passes, with a factor of 2 in hand; sums are
+ * Rounding: a coefficient rounded to double has a relative error of eps/2, and a term of a tree of rho nodes is a
+ * product of rho coefficients. So a residual of rho eps sum |terms| passes, which includes a factor of 2; sums are
  * formed in long double.
  */
 #include "integrator/integrator.h"
@@ -25,12 +25,12 @@
 
 enum { SLOTS = KT_METHOD_STAGES_MAX, NODES = KT_METHOD_ORDER_MAX, THETAS = 3 + KT_METHOD_DENSE_TERMS_MAX };
 
-/* Weights over all slots, and the sizes of what they are summed from. */
+/* Weights over all slots, and the sums of the absolute values of their terms. */
 typedef struct weights {
     long double value[SLOTS], size[SLOTS];
 } weights;
 
-/* All slots as one method: f(t1, y1) is a stage with the row b. */
+/* The method extended to all slots: f(t1, y1) is a stage with the row b. */
 typedef struct extended {
     const kt_method *method;
     int slots, thetas;
@@ -42,7 +42,7 @@ typedef struct tree {
     int nodes;
     int level[NODES];
     long double gamma;
-    long double phi[SLOTS], size[SLOTS]; /* Phi_i, and the same of the absolute values */
+    long double phi[SLOTS], size[SLOTS]; /* Phi_i, and Phi_i of the absolute values */
 } tree;
 
 static kt_status refuse(const kt_method *method, kt_error *error, const char *message) {
@@ -115,7 +115,7 @@ static void add_weights(weights *w, long double factor, const weights *row, int 
     }
 }
 
-/* y(theta) - y0 over h, as weights of the slopes: the form in the header, expanded. */
+/* (y(theta) - y0) / h as weights of the slopes: the form in the public header, expanded. */
 static void set_dense_weights(extended *x, long double theta, weights *w) {
     const long double rest = 1.0L - theta;
     const int fresh = kt_method_fresh(x->method);
@@ -151,7 +151,7 @@ static void extend(const kt_method *m, extended *x) {
         for (int j = 0; j < i; j++)
             x->a[i][j] = (long double)row[j];
     set_weights(&x->b, m->b, s, NULL);
-    set_weights(&x->e, m->e, s, m->b); /* e was rounded beside b */
+    set_weights(&x->e, m->e, s, m->b); /* e = b minus the embedded weights has the rounding of b */
     set_weights(&x->e_low, m->e_low, s, m->b);
     x->thetas = 3 + m->dense_terms;
     for (int i = 0; i < x->thetas; i++)
@@ -178,8 +178,8 @@ static kt_status check_row_sums(const extended *x, kt_error *error) {
     return KT_OK;
 }
 
-/* The tree after this one among those of as many nodes: L_p is the last level above 1, q the parent of p; what hangs
- * at q before p is repeated from p on. */
+/* Generates the next tree with the same number of nodes: p is the last node of level above 1, q its parent; the levels
+ * of the nodes q .. p - 1 are repeated from p on. Returns false after the last tree. */
 static bool next_tree(tree *t) {
     int p = t->nodes - 1;
     while (p > 0 && t->level[p] <= 1)
@@ -194,7 +194,8 @@ static bool next_tree(tree *t) {
     return true;
 }
 
-/* Phi, its absolute values and gamma, from the leaves to the root: each node multiplies A Phi(node) into its parent. */
+/* Computes Phi, its absolute values and gamma, from the leaves to the root: each node multiplies A Phi(node) into its
+ * parent. */
 static void weigh_tree(const extended *x, tree *t) {
     long double phi[NODES][SLOTS], size[NODES][SLOTS];
     int count[NODES];
@@ -227,7 +228,7 @@ static void weigh_tree(const extended *x, tree *t) {
     }
 }
 
-/* A leaf is ".", any other node its children in brackets. */
+/* Writes a tree as text: a leaf is ".", any other node is its children in brackets. */
 static void write_tree(const tree *t, char *text) {
     for (int v = 0; v < t->nodes; v++) {
         const int next = v + 1 < t->nodes ? t->level[v + 1] : 0;
@@ -245,7 +246,8 @@ static kt_status check_condition(const extended *x, const tree *t, const weights
         sum += w->value[i] * t->phi[i];
         size += w->size[i] * t->size[i];
     }
-    const long double sums = LDBL_EPSILON * (long double)x->slots; /* of long double itself, where that is double */
+    const long double sums = LDBL_EPSILON * (long double)x->slots; /* rounding of the sums; it matters if long double
+                                                                      is double */
     if (fabsl(sum - target) <= (long double)t->nodes * ((long double)DBL_EPSILON + sums) * size)
         return KT_OK;
     char shape[2 * NODES + 1], message[320];
@@ -258,7 +260,7 @@ static kt_status check_condition(const extended *x, const tree *t, const weights
     return refuse(x->method, error, message);
 }
 
-/* All conditions of one tree. */
+/* Checks all conditions of one tree. */
 static kt_status check_tree(const extended *x, const tree *t, kt_error *error) {
     const kt_method *m = x->method;
     const int n = t->nodes;

@@ -1,18 +1,19 @@
-/* The spectral radius of f_y, which says how many stages a stabilised method needs.
+/* The spectral radius of f_y, which determines how many stages a stabilised method needs.
  *
- * The method of Arnoldi without f_y: w = (f(y + delta v_j) - f(y)) / delta is f_y v_j; what of it lies along v_0 .. v_j
- * goes into column j of the Hessenberg matrix H, the rest, normed, is v_{j+1}. The spectral radius of H's leading
- * j + 1 rows and columns tends to that of f_y, from a start that has a part of every mode, far faster than the
- * quotients of the power method: those stand still for many iterations where the start happens to hold little of the
- * fastest mode and much of one that is nearly as fast, and say 3/4 of the truth meanwhile. It ends where two radii
- * differ by one in a hundred, or at what the modes that are excited span.
+ * It is computed by the method of Arnoldi without the matrix f_y: w = (f(y + delta v_j) - f(y)) / delta approximates
+ * f_y v_j; its components along v_0 .. v_j form column j of the Hessenberg matrix H, and the normalised remainder is
+ * v_{j+1}. The spectral radius of the leading j + 1 rows and columns of H converges to that of f_y, from a start with a
+ * component in every mode, far faster than the quotients of the power method: where the start holds little of the
+ * fastest mode and much of one that is nearly as fast, those stagnate for many iterations at 3/4 of the true value. The
+ * iteration ends where two successive radii differ by less than one in a hundred, or where the vectors span all excited
+ * modes.
  *
- * The radius of the small matrix is lim |H^p|^(1/p), by squaring: p = 2^8. It errs upwards.
+ * The radius of the small matrix is lim |H^p|^(1/p), by repeated squaring: p = 2^8. It errs upwards.
  *
- * Each estimate starts from scratch, so that a checkpoint needs no vectors. A start that misses the fastest mode is
- * rare, and would be fatal: so an estimate lowers the radius by no more than a seventh. KT_RADIUS_MARGIN covers what is
- * left, and what the radius grows until the next estimate. Estimates are made more often where the step is fixed, since
- * no error estimate would notice then that it has grown.
+ * Each estimate starts from scratch, so that a checkpoint contains no vectors. A start that misses the fastest mode is
+ * rare but would make steps unstable: therefore an estimate lowers the radius by no more than a seventh.
+ * KT_RADIUS_MARGIN covers the remaining error, and the growth of the radius until the next estimate. Estimates are made
+ * more often where the step is fixed, since then no error estimate would show that the radius has grown.
  *
  * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
  */
@@ -25,7 +26,7 @@
 enum { AGE_MAX = 25, AGE_MAX_FIXED = 5, SQUARINGS = 8, N = KT_RADIUS_VECTORS };
 
 typedef struct hessenberg {
-    double h[N][N]; /* by rows */
+    double h[N][N]; /* row-major */
 } hessenberg;
 
 static double product(const double *a, const double *b, size_t n) {
@@ -35,8 +36,8 @@ static double product(const double *a, const double *b, size_t n) {
     return sum;
 }
 
-/* Of the leading k rows and columns. The norm of the elements is divided out before each squaring, and what was is put
- * back as its root. */
+/* The spectral radius of the leading k rows and columns. The norm is divided out before each squaring, and its root is
+ * multiplied back. */
 static double radius_of(const hessenberg *matrix, int k) {
     hessenberg b = *matrix, square;
     double radius = 1.0;
@@ -63,8 +64,8 @@ static double radius_of(const hessenberg *matrix, int k) {
     return radius;
 }
 
-/* A direction of length 1 with a part of everything, another one each time: fractional parts of multiples of the golden
- * ratio. (Not f: where one mode rules it, it hides the others.) */
+/* A start vector of length 1 with a component in every mode, different at each step: fractional parts of multiples of
+ * the golden ratio. (Not f: where one mode dominates it, it hides the others.) */
 static void first_direction(double *v, size_t n, uint64_t step) {
     for (size_t i = 0; i < n; i++) {
         const double x = 0.61803398874989485 * (double)(i + 1 + step % 4096);
@@ -75,7 +76,7 @@ static void first_direction(double *v, size_t n, uint64_t step) {
         v[i] /= length;
 }
 
-/* Column j of H and v_{j+1}; *left: what is left of f_y v_j over what it was. */
+/* Computes column j of H and v_{j+1}; *left: the length of the remainder of f_y v_j over that of f_y v_j. */
 static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double delta, double *left, kt_try *result) {
     const size_t n = it->counted;
     double *v = kt_stabilised_scratch_of(it)->krylov + (size_t)j * n, *w = v + n;
@@ -101,17 +102,17 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
     return KT_TRY_PASSED;
 }
 
-/* The size of y, a small part of which y is moved by. Differences lose eps |f| over that, which beside a y near nothing
- * would be far more than they are: so it is 1e-6 at least. */
+/* The size of y; a small part of it is the step delta of the differences. Near y = 0 their rounding error eps |f| /
+ * delta would exceed them, so the size is at least 1e-6, and 1 at y = 0. */
 static double size_of(const double *y, size_t n) {
     const double size = sqrt(product(y, y, n));
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;
 }
 
-/* The radius at (t, y), without margin. Slot 0 holds f(t, y); slot 1 and `trial` are scratch. What differencing
- * leaves of nothing is 1e-6 or so. */
+/* Estimates the radius at (t, y), without margin. Requires f(t, y) in slot 0; slot 1 and `trial` are scratch. A
+ * remainder below 1e-5 counts as zero, since differencing leaves 1e-6 or so of a zero one. */
 static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result) {
-    const size_t n = it->counted; /* f_y is nothing in a quadrature's column */
+    const size_t n = it->counted; /* the columns of f_y of quadratures are zero */
     const double delta = sqrt(DBL_EPSILON) * size_of(it->y, n);
     hessenberg matrix = {{{0.0}}};
     double last = HUGE_VAL, left = 1.0;

@@ -1,18 +1,18 @@
-/* The family of Runge-Kutta-Chebyshev methods: explicit, with as many stages as the fastest decay of f needs.
+/* The family of Runge-Kutta-Chebyshev methods: explicit, with as many stages as the fastest decay of f requires.
  *
  * Of all polynomials of degree s that agree with e^z to order 2, those built from T_s stay below 1 on nearly the
- * longest piece of the negative real axis, which grows as s^2:
+ * longest interval of the negative real axis, whose length grows as s^2:
  *
  *     R(z) = a_s + b_s T_s(w0 + w1 z)
  *     w0   = 1 + epsilon / s^2,              w1  = T_s'(w0) / T_s''(w0)
  *     b_s  = T_s''(w0) / T_s'(w0)^2,         a_s = 1 - b_s T_s(w0)
  *
  * R(0) = R'(0) = R''(0) = 1 follow at once. While -1 <= w0 + w1 z <= 1, that is, for z >= -(w0 + 1) / w1, R lies within
- * a_s +- b_s, and damping, epsilon = 2/13, keeps that below 1 - epsilon/3: about 0.95. The length is close to
- * 2/3 (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1).
+ * a_s +- b_s, and the damping, epsilon = 2/13, keeps this below 1 - epsilon/3: about 0.95. The length is close to 2/3
+ * (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1).
  *
  * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives one for the
- * stages. In d_j = Y_j - y0, which cancels less than Y_j:
+ * stages. For d_j = Y_j - y0, in which less cancels than in Y_j:
  *
  *     d_0   = 0,   d_1 = b_1 w1 h f0
  *     d_j   = mu_j d_{j-1} + nu_j d_{j-2} + h (mut_j f(t0 + c_{j-1} h, Y_{j-1}) + gat_j f0),   j = 2 .. s
@@ -20,12 +20,12 @@
  *     mut_j = 2 b_j w1 / b_{j-1},   gat_j = -a_{j-1} mut_j
  *     b_j   = T_j''(w0) / T_j'(w0)^2,   b_0 = b_1 = b_2,   a_j = 1 - b_j T_j(w0)
  *
- * and c_j, d_j of y' = 1 over h, follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
+ * and c_j, which is d_j of y' = 1 over h, follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
  *
  * Order 4 by extrapolation: one step over h, two over h/2, three over h/3. Their local errors of order 2 and 3 cancel
- * in T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, as long as all have the same number of stages, for these errors depend on it;
- * and the terms stay bounded together if each is damped more: with epsilon = 6/5 the sum stays below 0.74 (computed for
- * all numbers of stages), for a length of 0.58 s^2.
+ * in T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, as long as all have the same number of stages, on which these errors depend. The
+ * sum stays bounded if each step is damped more: with epsilon = 6/5 it stays below 0.74 (computed for all numbers of
+ * stages), on a length of 0.58 s^2.
  *
  * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
  * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
@@ -54,7 +54,7 @@ kt_chebyshev kt_chebyshev_make(int stages, double damping) {
 
 double kt_chebyshev_reach(const kt_chebyshev *family) { return (family->w0 + 1.0) / family->w1; }
 
-/* 0.667 (s^2 - 1) is more than the reach of any: the search begins at or below the answer. */
+/* 0.667 (s^2 - 1) exceeds the reach of every member, so the search begins at or below the answer. */
 int kt_chebyshev_stages(double z, double damping) {
     const double most = (double)KT_STABILISED_STAGES_MAX;
     if (!(z < most * most))
@@ -70,7 +70,7 @@ int kt_chebyshev_stages(double z, double damping) {
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* Slots of slopes: f0, the stages by turns, f1. */
+/* Slots of slopes: f0, the current stage, f1. */
 enum { SLOT_STAGE = 1, SLOT_END, SLOTS };
 
 static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
@@ -82,12 +82,12 @@ static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
 
 static void init(kt_integrator *it) {
     it->fresh = SLOT_END;
-    it->gives_end_derivative = it->method->fsal && it->options.step == 0.0; /* a fixed step has no use for f1 */
+    it->gives_end_derivative = it->method->fsal && it->options.step == 0.0; /* a fixed step does not need f1 */
 }
 
 /* ---- the stages -------------------------------------------------------------------------------------------------- */
 
-/* Where the recurrence stands. */
+/* The coefficients of the recurrence at stage j. */
 typedef struct recurrence {
     kt_chebyshev_values values; /* at w0, of stage j */
     double b, b1, b2;           /* b_j, b_{j-1}, b_{j-2} */
@@ -119,7 +119,7 @@ static void advance(recurrence *r, const kt_chebyshev *family) {
     r->c = c;
 }
 
-/* d2 (which was d_{j-2}) becomes d_j, and trial y0 + d_j. */
+/* d2 (d_{j-2} on entry) becomes d_j, and trial becomes y0 + d_j. */
 static void form_stage(kt_integrator *it, const recurrence *r, double h, const double *y0, const double *f0,
                        const double *d1, double *d2) {
     const double *f = it->k[SLOT_STAGE];
@@ -130,7 +130,7 @@ static void form_stage(kt_integrator *it, const recurrence *r, double h, const d
     }
 }
 
-/* One step of a member from z with the slope f there; z + d_s into trial. */
+/* One step of a member from the state z with the slope f there; writes z + d_s to trial. */
 static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, double t, double h, const double *z,
                                  const double *f, double **d_s, kt_try *result) {
     const size_t n = it->sizes.n;
@@ -155,8 +155,8 @@ static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, 
     return KT_TRY_PASSED;
 }
 
-/* y0 + D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4 into trial, with D_m what m steps over h / m add; that less 9 D_3 / 5 - 4 D_2 /
- * 5 is the error estimate, kept in `krylov` until error_norm. */
+/* Writes y0 + D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4 to trial, where D_m is the increment of m steps over h / m. The error
+ * estimate is this sum minus (9 D_3 / 5 - 4 D_2 / 5); it is stored in `krylov` until error_norm. */
 static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in, kt_try *result) {
     static const double weight[] = {1.0 / 12.0, -4.0 / 3.0, 9.0 / 4.0}, e[] = {1.0 / 12.0, -8.0 / 15.0, 9.0 / 20.0};
     const size_t n = it->sizes.n;
@@ -195,7 +195,7 @@ static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, 
     return KT_TRY_PASSED;
 }
 
-/* All slopes that are kept, and y1 in `trial`. */
+/* Computes the slopes that are kept, and y1 in `trial`. */
 static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const double damping = kt_chebyshev_damping(it->method);
     const int stages = kt_chebyshev_stages(fabs(in->h) * kt_stabilised_radius(it), damping);
@@ -232,7 +232,7 @@ static double error_norm(const kt_integrator *it, double h) {
 
 /* ---- the longest step -------------------------------------------------------------------------------------------- */
 
-/* The largest h radius that the most stages bear. */
+/* The largest h radius for which the maximum number of stages is stable. */
 static double farthest_reach(const kt_method *method) {
     const kt_chebyshev most = kt_chebyshev_make(KT_STABILISED_STAGES_MAX, kt_chebyshev_damping(method));
     return kt_chebyshev_reach(&most);
@@ -242,7 +242,7 @@ double kt_stabilised_reach(const kt_integrator *it) {
     const double radius = kt_stabilised_radius(it);
     if (!(radius > 0.0))
         return HUGE_VAL;
-    return (1.0 - 1e-12) * farthest_reach(it->method) / radius; /* and not a rounding beyond */
+    return (1.0 - 1e-12) * farthest_reach(it->method) / radius; /* the factor keeps rounding from leading beyond */
 }
 
 static kt_status report(const kt_integrator *it, const char *where, kt_error *error) {
@@ -306,7 +306,7 @@ static bool inside_real(const void *problem, double x) {
 
 static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
 
-/* |R(iy)|^2 - 1 begins with y^4 here, so where it grows, that shows above rounding from some 1e-3 on. */
+/* |R(iy)|^2 - 1 begins with y^4 here, so growth becomes visible above rounding from y of about 1e-3 on. */
 static bool inside_imaginary(const void *problem, double y) {
     const kt_complex z = {0.0, y};
     return kt_stability_gain(problem, z) <= 1.0 + 64.0 * DBL_EPSILON;

@@ -13,8 +13,8 @@ typedef struct kt_chebyshev {
     double w0, w1, a, b;
 } kt_chebyshev;
 
-/* epsilon of a stabilised method's family, and how many times one step of it is repeated: rkc2 once; rkc4 extrapolates
- * from one, two and three of them. */
+/* epsilon of a stabilised method's family, and the number of step sequences that are combined: one for rkc2; rkc4
+ * extrapolates from three (one, two and three steps). */
 double kt_chebyshev_damping(const kt_method *method);
 int kt_chebyshev_copies(const kt_method *method);
 
@@ -24,10 +24,12 @@ kt_chebyshev kt_chebyshev_make(int stages, double damping);
 /* R decays on -reach <= z < 0. */
 double kt_chebyshev_reach(const kt_chebyshev *family);
 
-/* The fewest stages, 2 or more, whose reach is z >= 0; KT_STABILISED_STAGES_MAX + 1 where there are too few. */
+/* The least number of stages, 2 or more, whose reach is at least z >= 0; KT_STABILISED_STAGES_MAX + 1 if the maximum is
+ * not enough. */
 int kt_chebyshev_stages(double z, double damping);
 
-/* T_j, T_j', T_j'' at a point, of j and j - 1, and the step from j to j + 1. */
+/* T_j, T_j', T_j'' at a point, for j and j - 1; kt_chebyshev_first sets j = 1, kt_chebyshev_next advances from j to j +
+ * 1. */
 typedef struct kt_chebyshev_values {
     double t, dt, ddt;
     double t1, dt1, ddt1;
@@ -52,23 +54,23 @@ static inline void kt_chebyshev_next(kt_chebyshev_values *v, double x) {
 
 /* ---- the spectral radius ----------------------------------------------------------------------------------------- */
 
-/* Stages are chosen for this times the spectral radius that was estimated. */
+/* The number of stages is chosen for this factor times the estimated spectral radius. */
 #define KT_RADIUS_MARGIN 1.2
 
-enum { KT_RADIUS_VECTORS = 8 }; /* directions in which f is differenced for its spectral radius, at most */
+enum { KT_RADIUS_VECTORS = 8 }; /* the largest number of directions in which f is differenced for its spectral radius */
 
 /* The history of a motion: the spectral radius of f_y with its margin, 1/s, negative before the first estimate; and the
- * steps since it was estimated. */
+ * number of steps since it was estimated. */
 enum { KT_HISTORY_RADIUS, KT_HISTORY_AGE, KT_STABILISED_HISTORY };
 
 #define KT_STABILISED_FIELDS(X)                                                                                        \
     X(double, moved, 2 * n, "two stages less y")                                                                       \
     X(double, krylov, (KT_RADIUS_VECTORS + 1) * n, "directions")
 
-/* Scratch of a step, laid out anew at its beginning (kt_need_radius). */
+/* Scratch of a step, laid out at its beginning (kt_need_radius). */
 typedef struct kt_stabilised_scratch {
-    double radius;         /* the spectral radius that the tries of this step count on */
-    bool radius_is_of_now; /* and it was estimated at this step's beginning */
+    double radius;         /* the spectral radius that the tries of this step use, 1/s */
+    bool radius_is_of_now; /* it was estimated at this step's beginning */
     KT_ARENA_DECLARE(KT_STABILISED_FIELDS)
 } kt_stabilised_scratch;
 
@@ -80,13 +82,13 @@ static inline kt_stabilised_scratch *kt_stabilised_scratch_of(const kt_integrato
 
 static inline double kt_stabilised_radius(const kt_integrator *it) { return kt_stabilised_scratch_of(it)->radius; }
 
-/* The longest step for which there are stages enough; HUGE_VAL where nothing decays. */
+/* The longest step for which there are enough stages; HUGE_VAL where nothing decays. */
 double kt_stabilised_reach(const kt_integrator *it);
 
-/* Before a try: `radius`, estimated anew where that in the history is too old, or where a try was rejected. */
+/* Before a try: sets `radius`, estimated again where that in the history is too old or a try was rejected. */
 kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result);
 
-/* After a step; before the first one of a motion. */
+/* Updates the history after a step; clears it before the first step of a motion. */
 void kt_radius_accept(kt_integrator *it);
 void kt_radius_forget(kt_integrator *it);
 

@@ -1,8 +1,8 @@
-/* Linear stability: R(z), y1 = R(h lambda) y0 for y' = lambda y, and how long a step it allows.
+/* Linear stability: R(z), y1 = R(h lambda) y0 for y' = lambda y, and the longest step that it allows.
  *
- * What R is, and where the axes leave |R| <= 1, is the family's to say. Where |R| = 1 to rounding, as for an undamped
- * mode near 0, comparing it with 1 tells nothing: so a general eigenvalue is asked how much it grows in a run, which
- * rounding in one step cannot spoil.
+ * The family defines R and where the axes leave |R| <= 1. Where |R| = 1 to rounding, as for an undamped mode near 0,
+ * |R| cannot be compared with 1: for a general eigenvalue the criterion is its growth over a whole run, which the
+ * rounding of one step does not affect.
  */
 #include "integrator/integrator.h"
 
@@ -44,9 +44,9 @@ void kt_stability_grid(const kt_stability *s, kt_complex low, kt_complex high, i
 
 /* ---- regions ----------------------------------------------------------------------------------------------------- */
 
-/* Points x_k = (k / GRAIN)^2: R turns over lengths of order 1, one with many stages over lengths that grow as sqrt(x).
- * The boundary between the last that is inside and the first that is not is halved down to rounding. HUGE_VAL beyond
- * `most`. */
+/* Tests the points x_k = (k / GRAIN)^2: R varies over lengths of order 1, and with many stages over lengths that grow
+ * as sqrt(x). The boundary between the last point inside and the first outside is bisected to rounding. HUGE_VAL: none
+ * up to `most`. */
 enum { GRAIN = 64, HALVINGS = 60 };
 
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most) {
@@ -78,7 +78,7 @@ double kt_stability_growth(const kt_stability *s, kt_complex lambda, double step
     const kt_complex z = {step * lambda.re, step * lambda.im};
     const kt_complex value = kt_stability_value(s, z);
     const double square = value.re * value.re + value.im * value.im;
-    const double truth = z.re > 0.0 ? z.re : 0.0; /* ln of what the mode does itself */
+    const double truth = z.re > 0.0 ? z.re : 0.0; /* ln of the true growth of the mode in one step */
     const double horizon = lambda.re > 0.0 ? fmin(duration, 1.0 / lambda.re) : duration;
     const double steps = fmax(horizon / step, 1.0);
     const double growth = exp(steps * (0.5 * log(square) - truth));
@@ -93,7 +93,7 @@ double kt_stability_period_error(const kt_stability *s, kt_complex lambda, doubl
     return steps >= 2.0 && !isnan(error) ? error : fmax(1.0, error);
 }
 
-/* One mode, where the stages do not depend on the step, in steps x = h |lambda|. */
+/* One mode of a method with a fixed number of stages, as a function of x = h |lambda|. */
 typedef struct mode {
     const kt_stability *stability;
     kt_complex lambda;
@@ -105,8 +105,8 @@ static bool mode_is_stable(const void *problem, double x) {
     return kt_stability_growth(m->stability, m->lambda, x / m->size, m->duration) <= m->growth;
 }
 
-/* The fastest first would be best; whatever the order, each is searched only as far as the step that the others
- * leave. */
+/* Each mode is searched only up to the step that the previous ones allow, so that the order affects the time but not
+ * the result. */
 static double longest_of_each(const kt_stability *s, const kt_complex *lambda, size_t count, double duration,
                               double growth, ptrdiff_t *index) {
     double step = HUGE_VAL;
@@ -123,7 +123,7 @@ static double longest_of_each(const kt_stability *s, const kt_complex *lambda, s
     return step;
 }
 
-/* All modes together, in steps x = h radius, where the stages follow from the step. */
+/* All modes together, as a function of x = h radius, where the number of stages follows from the step. */
 typedef struct spectrum {
     const kt_method *method;
     const kt_complex *lambda;
@@ -143,7 +143,8 @@ static double largest_size(const kt_complex *lambda, size_t count, ptrdiff_t *in
     return radius;
 }
 
-/* The mode that grows most, if any does, with the stages that the method takes for this step. */
+/* The largest growth of a mode, at least 1, and the index of this mode if it grows, with the stages that the method
+ * takes for this step. */
 static double worst_growth(const kt_method *method, double radius, const kt_complex *lambda, size_t count, double step,
                            double duration, ptrdiff_t *index) {
     kt_stability s;

@@ -1,7 +1,7 @@
 /* One accepted step.
  *
- * Everything is decided in locals and in scratch; `memory` and the pointers to the states change only in commit(),
- * after which nothing can fail. So a failure needs no undoing.
+ * All decisions are made in local variables and in scratch; `memory` and the pointers to the states change only in
+ * commit(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
 #include "integrator/integrator.h"
 
@@ -9,12 +9,12 @@
 #include <math.h>
 #include <stdio.h>
 
-/* A step that is to be tried. */
+/* A step that will be tried. */
 typedef struct plan {
     kt_interval interval;
-    double proposed; /* adaptive: |h| without regard to t_limit */
-    bool clipped;    /* adaptive: |h| < proposed for the sake of t_limit */
-    int64_t grid;    /* fixed: what the memory will say */
+    double proposed; /* adaptive: |h| regardless of t_limit */
+    bool clipped;    /* adaptive: |h| < proposed because of t_limit */
+    int64_t grid;    /* fixed: the grid index and flag of the memory after the step */
     bool on_grid;
 } plan;
 
@@ -28,7 +28,7 @@ static kt_status report_lost(const kt_integrator *it, const char *what, double h
 }
 
 /* Fixed step: to the next point t0 + k h of the grid, or to t_limit where that comes first. A whole step is h itself
- * and not the difference of two rounded times: so autonomous problems give the same bits wherever on the time axis
+ * and not the difference of two rounded times, so that autonomous problems give the same bits wherever on the time axis
  * they start. */
 static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt_error *error) {
     const kt_integrator_memory *m = &it->memory;
@@ -49,7 +49,8 @@ static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt
     return report_lost(it, "the step", h, error);
 }
 
-/* Adaptive: |h| from t, of the proposed size if t_limit leaves room for two such steps. */
+/* Adaptive: |h| from t is the proposed size if t_limit leaves room for two such steps; with less room it is half the
+ * rest, or the rest. */
 static void plan_adaptive(const kt_integrator *it, double t_limit, double proposed, plan *p) {
     const double t = it->memory.t, left = fabs(t_limit - t), direction = t_limit > t ? 1.0 : -1.0;
     p->proposed = proposed;
@@ -64,7 +65,7 @@ static void plan_adaptive(const kt_integrator *it, double t_limit, double propos
 
 /* ---- one step ---------------------------------------------------------------------------------------------------- */
 
-/* f(t, y) into slot 0, if it is not there (after a step it may be in `fresh`), and what else the family needs. */
+/* Puts f(t, y) into slot 0 if it is not there (after a step it may be in `fresh`), and prepares the family. */
 static kt_try_result prepare(kt_integrator *it, kt_try *result) {
     result->result = KT_TRY_PASSED;
     it->stages_known = false;
@@ -82,7 +83,7 @@ static kt_try_result prepare(kt_integrator *it, kt_try *result) {
     return result->result;
 }
 
-/* A failed try: what and when. */
+/* Describes a failed try: what failed, and when. */
 static kt_try_result fail(kt_try *result, kt_try_result found, const char *what, double t) {
     result->what = what;
     result->t = t;
@@ -98,7 +99,7 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
     result->error = it->family->error(it, in->h);
-    if (result->error <= 1.0) /* which an estimate that overflowed is not */
+    if (result->error <= 1.0) /* false for an estimate that overflowed */
         return KT_TRY_PASSED;
     return fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
@@ -173,7 +174,7 @@ static const char advice_on_motion[] =
     "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
     "stiff by a strong damper, take rkc2; by a light body on a hard spring, no explicit method serves";
 
-/* The component with the largest part in the error estimate of the last try, over h. */
+/* The component with the largest part in the error estimate of the last try of the step h. */
 static size_t worst_component(const kt_integrator *it, double h) {
     size_t worst = it->sizes.n;
     double most = 0.0;
@@ -189,7 +190,7 @@ static size_t worst_component(const kt_integrator *it, double h) {
 
 static bool is_of_error(const kt_try *r) { return r->result == KT_TRY_PASSED || r->result == KT_TRY_INACCURATE; }
 
-/* The component to blame for a step that cannot be taken: what is not finite, or has the largest error. */
+/* Stores the component that caused a step to fail: the one that is not finite or has the largest error. */
 static void blame(kt_integrator *it, const kt_try *r, double h) {
     if (r->result == KT_TRY_NOT_FINITE)
         it->blamed = r->component;
@@ -210,10 +211,10 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
                         is_of_error(r) ? advice_on_motion : advice_on_model);
 }
 
-/* Progress. Steps may be accepted and lead nowhere all the same: towards a point where velocities grow beyond all
- * bounds they shrink with the distance to it, and where forces jump back and forth they stay as short as one jump
- * allows. So every KT_PROGRESS_TRIES tries, accepted or not, it is asked whether they have gone KT_PROGRESS of the
- * time on the average; more than 1 / KT_PROGRESS tries to the end are taken for none. */
+/* Progress. Accepted steps may nevertheless lead nowhere: near a point where velocities grow without bound they shrink
+ * with the distance to it, and where forces jump back and forth they stay as short as one jump allows. Therefore, every
+ * KT_PROGRESS_TRIES tries, accepted or not, the average advance of a try must be KT_PROGRESS of the time; a run that
+ * would need more than 1 / KT_PROGRESS tries counts as stuck. */
 static double time_scale(const kt_integrator *it, double t_limit) {
     return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
@@ -245,8 +246,8 @@ static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const
                         is_of_error(r) ? advice_on_motion : advice_on_model);
 }
 
-/* Whether the tolerances ask for less than the state's own rounding, whatever the step: what a step then takes for its
- * error is rounding, and steps shrink until a run would never end. (CVODE's test for too much accuracy.) */
+/* Whether the tolerances are below the state's own rounding, whatever the step: the error estimate of a step is then
+ * rounding, and steps shrink until a run would never end. (CVODE's test for too much accuracy.) */
 static bool is_beyond_rounding(const kt_integrator *it) { return DBL_EPSILON * kt_scaled_norm(it, it->y, NULL) > 1.0; }
 
 static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error) {
@@ -259,7 +260,7 @@ static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error
                         DBL_EPSILON * kt_scaled_norm(it, it->y, NULL));
 }
 
-/* Adaptive: whether max_step leads nowhere from the later of now and t_limit. */
+/* Adaptive: whether max_step is lost in the rounding of the later of the current time and t_limit. */
 static bool is_max_step_lost(const kt_integrator *it, double t_limit) {
     const double h = it->options.max_step, end = isfinite(t_limit) ? fabs(t_limit) : 0.0;
     return h > 0.0 && h <= 16.0 * DBL_EPSILON * fmax(fabs(it->memory.t), end);
@@ -270,7 +271,7 @@ static double longest_step(const kt_integrator *it) {
     return it->family->longest_step != NULL ? it->family->longest_step(it) : HUGE_VAL;
 }
 
-/* The first proposal of a step, and the least |h| that is tried. */
+/* The first proposal of a step, and the least |h| that may be tried. */
 static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     const double t = it->memory.t, left = fabs(t_limit - t);
@@ -292,8 +293,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
     return KT_OK;
 }
 
-/* The next proposal after an accepted step. A step cut short for t_limit that was too easy to tell anything leaves
- * the proposal and the control's memory as they were. */
+/* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
+ * leaves the proposal and the control's memory unchanged. */
 static double accept(const kt_integrator *it, const plan *p, bool retried, double error, double *control_error) {
     const double factor = kt_control_accepted(it, error), h = fabs(p->interval.h);
     *control_error = it->memory.control_error;

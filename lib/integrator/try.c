@@ -1,4 +1,4 @@
-/* What every family needs of a try: slopes that are evaluated and checked, norms, and how a failure is told.
+/* What every family needs for a tried step: slopes that are evaluated and checked, norms, and error reports.
  *
  * Sums over components have the same bits whatever n and the width of the machine's vectors.
  */
@@ -7,10 +7,10 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Components that are worked on together: a loop that compilers unroll into vectors. */
+/* Components per tile: a loop that compilers unroll into vector instructions. */
 enum { LANES = 8 };
 
-/* 0 x is 0 for a finite x and NaN for others, and NaN stays in a sum. */
+/* 0 x is 0 for a finite x and NaN otherwise, and NaN persists in a sum. */
 size_t kt_first_not_finite(const double *values, size_t n) {
     double sum = 0.0;
     size_t i = 0;

@@ -60,7 +60,7 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
     if ((options->methods != NULL && options->method_count < 1) ||
         (options->variants != NULL && options->variant_count < 1))
         return refuse(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
-    if (options->reference != NULL && options->reference->count < 2) /* its interval makes the duration */
+    if (options->reference != NULL && options->reference->count < 2) /* its interval is checked with the duration */
         return refuse(error, "reference", "it needs two records or more, an interval above zero apart");
     return KT_OK;
 }
@@ -84,7 +84,7 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
 
 KT_ARENA_ARRAYS(place_arrays, kt_accuracy, KT_ACCURACY_FIELDS, size_t rows, size_t variants, size_t curves)
 
-/* The study's arrays, behind a study of its own. */
+/* Allocates the study and its arrays behind it. */
 static kt_accuracy *make_room(const kt_accuracy *start) {
     kt_accuracy probe = *start;
     const size_t rows = (size_t)start->results.records + 1, variants = (size_t)start->results.variant_count;
@@ -99,7 +99,7 @@ static kt_accuracy *make_room(const kt_accuracy *start) {
     (void)place_arrays(study, memory + head, rows, variants, curves);
     study->results.curves = study->curves;
     study->results.points = study->points;
-    if (study->results.variants == NULL) /* the scene's own way, which is kept here */
+    if (study->results.variants == NULL) /* the scene's own settings are stored here */
         study->results.variants = &study->own;
     return study;
 }
@@ -119,7 +119,7 @@ static const kt_method *method_at(const kt_accuracy_options *options, int index)
     return options->methods != NULL ? options->methods[index] : kt_method_at(index);
 }
 
-/* to_come: curves still to come, this one counted. */
+/* Runs one curve. to_come: the number of curves left, this one included. */
 static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_come, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_accuracy_curve *curve = &study->curves[index];
@@ -136,12 +136,11 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_co
                                   &study->models[curve->variant], error);
     if (status != KT_OK)
         return status;
-    /* What the curves before have left over is for those to come, in equal parts, and twice that for one that needs it.
-     */
+    /* The time left is shared equally by the remaining curves; one curve may use twice its share. */
     return kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * left / to_come), error);
 }
 
-/* Points of all curves one after the other, without gaps. */
+/* Moves the points of all curves together, without gaps. */
 static void close_gaps(kt_accuracy *study) {
     int used = 0;
     for (int i = 0; i < study->results.curve_count; i++) {
@@ -153,7 +152,7 @@ static void close_gaps(kt_accuracy *study) {
     study->results.point_count = used;
 }
 
-/* Methods of high order come first: what is worth knowing does not wait for what is slow. */
+/* Methods of high order run first, so that the best results do not wait for slow methods. */
 static kt_status work(kt_accuracy *study, kt_error *error) {
     const int count = study->results.curve_count, variants = study->results.variant_count, methods = count / variants;
     kt_status status = kt_accuracy_find_reference(study, error);
@@ -167,7 +166,7 @@ static kt_status work(kt_accuracy *study, kt_error *error) {
     return status;
 }
 
-/* What can be said before there is memory: sizes, and the model. */
+/* The part that precedes allocation: sizes and the model. */
 static kt_status begin(kt_accuracy *study, const kt_description *description, const kt_run *run, kt_error *error) {
     const kt_accuracy_options *options = &study->options;
     kt_accuracy_results *results = &study->results;

@@ -1,17 +1,17 @@
-/* The inside of an accuracy study, for the files of this folder. */
+/* The private struct of an accuracy study, and the functions that the files of this folder share. */
 #ifndef KT_STUDY_ACCURACY_H
 #define KT_STUDY_ACCURACY_H
 
 #include "kinetree/study.h"
 
 enum {
-    KT_ACCURACY_POINTS_MAX = 40, /* of a curve */
+    KT_ACCURACY_POINTS_MAX = 40, /* points of a curve */
 };
 
-/* A run whose error is above this part of the amplitude says nothing. */
+/* A run whose error exceeds this part of the amplitude is unusable. */
 #define KT_ACCURACY_USABLE 0.1
 
-/* The reference at its records; rows of nq, nv and one. */
+/* A solution at its records: rows of nq, nv and one. */
 typedef struct kt_accuracy_states {
     double *q, *v, *energy;
 } kt_accuracy_states;
@@ -22,20 +22,20 @@ struct kt_accuracy {
     const kt_description *description;
     kt_run run; /* the scene's */
     kt_model *model;
-    kt_model **models; /* of the variants, in turn; NULL while not compiled */
-    kt_variant own;    /* the variant where none are given */
+    kt_model **models; /* of the variants, in their order; NULL until compiled */
+    kt_variant own;    /* the variant if none is given */
     size_t nq, nv;
 
     kt_accuracy_states reference, second; /* results.records + 1 rows */
     double *difference;                   /* nv */
-    double *begin;                        /* nq + nv: where the motion begins */
-    double *moved;                        /* nq: a neighbour of it */
+    double *begin;                        /* nq + nv: the initial state of the motion */
+    double *moved;                        /* nq: a neighbouring initial position */
     kt_accuracy_curve *curves;
     kt_accuracy_point *points;
 
-    double started, deadline; /* of the clock */
-    double evaluation;        /* s of the clock that one takes; 0: unknown */
-    double reference_steps;   /* mean number a second */
+    double started, deadline; /* by the clock, s */
+    double evaluation;        /* s of clock time of one evaluation; 0: unknown */
+    double reference_steps;   /* mean number of steps of the reference per second of the motion */
 };
 
 /* Seconds of the clock; 0 where there is none. */
@@ -43,7 +43,7 @@ static inline double kt_accuracy_now(const kt_accuracy *study) {
     return study->options.clock != NULL ? study->options.clock(study->options.user) : 0.0;
 }
 
-/* Tells what comes next. KT_ERROR_CALLBACK: stop. */
+/* Calls the caller's progress function. Returns KT_ERROR_CALLBACK if it stops the study. */
 KT_CHECKED kt_status kt_accuracy_tell(kt_accuracy *study, double done, const char *what, kt_error *error);
 
 /* ---- norm -------------------------------------------------------------------------------------------------------- */
@@ -56,69 +56,68 @@ typedef struct kt_accuracy_norm {
 kt_accuracy_norm kt_accuracy_distance(const kt_model *model, double length, const double *q, const double *v,
                                       const double *q_other, const double *v_other, double *dv);
 
-/* Whether a scene has angles, lengths or both. */
+/* The unit of errors: whether a scene has angles, lengths or both. */
 kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model);
 
 /* ---- guards ------------------------------------------------------------------------------------------------------ */
 
-/* Ends a run that takes too long, wherever it is: records alone cannot, for there may be a million steps between two.
- */
+/* Ends a run that takes too long. Testing at records would not suffice, since there may be a million steps between two
+ * of them. */
 typedef struct kt_accuracy_guard {
     kt_accuracy *study;
-    double until;               /* of the clock */
-    uint64_t evaluations, most; /* done, and the most */
-    bool late;                  /* it has ended the run */
+    double until;               /* by the clock, s */
+    uint64_t evaluations, most; /* number done, and their limit */
+    bool late;                  /* the guard has ended the run */
 } kt_accuracy_guard;
 
-/* For a part of the budget, and this many times run_evaluations. */
+/* A guard with this part of the budget and this multiple of run_evaluations. */
 kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double runs);
 
-/* Makes it the right-hand side, with the engine's behind it. It must outlive the simulation. */
+/* Makes the guard the right-hand side, which then calls the engine's own. The guard must outlive the simulation. */
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options);
 
 /* ---- reference --------------------------------------------------------------------------------------------------- */
 
-/* Finds scales, horizon, reference and its uncertainty. */
+/* Computes the scales, the horizon, the reference and its uncertainty. */
 KT_CHECKED kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error);
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
 
-/* The options that a run of the study has: the study's duration and records, the method at its setting, and the limit
- * on its length. */
+/* The options of a run of the study: the study's duration and records, and the method at its setting. */
 kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                        double setting);
 
-/* How many evaluations one run may take now. */
+/* The largest number of evaluations of one run. */
 double kt_accuracy_most(const kt_accuracy *study);
 
-/* Runs once for the error and, if it is usable, repeatedly for the time. Errors of the run are in the point; those
- * returned end the study. */
+/* Runs once for the error and, if the run is usable, repeatedly for the time. Errors of the run are stored in the
+ * point; a returned error ends the study. */
 KT_CHECKED kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant,
                                      const kt_method *method, bool adaptive, double setting, kt_accuracy_point *point,
                                      kt_error *error);
 
-/* All points of a curve, which has its variant, method, `adaptive` and `first`; deadline: of the clock. */
+/* Computes all points of a curve, whose variant, method, `adaptive` and `first` are set; deadline: by the clock, s. */
 KT_CHECKED kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *curve, double deadline, kt_error *error);
 
 /* ---- what the points say ----------------------------------------------------------------------------------------- */
 
-/* An error as far as it is known: not below the reference's uncertainty. */
+/* The error of a point, at least the reference's uncertainty. */
 static inline double kt_accuracy_known(const kt_accuracy *study, const kt_accuracy_point *point) {
     const double least = study->results.uncertainty.position;
     return point->error.position > least ? point->error.position : least;
 }
 
-/* The motion's amplitude, not above 1: what errors are held against. */
+/* The motion's amplitude, at most 1: the scale of errors. */
 double kt_accuracy_amplitude(const kt_accuracy *study);
 
-/* Whether the steps at a tighter tolerance are as many as at a looser one: stability has chosen them. */
+/* Whether a tighter tolerance takes hardly more steps than a looser one: stability then determines the step. */
 bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
                          const kt_accuracy_point *tight);
 
 /* Fills a curve's slope, floor and fitted. */
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve);
 
-/* Marks the points on the two fronts. */
+/* Marks the points on the two Pareto fronts. */
 void kt_accuracy_mark_front(kt_accuracy *study);
 
 #endif

@@ -1,15 +1,16 @@
-/* What the points of a study say: orders, floors, and which settings are worth using.
+/* Fits to the points of a study: orders, error floors, and the Pareto fronts.
  *
- * In the asymptotic range error = C setting^p, a straight line of slope p over logarithms, fitted by least squares. The
+ * In the asymptotic range error = C setting^p, a straight line of slope p in logarithms, fitted by least squares. The
  * range ends above where the error is no longer small against the motion, and below where rounding or the reference's
- * uncertainty begin to show; its finest points are those that the fit rests on.
+ * uncertainty becomes visible; the fit uses its finest points.
  */
 #include "study/accuracy.h"
 
 #include <math.h>
 
-static const double asymptotic = 1e-2; /* of the amplitude */
-static const double clear = 10.0;      /* times floor or uncertainty: there the rest of the error is all the method's */
+static const double asymptotic = 1e-2; /* of the amplitude: largest error in the asymptotic range */
+static const double clear = 10.0;      /* times floor or uncertainty: larger errors are essentially those of the
+                                          method */
 enum { FIT_LEAST = 3, FIT_MOST = 5 };
 
 double kt_accuracy_amplitude(const kt_accuracy *study) {
@@ -65,7 +66,7 @@ static double cost(const kt_accuracy_point *point, bool of_time) {
     return of_time ? point->cpu : (double)point->counts.evaluations;
 }
 
-/* Whether none of the scene's own points has a smaller error at no more cost, or costs less with no larger one. */
+/* Whether no point of variant 0 has a smaller error at no higher cost, or a lower cost with no larger error. */
 static bool is_on_front(const kt_accuracy *study, const kt_accuracy_point *point, bool of_time) {
     const double error = kt_accuracy_known(study, point), price = cost(point, of_time);
     for (int c = 0; c < study->results.curve_count; c++) {

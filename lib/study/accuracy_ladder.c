@@ -1,26 +1,26 @@
-/* The settings of one method, from the coarsest that works down to where more effort buys nothing.
+/* The settings of one method, from the coarsest that is usable to where further refinement gains nothing.
  *
- * Fixed steps are the duration over whole numbers n, n_max, 2 n_max, 4 n_max, ... The first is found from the steps
- * that dop853 took for the reference: doubled while they work, or halved until they do. Whether it is accuracy or
- * stability that forbids the next larger step is told by the error: at order p, a step twice as large costs 2^p of it.
- * Where that would still be a small error and the run fails all the same, the step has left the method's stability
- * region, and the limit is found by bisection. An adaptive method shows the same limit by steps that stay as many when
- * the tolerance is loosened.
+ * Fixed steps are the duration over whole numbers n, n_max, 2 n_max, 4 n_max, ... The first is found from the number of
+ * steps that dop853 took for the reference: the step is doubled while it is usable, or halved until it is. The error
+ * shows whether accuracy or stability prevents the next larger step: at order p, a step twice as large has 2^p times
+ * the error. If that would still be a small error and the run fails nevertheless, the step has left the method's
+ * stability region, and the limit is found by bisection. An adaptive method shows the same limit by a number of steps
+ * that does not fall when the tolerance is loosened.
  */
 #include "study/accuracy.h"
 
 #include <math.h>
 #include <string.h>
 
-static const double narrow = 1.02; /* how close a stability limit is found */
+static const double narrow = 1.02; /* ratio to which a stability limit is found */
 
-/* A curve while it grows. */
+/* A curve under construction. */
 typedef struct kt_ladder {
     kt_accuracy *study;
     kt_accuracy_curve *curve;
-    kt_accuracy_point *points; /* of the curve, by falling setting */
+    kt_accuracy_point *points; /* of the curve, by decreasing setting */
     double deadline;
-    int stalls; /* points in a row on which the error has not fallen */
+    int stalls; /* consecutive points at which the error has not fallen */
 } kt_ladder;
 
 static const kt_variant *variant_of(const kt_ladder *ladder) {
@@ -34,7 +34,7 @@ static kt_status try_setting(const kt_ladder *ladder, double setting, kt_accurac
                            setting, point, error);
 }
 
-/* A point into its place among the others. */
+/* Inserts a point in the order of settings. */
 static void keep(kt_ladder *ladder, const kt_accuracy_point *point) {
     kt_accuracy_curve *curve = ladder->curve;
     int i = curve->count;
@@ -48,13 +48,13 @@ static void keep(kt_ladder *ladder, const kt_accuracy_point *point) {
 
 /* ---- where to stop ----------------------------------------------------------------------------------------------- */
 
-/* The least fall of the error, as a factor, that is worth a further point. */
+/* The least factor by which the error must fall for a further point to be worthwhile. */
 static double least_fall(const kt_accuracy_curve *curve, double ratio) {
     const double order = curve->adaptive ? 1.0 : curve->method->order;
     return pow(ratio, 0.3 * order);
 }
 
-/* After a point: whether the ladder ends, and why. `before` may be NULL. */
+/* Whether the ladder ends after a point, and why. `before` may be NULL. */
 static bool is_done(kt_ladder *ladder, const kt_accuracy_point *before, const kt_accuracy_point *point) {
     kt_accuracy_curve *curve = ladder->curve;
     kt_accuracy *study = ladder->study;
@@ -65,7 +65,7 @@ static bool is_done(kt_ladder *ladder, const kt_accuracy_point *before, const kt
         before == NULL || !before->usable || kt_accuracy_is_held(curve, before, point) ||
         point->error.position * least_fall(curve, before->setting / point->setting) <= before->error.position;
     ladder->stalls = small && !fell ? ladder->stalls + 1 : 0;
-    if (ladder->stalls >= (curve->adaptive ? 4 : 2)) /* tolerances are closer to each other, and errors less smooth */
+    if (ladder->stalls >= (curve->adaptive ? 4 : 2)) /* tolerances are closer together, and errors less smooth */
         curve->end = point->believed ? KT_ACCURACY_FLOOR : KT_ACCURACY_REFERENCE;
     else if (!point->believed && before != NULL && !before->believed)
         curve->end = KT_ACCURACY_REFERENCE;
@@ -82,7 +82,7 @@ static bool is_too_long(const kt_ladder *ladder, double evaluations) {
 
 /* ---- given settings ---------------------------------------------------------------------------------------------- */
 
-/* By falling size, each once. */
+/* Runs each given setting once. */
 static kt_status try_all(kt_ladder *ladder, const double *settings, int count, kt_error *error) {
     kt_status status = KT_OK;
     for (int i = 0; i < count && status == KT_OK; i++) {
@@ -99,7 +99,7 @@ static kt_status try_all(kt_ladder *ladder, const double *settings, int count, k
 
 static double step_of(const kt_ladder *ladder, double steps) { return ladder->study->results.duration / steps; }
 
-/* The limit lies between a step that works and one that does not. */
+/* Finds the stability limit between a step that is usable and one that is not. */
 static kt_status bisect(kt_ladder *ladder, double good, double bad, kt_error *error) {
     kt_status status = KT_OK;
     while (bad > narrow * good && status == KT_OK) {
@@ -112,7 +112,7 @@ static kt_status bisect(kt_ladder *ladder, double good, double bad, kt_error *er
     return status;
 }
 
-/* The least number of steps, of those that a power of two divides or multiplies `steps` into, that works; 0: none. */
+/* Finds the least usable number of steps among *steps times powers of two; *steps = 0: none. */
 static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_point *failed, kt_error *error) {
     kt_accuracy_point point;
     const int stages = ladder->curve->method->stages;
@@ -160,7 +160,7 @@ static kt_status refine(kt_ladder *ladder, kt_error *error) {
                 keep(ladder, &point);
         }
         if (status == KT_OK && is_done(ladder, i > 0 ? &points[i - 1] : NULL, &points[i])) {
-            curve->count = i + 1; /* those below were tried on the way up, and say no more */
+            curve->count = i + 1; /* finer points were computed by find_coarsest and add nothing */
             return KT_OK;
         }
     }
@@ -188,7 +188,7 @@ static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
 
 /* ---- tolerances -------------------------------------------------------------------------------------------------- */
 
-/* Where a looser tolerance saves no steps although the error would bear it: the mean step there. */
+/* The mean step where a looser tolerance saves no steps although the error would allow it. */
 static void find_held_step(kt_ladder *ladder) {
     kt_accuracy_curve *curve = ladder->curve;
     for (int i = 0; i + 1 < curve->count; i++) {
@@ -200,7 +200,7 @@ static void find_held_step(kt_ladder *ladder) {
     }
 }
 
-/* The part of the time that a ladder of as many points as this one has left to try would take. */
+/* Whether 20 more points would take longer than the time left for this curve. */
 static bool is_costly(const kt_ladder *ladder, const kt_accuracy_point *point, double started) {
     kt_accuracy *study = ladder->study;
     if (study->options.clock == NULL || isnan(point->cpu))
@@ -209,7 +209,7 @@ static bool is_costly(const kt_ladder *ladder, const kt_accuracy_point *point, d
     return 20.0 * fmax(point->cpu, spent / ladder->curve->count) > ladder->deadline - now;
 }
 
-/* Half decades, or whole ones where runs are long. */
+/* Tolerances by half decades, or by whole decades where runs are long. */
 static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
     static const double mantissas[] = {1.0, 0.3};
     kt_accuracy_curve *curve = ladder->curve;
@@ -231,7 +231,7 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
         if (status != KT_OK || (!point.usable && curve->count == 0))
             continue;
         keep(ladder, &point);
-        if (!point.usable && point.status != KT_OK) { /* the step became too small, or the run too long */
+        if (!point.usable && point.status != KT_OK) { /* the step became too small or the run too long */
             curve->end = KT_ACCURACY_LENGTH;
             break;
         }

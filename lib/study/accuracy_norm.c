@@ -1,8 +1,8 @@
-/* The norm of the difference of two states: see kinetree/accuracy.h.
+/* The norm of the difference of two states (defined in kinetree/study.h).
  *
- * Differences are those of the joints' own algebra, dv with q (+) dv = q_other, so that a quaternion gives the vector
- * of the rotation between the two. Coordinates of a joint that make one vector (a rotation, a translation) count by its
- * Euclidean length, all others by themselves.
+ * Differences are those of the joints' own algebra, dv with q (+) dv = q_other, so that a quaternion yields the vector
+ * of the rotation between the two. Coordinates of a joint that form one vector (a rotation, a translation) count by its
+ * Euclidean length, all others individually.
  */
 #include "study/accuracy.h"
 
@@ -17,7 +17,7 @@ static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }
 
 static bool is_length(kt_coordinate_kind kind) { return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_PLACE; }
 
-/* The largest over one joint. of_rates: whole turns count. */
+/* The largest over one joint. of_rates: differences are of velocities, so whole turns count. */
 static double measure_joint(kt_joint_type type, int count, double length, bool of_rates, const double *d) {
     double largest = 0.0;
     for (int k = 0; k < count;) {

@@ -1,17 +1,17 @@
-/* The reference of a study, how far it can be trusted, and for how long.
+/* The reference of a study, its uncertainty, and the horizon up to which it holds.
  *
- * Two solutions by methods that share no coefficient, dop853 and tsit5, both at the tightest tolerance that they can be
- * had with: their difference bounds the error of the better one unless both are wrong alike, and stands for the
- * uncertainty of the reference. Where a reference is given, dop853 is held against that.
+ * Two solutions are computed by methods that share no coefficient, dop853 and tsit5, each at the tightest tolerance
+ * that works within the budget. Their difference bounds the error of the better one unless both have the same error; it
+ * is the uncertainty of the reference. A given reference is compared with dop853.
  *
- * Horizon. With d(t) the distance between the reference and a run from a state moved by d(0) = 1e-8 or so,
+ * Horizon. With d(t) the distance between the reference and a run whose initial state is moved by d(0) = 1e-8 or so,
  *
  *     K(t) = d(t) / d(0),   d = |q - q'| + T |v - v'|,   T = amplitude / largest speed
  *
- * is by how much small errors grow until t (log K / t: the finite-time Lyapunov exponent, Benettin 1976). Rounding,
- * too, is such an error: where K reaches 1e6, a result has lost six digits besides those that its method costs, a
- * coarse step no longer tells a good method from a bad one, and the study stops there. So it does where the two
- * solutions part, as at a position from which a mechanism can move on in several ways.
+ * is the growth factor of small errors up to t (log K / t: the finite-time Lyapunov exponent, Benettin 1976). Rounding
+ * is such an error, too: where K reaches 1e6, a result has lost six digits in addition to the method's error, a coarse
+ * step no longer distinguishes a good method from a bad one, and the study stops there. It also stops where the two
+ * solutions diverge, for instance at a position from which a mechanism can move on in several ways.
  */
 #include "study/accuracy.h"
 
@@ -22,19 +22,19 @@
 #include <string.h>
 
 static const double tightest = 1e-13, loosest = 1e-9, nudge = 1e-8;
-static const double parted = 1e-5; /* of the amplitude: two solutions are no longer the same motion */
+static const double parted = 1e-5; /* of the amplitude: two solutions further apart are no longer the same motion */
 
-/* Watches a run at its records. */
+/* Observes a run at its records. */
 typedef struct kt_walk {
     kt_accuracy_guard guard;
-    kt_accuracy_states *into;          /* where states are kept; NULL: nowhere */
-    const kt_accuracy_states *against; /* what they are held against; NULL: nothing */
+    kt_accuracy_states *into;          /* where states are stored; NULL: nowhere */
+    const kt_accuracy_states *against; /* what they are compared with; NULL: nothing */
     double begin, time;                /* d(0), and T above */
     double amplification;              /* the largest K */
     int rows;                          /* records taken */
-    bool has_room;                     /* the box is to be found */
+    bool has_room;                     /* the bounding box is to be computed */
     kt_vec3 low, high;
-    double reached; /* s: the time where the run ended */
+    double reached; /* s: the time at which the run ended */
 } kt_walk;
 
 static void widen(kt_walk *walk, kt_vec3 at) {
@@ -42,7 +42,7 @@ static void widen(kt_walk *walk, kt_vec3 at) {
     walk->high = kt_vec3_make(fmax(walk->high.x, at.x), fmax(walk->high.y, at.y), fmax(walk->high.z, at.z));
 }
 
-/* All places that are known by name, and the centre of mass. */
+/* Extends the box by all joint origins and markers, and by the centre of mass. */
 static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
     const kt_model *model = walk->guard.study->model;
     kt_vec3 center;
@@ -98,14 +98,14 @@ static kt_status make_simulation(kt_walk *walk, const char *name, double toleran
     return kt_simulation_create(study->model, &run, &options, simulation, error);
 }
 
-/* Runs to the end, or until the walk stops or its time is over, which is no error. */
+/* Runs to the end, or until the walk stops or its time is over, which is not an error. */
 static kt_status follow(kt_walk *walk, kt_simulation *simulation, kt_error *error) {
     const kt_status status = kt_simulation_run(simulation, watch, walk, error);
     walk->reached = kt_simulation_time(simulation);
     return status == KT_ERROR_CALLBACK || walk->guard.late ? KT_OK : status;
 }
 
-/* At the tightest tolerance that works, from *tolerance up. *tolerance becomes the one that did. */
+/* Solves at the tightest tolerance that works, from *tolerance upwards, and writes this tolerance. */
 static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt_simulation_counts *counts,
                        kt_error *error) {
     kt_status status;
@@ -145,7 +145,7 @@ static void find_length(kt_accuracy *study, const kt_walk *walk) {
     results->length = results->unit == KT_ACCURACY_MIXED && edge > 0.0 && isfinite(edge) ? edge : 1.0;
 }
 
-/* How far the motion goes from where it begins. Returns its largest speed. */
+/* Computes the amplitude: the largest distance from the initial state. Returns the largest speed. */
 static double find_amplitude(kt_accuracy *study, const kt_accuracy_states *states) {
     kt_accuracy_results *results = &study->results;
     double speed = 0.0;
@@ -165,8 +165,8 @@ static double find_amplitude(kt_accuracy *study, const kt_accuracy_states *state
 
 /* ---- growth ------------------------------------------------------------------------------------------------------ */
 
-/* A run from a state moved a little in all directions, held against the reference. Returns how many records lie before
- * the limit; all of them where the neighbour cannot be run, and growth is then unknown. */
+/* Compares the reference with a run whose initial state is moved a little in all directions. Returns the number of
+ * records before the limit; if the neighbouring motion cannot be run, all records, and the growth is then unknown. */
 static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, double speed) {
     kt_accuracy_results *results = &study->results;
     kt_walk walk = {
@@ -177,13 +177,13 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
     if (make_simulation(&walk, "dop853", 1e-12, &simulation, NULL) != KT_OK)
         return walk.rows;
     for (size_t i = 0; i < study->nv; i++)
-        study->difference[i] = nudge * cos(1.0 + 2.39996 * (double)i); /* golden angles: no symmetry */
+        study->difference[i] = nudge * cos(1.0 + 2.39996 * (double)i); /* multiples of the golden angle: no symmetry */
     kt_position_add(study->model, study->begin, study->difference, study->moved);
     if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
         const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
         walk.begin = distance(&walk, &first);
         const bool failed = walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK;
-        if (failed || walk.guard.late) /* which is not far */
+        if (failed || walk.guard.late) /* the limit was not reached */
             walk.rows = results->records + 1;
     }
     kt_simulation_free(simulation);
@@ -194,7 +194,8 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
 
 /* ---- the second solution ----------------------------------------------------------------------------------------- */
 
-/* A method of order 5 takes some six times the evaluations of dop853 at 1e-13, and 10^(1/5) less a decade above. */
+/* The tolerance of the second solution. A method of order 5 takes about six times the evaluations of dop853 at 1e-13,
+ * and a factor of 10^(1/5) less per decade above that. */
 static double choose_tolerance(const kt_accuracy *study, double used) {
     double tolerance = tightest;
     if (study->options.clock == NULL)
@@ -204,7 +205,7 @@ static double choose_tolerance(const kt_accuracy *study, double used) {
     return tolerance;
 }
 
-/* The largest differences of two solutions up to where they part. Returns the number of records up to there. */
+/* The largest differences of two solutions before they diverge. Returns the number of records up to there. */
 static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const kt_accuracy_states *b, int rows,
                    kt_accuracy_error *error) {
     const kt_accuracy_results *results = &study->results;
@@ -225,7 +226,7 @@ static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const 
     return rows;
 }
 
-/* Of a computed reference: tsit5. Fills study->second. */
+/* The second solution of a computed reference, by tsit5. Fills study->second. */
 static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_simulation_counts counts;
@@ -241,11 +242,11 @@ static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-/* dop853's solution, and what it tells. */
+/* Results of dop853's solution. */
 typedef struct kt_first {
-    double used, reached; /* s: of the clock; of the motion */
-    bool late;            /* the time ended before the motion */
-    int taken, grown;     /* records: of the solution; before small errors are large */
+    double used, reached; /* s: clock time used; time of the motion that was reached */
+    bool late;            /* the time budget ended before the motion */
+    int taken, grown;     /* numbers of records: of the solution; before small errors are large */
 } kt_first;
 
 static kt_status say_late(const kt_accuracy *study, const kt_first *first, kt_error *error) {
@@ -259,7 +260,8 @@ static kt_status say_late(const kt_accuracy *study, const kt_first *first, kt_er
                         asked, first->reached, first->used, needed);
 }
 
-/* At the tightest tolerance at which it gets anywhere: below the noise of a scene's accelerations steps become tiny. */
+/* Solves at the tightest tolerance at which the motion advances: below the noise of a model's accelerations steps
+ * become tiny. */
 static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, kt_walk *walk, kt_first *first,
                                double *tolerance, kt_simulation_counts *counts, kt_error *error) {
     *tolerance = tightest;
@@ -298,7 +300,7 @@ static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, kt_f
     return KT_OK;
 }
 
-/* A short horizon is worth records of its own. */
+/* Computes the reference. If the horizon is short, it is computed again with all records within it. */
 static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     const int records = results->records;
@@ -329,7 +331,7 @@ static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     return find_second(study, first.used, error);
 }
 
-/* A given reference is checked by dop853, and has its energy from there. */
+/* Checks a given reference by dop853, whose energy is used. */
 static kt_status find_given(kt_accuracy *study, kt_error *error) {
     const kt_reference *given = study->options.reference;
     const size_t rows = (size_t)given->count;

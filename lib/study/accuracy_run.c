@@ -1,9 +1,9 @@
 /* One run of a study: its error, its counts, its time.
  *
- * The error comes from a run with records at the reference's times, so that it is the error of what a user is given,
- * dense output included. Counts and time come from runs without records, from the same start to the same end, repeated:
- * other work on a machine only ever adds time, so that the least of the times is nearest to what the run costs by
- * itself, and the median's distance from it says how much the machine was disturbed.
+ * The error comes from a run with records at the reference's times, so that it is the error of the results that a user
+ * receives, dense output included. Counts and time come from runs without records, from the same start to the same end,
+ * repeated: other work on the machine only adds time, so that the least time is closest to the cost of the run itself,
+ * and the distance of the median from it shows how much the machine was disturbed.
  */
 #include "study/accuracy.h"
 
@@ -11,7 +11,8 @@
 #include <string.h>
 
 enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 15 };
-static const double sample_least = 2e-4; /* s: shorter runs are repeated within a sample, for the clock's sake */
+static const double sample_least = 2e-4; /* s: shorter runs are repeated within a sample, because of the clock's
+                                            resolution */
 
 kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                        double setting) {
@@ -31,7 +32,8 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, cons
 double kt_accuracy_most(const kt_accuracy *study) {
     double most = (double)study->options.run_evaluations;
     if (study->options.clock != NULL && study->evaluation > 0.0) {
-        /* The last run of a ladder is about half of it, and is run once for its error and a few times for its cost. */
+        /* The last run of a ladder takes about half of the ladder's time; it is run once for its error and a few times
+         * for its cost. */
         const double seconds = study->options.budget / (8.0 * study->results.curve_count);
         most = fmin(most, seconds / study->evaluation);
     }
@@ -47,7 +49,7 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
     return guard;
 }
 
-/* Clocks are slow: one look in sixteen evaluations is enough. */
+/* Reading a clock is slow, so it is read every sixteen evaluations. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
 static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_accuracy_guard *guard = user;
@@ -110,7 +112,7 @@ static kt_status run_once(kt_accuracy *study, kt_simulation *simulation, bool re
     return status;
 }
 
-/* Into rising order. */
+/* Inserts a sample in increasing order. */
 static void insert(double *samples, int count, double sample) {
     for (; count > 0 && samples[count - 1] > sample; count--)
         samples[count] = samples[count - 1];
@@ -120,7 +122,7 @@ static void insert(double *samples, int count, double sample) {
 static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, const kt_variant *variant,
                               kt_accuracy_point *point) {
     double samples[SAMPLES_MOST], start = kt_accuracy_now(study);
-    /* Of a ladder's share of the time: one part in 60 is well spent on many samples, one in 15 on three. */
+    /* Of a ladder's share of the time, one part in 60 is spent on many samples, and up to one in 15 on three. */
     const double share = study->options.budget / study->results.curve_count;
     kt_status status = run_once(study, simulation, variant->records);
     double last = kt_accuracy_now(study), used = last - start;
@@ -129,7 +131,7 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
         return status;
     const int inner = used < sample_least ? (int)fmin(1000.0, ceil(sample_least / fmax(used, 1e-7))) : 1;
     int count = 0;
-    if (inner == 1) /* the first one counts */
+    if (inner == 1) /* the first run counts as a sample */
         insert(samples, count++, used);
     while (count < SAMPLES_MOST && last - start < (count < SAMPLES_LEAST ? share / 15.0 : share / 60.0)) {
         for (int i = 0; i < inner && status == KT_OK; i++)
@@ -157,7 +159,7 @@ static void judge(const kt_accuracy *study, kt_accuracy_point *point) {
     point->believed = point->error.position > results->uncertainty.position;
 }
 
-/* The run whose time counts: nothing is recorded, or what the scene asks for. */
+/* The timed run: nothing is recorded, or what the scene requests. */
 static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_variant *variant, kt_run run,
                          kt_simulation_options options, kt_accuracy_point *point, kt_error *error) {
     kt_simulation *simulation = NULL;
@@ -171,7 +173,7 @@ static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_var
     kt_status status = kt_simulation_create(model, &run, &options, &simulation, error);
     if (status != KT_OK)
         return status;
-    if (measure_time(study, simulation, variant, point) != KT_OK) { /* the same run again: it cannot be */
+    if (measure_time(study, simulation, variant, point) != KT_OK) { /* cannot fail: the same run has succeeded */
         point->usable = false;
         point->status = KT_ERROR_STEP;
     }
@@ -198,8 +200,8 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     return point->usable ? time_it(study, model, variant, *run, *options, point, error) : KT_OK;
 }
 
-/* The options of a coordinate set for this setting; an adaptive method's steps are taken for twice as long as those of
- * the reference. */
+/* The options of a constraint formulation for this setting. The steps of an adaptive method are taken to be twice as
+ * long as those of the reference. */
 static kt_constraint_formulation_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive,
                                                     double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
@@ -225,7 +227,7 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_va
         const kt_constraint_formulation_options settings = choose_set(study, variant, adaptive, setting);
         const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
         status = kt_constraint_formulation_create(absolute ? kt_model_absolute(model) : model, &settings, &set, error);
-        if (status == KT_ERROR_SINGULAR) { /* the set cannot do this scene */
+        if (status == KT_ERROR_SINGULAR) { /* the formulation cannot compute this scene */
             point->status = point->verdict = status;
             judge(study, point);
             return KT_OK;

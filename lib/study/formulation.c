@@ -1,5 +1,6 @@
-/* Other coordinate sets behind the right-hand side of a simulation: the tree's equations as matrices, the choice of the
- * set, and what it has met. The sets themselves are in set_*.c.
+/* Constraint formulations as the right-hand side of a simulation: the tree's equations as matrices, the choice of the
+ * formulation, and its statistics. The formulations themselves are in formulation_gauss.c, _baumgarte.c, _augmented.c
+ * and _projection.c.
  */
 #include "study/formulation.h"
 #include "model/model.h"
@@ -56,7 +57,7 @@ kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, dou
 
 /* ---- evaluation -------------------------------------------------------------------------------------------------- */
 
-/* Forces and b'' at u' instead of w. */
+/* Fills the equations with forces and b'' at u' instead of w. */
 static kt_status fill_projected(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
                                 const double *w, const double *tau, const kt_wrench *external, kt_error *error) {
     kt_status status = kt_loop_equations(set->model, data, t, q, w, set->jacobian, NULL, set->rate, NULL, error);

@@ -1,12 +1,13 @@
-/* What the files of the other coordinate sets share. Matrices are column-major; n = nv, k = equations of all loops,
- * void ones (which are zero) included. */
+/* What the files of the constraint formulations share. Matrices are column-major; n = nv, k = the number of equations
+ * of all loops, including void ones (which are zero).
+ */
 #ifndef KT_STUDY_FORMULATION_H
 #define KT_STUDY_FORMULATION_H
 
 #include "base/arena.h"
 #include "kinetree/study.h"
 
-/* Every array of a set: type, name, count, meaning. */
+/* Every array of a formulation: type, name, count, meaning. */
 #define KT_FORMULATION_FIELDS(X)                                                                                       \
     X(double, mass, n *n, "M, then its Cholesky factor")                                                               \
     X(double, force, n, "f = tau - h")                                                                                 \
@@ -32,13 +33,13 @@ struct kt_constraint_formulation {
     kt_constraint_formulation_options options;
     int n, k, cap;  /* nv, equations, their rank at generic positions */
     double penalty; /* s */
-    double largest; /* the last independent direction: the largest seen, */
-    double least;   /* and the smallest */
+    double largest; /* the last independent direction: the largest so far, */
+    double least;   /* and the smallest so far */
     kt_constraint_formulation_statistics found;
     KT_ARENA_DECLARE(KT_FORMULATION_FIELDS)
 };
 
-/* M, f, A, phi, b', b'' and A v - b' at (t, q, v); velocities enter f and b''. */
+/* Fills M, f, A, phi, b', b'' and A v - b' at (t, q, v); f and b'' depend on v. */
 KT_CHECKED kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
                                          const double *v, const double *tau, const kt_wrench *external,
                                          kt_error *error);
@@ -46,27 +47,27 @@ KT_CHECKED kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data
 /* target = b'' - 2 alpha (A v - b') - beta^2 phi */
 void kt_formulation_baumgarte(kt_constraint_formulation *set, double alpha, double beta);
 
-/* Factors the n x k matrix in `factor`; returns the rank that is to be believed, and notes what it saw. `watch`: it is
- * A M^-1/2, whose directions are the ones that are followed. */
+/* Factors the n x k matrix in `factor` and returns the rank to be used. With `watch`, the matrix is L^-1 A' (M = L L'),
+ * and the statistics of its independent directions are updated. */
 int kt_formulation_factor(kt_constraint_formulation *set, double t, bool watch);
 
-/* x (n) moves least so that (factored matrix)' x = b (k), by its first `rank` pivots. */
+/* Changes x (n) by the least step for which (factored matrix)' x = b (k), by its first `rank` pivots. */
 void kt_formulation_constrain(kt_constraint_formulation *set, int rank, const double *b, double *x);
 
-/* a by Gauss' principle with A a = target; M is overwritten. */
+/* Computes a by Gauss' principle with A a = target; M is overwritten by its Cholesky factor. */
 KT_CHECKED kt_status kt_formulation_gauss(kt_constraint_formulation *set, double t, double *a, kt_error *error);
 
-/* a by penalties and multipliers with A a = target; M is overwritten. */
+/* Computes a by penalties and multipliers with A a = target. */
 KT_CHECKED kt_status kt_formulation_augmented(kt_constraint_formulation *set, double t, double *a, kt_error *error);
 
-/* velocity = v moved least to A u' = b', at a state that has been filled. */
+/* velocity = v with the least change to A u' = b', at a state whose equations have been filled. */
 void kt_formulation_project_velocity(kt_constraint_formulation *set, double t, const double *v);
 
-/* The drift eliminated, for simulations; `user` is the set. */
+/* Eliminates the drift of positions in a simulation; `user` is the formulation. */
 int kt_formulation_project_positions(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error,
                                      void *user);
 
-/* Refusals with the time. */
+/* Reports an error with the time at which it occurred. */
 KT_CHECKED kt_status kt_formulation_refuse(double t, kt_status status, const char *message, kt_error *error);
 
 #endif

@@ -1,22 +1,23 @@
 /* The augmented Lagrangian [MSD 9.3 to 9.6; Bayo, Garcia de Jalon, Serna, A modified Lagrangian formulation for the
  * dynamic analysis of constrained mechanical systems, Computer Methods in Applied Mechanics and Engineering 71, 1988].
  *
- * Constraint forces are penalties on the error e = A a - c, c = b'' - 2 alpha (A v - b') - beta^2 phi as Baumgarte's,
- * and multipliers l that take up what the penalty leaves:
+ * Constraint forces are penalties on the error e = A a - c, c = b'' - 2 alpha (A v - b') - beta^2 phi as in Baumgarte's
+ * stabilisation, plus multipliers l that take up the remainder:
  *
  *     M a = f - A' (s (A a - c) + l):    (M + s A' A) a_i+1 = f + A' (s c - l_i),   l_0 = 0
  *     l_i+1 = l_i + s (A a_i+1 - c).
  *
- * The first line with the second in it is M a_i+1 = f - A' l_i+1, so that only the equations are still off; and
- * subtracting two iterates, M (a_i+1 - a_i) = -s A' e_i+1, whence e_i+1 - e_i = -s S e_i+1 with S = A M^-1 A':
+ * Inserting the second line into the first gives M a_i+1 = f - A' l_i+1: the equations of motion hold, and only the
+ * constraint equations have an error. Subtracting two iterates gives M (a_i+1 - a_i) = -s A' e_i+1, hence e_i+1 - e_i =
+ * -s S e_i+1 with S = A M^-1 A', and
  *
  *     e_i+1 = (I + s S)^-1 e_i.
  *
- * Redundant equations do no harm (S is singular along them, e has no part there while they agree) and no rank is
- * decided, which is what the method is liked for. At a singular position an eigenvalue of S goes to zero, and with it
- * the rate at which e vanishes: that equation is left open for a while. Rounding of M + s A' A and of s A' c enters
- * along the freedoms, where M alone counts, multiplied by s S: a large penalty needs few iterations and loses its own
- * digits.
+ * Redundant equations do no harm (S is singular along them, and e has no component there while they are consistent) and
+ * no rank is decided, which is the advantage of the method. At a singular position an eigenvalue of S goes to zero, and
+ * with it the rate at which e vanishes: that equation is violated for a while. Rounding of M + s A' A and of s A' c
+ * enters along the degrees of freedom, where M alone acts, multiplied by s S: a large penalty needs few iterations and
+ * loses the corresponding digits.
  */
 #include "reduction/lapack.h"
 #include "study/formulation.h"
@@ -24,7 +25,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The lower triangle of M + s A' A, factored. */
+/* Factors M + s A' A (lower triangle). */
 static int factor(kt_constraint_formulation *set) {
     const int n = set->n, k = set->k;
     for (int j = 0; j < n; j++) {
@@ -55,7 +56,7 @@ static void solve(kt_constraint_formulation *set, double *a) {
     (void)kt_lapack_trtrs('T', n, 1, set->factor, a);
 }
 
-/* l += s e; returns the largest |e| against the largest of what it is the difference of. */
+/* l += s e; returns the largest |e| over the largest sum of the absolute terms of e. */
 static double take_up(kt_constraint_formulation *set, const double *a) {
     const int n = set->n, k = set->k;
     double worst = 0.0, size = 0.0;
@@ -74,8 +75,8 @@ static double take_up(kt_constraint_formulation *set, const double *a) {
     return worst > 0.0 ? worst / size : 0.0;
 }
 
-/* s A' e against f and A' l: what the iterate's forces are off by. Equations that contradict each other keep an e that
- * pushes nothing. */
+/* s A' e relative to f and A' l: the error of the iterate's forces. Equations that contradict each other keep an e
+ * without a force. */
 static double correction(const kt_constraint_formulation *set) {
     const size_t n = (size_t)set->n, k = (size_t)set->k;
     double most = 0.0, size = 0.0;
@@ -99,7 +100,7 @@ kt_status kt_formulation_augmented(kt_constraint_formulation *set, double t, dou
     memset(set->multiplier, 0, (size_t)set->k * sizeof(double));
     int done = 0;
     double left, off = HUGE_VAL, before;
-    do { /* until nothing is gained any more */
+    do { /* until the error no longer decreases */
         solve(set, a);
         left = take_up(set, a);
         before = off;

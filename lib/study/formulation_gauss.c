@@ -1,14 +1,15 @@
 /* Gauss' principle of least constraint, with given second derivatives of the closures.
  *
- * Wanted is the a that is least in (a - a_f)' M (a - a_f), a_f = M^-1 f, with A a = c [MSD 4.22]. With M = L L', y = L'
- * a and B = L^-1 A' that is: y nearest to y_f = L^-1 f with B' y = c. Column pivoting gives B P = [Q1 Q2][R1 S; 0 0] of
- * rank r, so that B' y = c reads R1' Q1' y = (P' c)_1, the other equations depending on these, and
+ * The acceleration a minimises (a - a_f)' M (a - a_f), a_f = M^-1 f, subject to A a = c [MSD 4.22]. With M = L L', y =
+ * L' a and B = L^-1 A' this means: y is the vector nearest to y_f = L^-1 f with B' y = c. Column pivoting gives B P =
+ * [Q1 Q2][R1 S; 0 0] of rank r, so that B' y = c becomes R1' Q1' y = (P' c)_1, the other equations being dependent on
+ * these, and
  *
  *     y = Q1 R1^-T (P' c)_1 + Q2 Q2' y_f,     a = L^-T y.
  *
  * Written out for full rank it is a = a_f - M^-1 A' (A M^-1 A')^-1 (A a_f - c) [MSD 4.29], without the squared
- * condition of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are not looked at:
- * the same as the pseudo-inverse wherever c contradicts itself nowhere, as it does not on the manifold.
+ * condition number of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are ignored;
+ * this equals the pseudo-inverse wherever c is consistent, as it is on the manifold.
  */
 #include "reduction/lapack.h"
 #include "study/formulation.h"
@@ -19,7 +20,7 @@ static double diagonal(const kt_constraint_formulation *set, int i) {
     return fabs(set->factor[(size_t)i * (size_t)set->n + (size_t)i]);
 }
 
-/* The last independent direction, against the first, and what is to be told of it. */
+/* Updates the statistics of the last independent direction, relative to the first, and of the rank. */
 static void watch_rank(kt_constraint_formulation *set, double t, int rank) {
     const double last = set->cap > 0 && set->cap <= set->n ? diagonal(set, set->cap - 1) : 1.0;
     if (last > set->largest)

@@ -1,4 +1,4 @@
-/* Laying a coordinate set out in memory, and choosing its penalty. */
+/* The memory of a constraint formulation, its options, and the choice of its penalty. */
 #include "reduction/lapack.h"
 #include "study/formulation.h"
 
@@ -57,8 +57,8 @@ static kt_status check(const kt_constraint_formulation_options *o, kt_error *err
     return KT_OK;
 }
 
-/* By way of an evaluation by Gauss' principle at the assembled initial state: R's last diagonal squared stands for the
- * smallest eigenvalue of A M^-1 A'. */
+/* Chooses the penalty by an evaluation of Gauss' principle at the assembled initial state: the square of R's last
+ * independent diagonal entry stands for the smallest eigenvalue of A M^-1 A'. */
 static kt_status choose_penalty(kt_constraint_formulation *set, kt_data *data, kt_error *error) {
     const kt_constraint_formulation_options wanted = set->options;
     kt_model_initial(set->model, set->state_q, set->state_v);

@@ -1,6 +1,7 @@
 /* Force projection [MSD 9.7 to 9.17].
  *
- * Positions u and their rates are told apart: w is what the accelerations add up to, u' is what of it the loops allow,
+ * The rates of positions u are distinguished from the integrated velocities w: w is the integral of the accelerations,
+ * and u' is the part of w that the loop equations allow,
  *
  *     u' + A' mu = w,  A u' = b':     u' = w - A' (A A')^+ (A w - b')                             [MSD 9.11a, W = I]
  *     M w' + A' lambda = f,  A w' = b'':   w' by Gauss' principle, f and b'' at u'                [MSD 9.11b]
@@ -8,10 +9,10 @@
  * The multiplier mu is zero for exact integration. With A' P = Q R of rank r, Q1' u' = R1^-T (P' b')_1 and Q2' u' = Q2'
  * w.
  *
- * What becomes of an error e = A w - b' of the velocities: e' = A w' + A' w - b'' - A' u', where A' here is dA/dt,
- * hence e' = (dA/dt) (w - u') = (dA/dt) A^+ e: w - u' grows and falls with the size of A, and nothing damps it; but
- * positions do not follow it. Their own drift, of the steps' local errors, is put right after each step by the least
- * step [MSD 9.16, 9.17] that closes the loops, which is the one of kt_state_project; w is left alone there.
+ * An error e = A w - b' of the velocities obeys e' = A w' + A' w - b'' - A' u', where A' here is dA/dt, hence e' =
+ * (dA/dt) (w - u') = (dA/dt) A^+ e: w - u' grows and falls with the size of A and nothing damps it, but positions do
+ * not follow it. Their own drift, caused by the local errors of the steps, is removed after each step by the least step
+ * [MSD 9.16, 9.17] that closes the loops, which is that of kt_state_project; w is not changed there.
  */
 #include "study/formulation.h"
 
