@@ -1,29 +1,30 @@
-/* A leg with a four-bar linkage whose foot follows a path: closed loops of bodies inside a control loop.
+/* A leg with a four-bar linkage whose foot follows a path: a mechanism with a closed loop within a control loop.
  *
  *     embed-closed_loop_leg [--csv FILE]
  *
- *     hip o===crank     Two motors sit at the hip: one turns the thigh, the other a crank on the thigh, which bends the
- *         |\   |        knee through a rod. Thigh, crank, rod and shank are a loop: four joints, two freedoms.
- *   thigh | \  | rod
+ *     hip o===crank     There are two motors at the hip: one rotates the thigh, the other a crank on the thigh, which
+ *         |\   |        bends the knee through a rod. Thigh, crank, rod and shank form a loop: four joints with two
+ *   thigh | \  | rod    degrees of freedom.
  *    knee o==lever      Every millisecond the controller reads the encoders of the two motors (quantised) and their
- *        /              speeds, and knows nothing else. Then
+ *        /              speeds; these are its only measurements. Then it takes two steps:
  *       / shank
  *   foot
  *
- * 1. kt_state_assemble finds the angles and speeds of knee and rod: the motors' joints are held, the loop is closed.
- * 2. The foot shall have the acceleration s = r'' + D (r' - p') + K (r - p). What it has, p'' = p0'' + sum_i c_i u_i,
- * is affine in the torques u of the motors, whatever loops there are. So three accelerations of the mechanism, without
- *    torques and with one unit torque each, tell p0'', c_1 and c_2, and two equations the torques.
+ * 1. kt_state_assemble closes the loop with the motors' joints held, which gives angles and speeds of knee and rod.
+ * 2. The foot is to have the acceleration s = r'' + D (r' - p') + K (r - p). Its acceleration
+ *    p'' = p0'' + sum_i c_i u_i is affine in the torques u of the motors, also in the presence of loops. Three
+ *    evaluations of the acceleration, without torques and with one unit torque each, therefore give p0'', c_1 and c_2,
+ *    and two linear equations give the torques.
  *
- * The plant runs twice: once as the controller knows it, once with 0.2 kg on the foot and friction in the joints of
- * which the controller knows nothing.
+ * The experiment is run twice: with the plant equal to the controller's model, and with 0.2 kg on the foot and friction
+ * in the joints, both unknown to the controller.
  */
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { THIGH = 0, CRANK, ROD, SHANK, JOINTS, MOTORS = 2 }; /* in this order in q and v, too */
+enum { THIGH = 0, CRANK, ROD, SHANK, JOINTS, MOTORS = 2 }; /* order of the coordinates in q and v */
 
 static const double sample = 1e-3, duration = 3.0, settled = 0.5;   /* s */
 static const double count = 2.0 * 3.14159265358979323846 / 65536.0; /* rad, of the encoders */
@@ -47,7 +48,7 @@ static kt_body link_from(const char *name, const char *parent, kt_vec3 at, kt_ve
     return body;
 }
 
-/* load: on the foot, kg; friction: in every joint, N m s. */
+/* load: mass on the foot, kg; friction: viscous, in every joint, N m s. */
 static kt_status describe(double load, double friction, kt_model **model, kt_error *error) {
     const kt_vec3 hip = {0.0, 0.0, 0.0}, knee = {0.0, -0.4, 0.0};
     const kt_vec3 end = {-0.07, 0.0, 0.0}, down = {0.0, -0.4, 0.0}, lever = {-0.031, -0.039, 0.0};
@@ -86,7 +87,7 @@ static kt_status describe(double load, double friction, kt_model **model, kt_err
     leg.loop_count = 1;
     leg.effects = dampers;
     leg.effect_count = friction > 0.0 ? JOINTS : 0;
-    leg.hold = held; /* kt_state_assemble leaves these as they are */
+    leg.hold = held; /* kt_state_assemble leaves these coordinates unchanged */
     leg.hold_count = MOTORS;
     return kt_model_compile(&leg, NULL, model, error);
 }
@@ -97,11 +98,11 @@ typedef struct controller {
     const kt_model *model;
     kt_data *data;
     int shank;
-    double q[JOINTS], v[JOINTS]; /* what it believes; the last ones are where the next assembly starts */
-    kt_vec3 position;            /* of the foot, as it believes */
+    double q[JOINTS], v[JOINTS]; /* estimated state; the last two elements also start the next assembly */
+    kt_vec3 position;            /* of the foot, estimated, m */
 } controller;
 
-/* Two steps a second: an ellipse, 0.3 m long and 0.12 m high. r, r', r''. */
+/* The path at t with its derivatives r, r', r'': an ellipse, 0.3 m long and 0.12 m high, two revolutions per second. */
 static void path_at(double t, kt_vec3 r[3]) {
     const double w = 4.0 * 3.14159265358979323846, a = w * t;
     r[0] = kt_vec3_make(0.15 * cos(a), -0.66 + 0.06 * sin(a), 0.0);
@@ -109,7 +110,7 @@ static void path_at(double t, kt_vec3 r[3]) {
     r[2] = kt_vec3_make(-0.15 * w * w * cos(a), -0.06 * w * w * sin(a), 0.0);
 }
 
-/* The foot's acceleration under torques tau. */
+/* Computes the foot's acceleration under the joint torques tau. */
 static kt_status foot_acceleration(const controller *c, const double *tau, kt_vec3 *acceleration, kt_error *error) {
     double a[JOINTS];
     kt_status status = kt_acceleration_evaluate(c->model, c->data, 0.0, c->q, c->v, tau, NULL, a, error);
@@ -120,7 +121,8 @@ static kt_status foot_acceleration(const controller *c, const double *tau, kt_ve
     return status;
 }
 
-/* angle, speed: of the motors, as they are measured; torque: of all joints, those without a motor zero. */
+/* Computes the torques at t. angle, speed: of the motors, as measured; torque: of all joints; only those of the motors
+ * are written. */
 static kt_status control(controller *c, double t, const double *angle, const double *speed, double *torque,
                          kt_error *error) {
     kt_vec3 r[3], p[1 + MOTORS], s;
@@ -140,7 +142,7 @@ static kt_status control(controller *c, double t, const double *angle, const dou
                     kt_vec3_scale(damping, kt_vec3_sub(r[1], velocity)));
     s = kt_vec3_sub(kt_vec3_add(s, r[2]), p[0]);
     const kt_vec3 c1 = kt_vec3_sub(p[1], p[0]), c2 = kt_vec3_sub(p[2], p[0]);
-    const double determinant = c1.x * c2.y - c2.x * c1.y; /* zero where the leg or its linkage is stretched */
+    const double determinant = c1.x * c2.y - c2.x * c1.y; /* zero if the leg or its linkage is stretched */
     torque[THIGH] = fmax(-limit, fmin(limit, (s.x * c2.y - c2.x * s.y) / determinant));
     torque[CRANK] = fmax(-limit, fmin(limit, (c1.x * s.y - s.x * c1.y) / determinant));
     return KT_OK;
@@ -148,7 +150,8 @@ static kt_status control(controller *c, double t, const double *angle, const dou
 
 /* ---- the experiment ---------------------------------------------------------------------------------------------- */
 
-/* The largest distance of the foot from its path once settled, torque, opening of the loop. */
+/* Largest distance of the foot from its path after settling (m), largest torque (N m) and largest residual of the
+ * loop. */
 typedef struct findings {
     double error, torque, open;
 } findings;
@@ -159,7 +162,7 @@ static kt_status experiment(const kt_model *plant, controller *c, FILE *csv, fin
     fixed.integrator = "rk4";
     fixed.step = sample;
     fixed.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_CONSTRAINT;
-    options.kinematics = true; /* to look at the plant's foot: not for the controller */
+    options.kinematics = true; /* for the position of the plant's foot, which the controller does not use */
     kt_simulation *simulation = NULL;
     kt_status status = kt_simulation_create(plant, &fixed, &options, &simulation, error);
     *f = (findings){0};
@@ -197,7 +200,7 @@ int main(int argc, char **argv) {
         fprintf(stderr, "usage: %s [--csv FILE], a file that can be written\n", argv[0]);
         return 2;
     }
-    static _Alignas(KT_ALIGNMENT) unsigned char memory[32 * 1024]; /* all that the controller works in */
+    static _Alignas(KT_ALIGNMENT) unsigned char memory[32 * 1024]; /* the controller's workspace */
     kt_error error;
     kt_model *known = NULL, *loaded = NULL;
     controller c = {0};

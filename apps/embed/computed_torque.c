@@ -1,21 +1,20 @@
-/* Computed torque: a seven-axis arm follows a path by the library's own inverse dynamics.
+/* Computed torque control: a seven-axis arm follows a path by the library's inverse dynamics.
  *
- * Two controllers have the same gains, the same sensors and the same torque limits, at 1 kHz:
+ * Two controllers with the same gains, sensors and torque limits are compared at 1 kHz:
  *
  *     computed torque   tau = M(q) (a_d + Kp e + Kd de) + h(q, v)      one call of kt_dynamics_inverse
  *     PD                tau = D (Kp e + Kd de) + g(q)                  D: the diagonal of M in the middle of the path
  *
- * with e = q_d - q. Where the model is exact the first leaves e'' + Kd e' + Kp e = 0, seven joints that do not know of
- * each other. PD is given what an industrial controller has, gravity compensation and joint inertias, but not the rest:
- * on a quick path the forces between the joints and the inertia times a_d are its error.
+ * with e = q_d - q. If the model is exact, computed torque leaves e'' + Kd e' + Kp e = 0, seven decoupled joints. The
+ * PD controller has what an industrial controller has, gravity compensation and joint inertias, but nothing more: on a
+ * fast path the coupling forces between the joints and the inertial forces of a_d disturb it.
  *
- * No model is exact: the arm that is simulated has masses and inertias some percent off those that the controllers
- * know, up or down from body to body, a heavier tool, and friction in its joints.
+ * No model is exact: in the simulated arm the masses and inertias differ by some percent from those in the controllers'
+ * model, upwards or downwards from body to body, the tool is heavier, and the joints have friction.
  *
  *     computed_torque [--error PERCENT] [--csv FILE]
  *
- * With --error 0 the arm is exactly the one that is known: what is left of the error is the millisecond for which a
- * torque is held.
+ * With --error 0 the arm equals the model, and the remaining error comes from the zero-order hold of the torque, 1 ms.
  *
  * The arm is that of apps/scenes/arm7.yaml, standing instead of hanging. Reference: Siciliano, Sciavicco, Villani,
  * Oriolo, Robotics (2009), 8.5.2, inverse dynamics control.
@@ -27,7 +26,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { JOINTS = 7, BODIES = 8, TICKS = 6000, START = 1000 }; /* errors count from the first second on */
+enum { JOINTS = 7, BODIES = 8, TICKS = 6000, START = 1000 }; /* errors are evaluated from START on */
 
 static const double tick = 1e-3, frequency = 25.0;                    /* s; rad/s, of the decoupled errors, damping 1 */
 static const double limit[JOINTS] = {300, 300, 150, 150, 60, 40, 20}; /* N m */
@@ -35,10 +34,10 @@ static const double limit[JOINTS] = {300, 300, 150, 150, 60, 40, 20}; /* N m */
 typedef struct part {
     const char *name;
     char axis;         /* of its joint */
-    double up;         /* origin above the parent's, m, along the parent's z */
+    double up;         /* position in the body frame, m */
     double mass;       /* kg */
     double com[3];     /* m */
-    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, kg m^2 */
+    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the centre of mass, kg m^2 */
 } part;
 
 static const part parts[BODIES] = {
@@ -69,7 +68,7 @@ static kt_body make_body(int i, double scale) {
     return body;
 }
 
-/* The arm, its masses off by `error` (0.1: ten percent), and with friction where `friction` is true. */
+/* Compiles the arm with masses and inertias changed by the factors 1 +- error, with joint friction if `friction`. */
 static kt_status make_arm(double error, bool friction, kt_model **model, kt_error *fault) {
     static const double sign[BODIES] = {1, -1, 1, 1, -1, 1, -1, 1};
     kt_body bodies[BODIES];
@@ -94,11 +93,12 @@ static kt_status make_arm(double error, bool friction, kt_model **model, kt_erro
     return kt_model_compile(&arm, NULL, model, fault);
 }
 
-/* The path at t: each joint swings about its middle, from rest: the clock of the swing starts at speed zero. */
+/* The path at t with its derivatives: each joint oscillates about its middle. The time of the oscillation starts with
+ * rate zero, so that the arm starts at rest. */
 static void path(double t, double *q, double *v, double *a) {
     static const double middle[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
     static const double width[JOINTS] = {0.6, 0.4, 0.5, 0.5, 0.8, 0.6, 1.0}, pace[JOINTS] = {2, 3, 2.5, 3.5, 3, 4, 5};
-    const double slow = exp(-t / 0.3), clock = t - 0.3 * (1.0 - slow); /* s, with rate 1 - slow */
+    const double slow = exp(-t / 0.3), clock = t - 0.3 * (1.0 - slow); /* s; its rate is 1 - slow */
     const double rate = 1.0 - slow, rise = slow / 0.3;
     for (int i = 0; i < JOINTS; i++) {
         const double s = sin(pace[i] * clock), c = cos(pace[i] * clock), w = width[i] * pace[i];
@@ -109,10 +109,10 @@ static void path(double t, double *q, double *v, double *a) {
 }
 
 typedef struct controller {
-    const kt_model *model; /* what is known of the arm */
+    const kt_model *model; /* the controller's model of the arm */
     kt_data *data;
-    double inertia[JOINTS]; /* the diagonal of M */
-    bool computed;          /* computed torque, or PD */
+    double inertia[JOINTS]; /* the diagonal of M, kg m^2 */
+    bool computed;          /* true: computed torque; false: PD */
 } controller;
 
 static kt_status start(controller *c, kt_error *error) {
@@ -124,7 +124,7 @@ static kt_status start(controller *c, kt_error *error) {
     return status;
 }
 
-/* One tick of control: joint positions and velocities in, torques out. */
+/* One control step: computes torques from joint positions and velocities. */
 static kt_status control(controller *c, double t, const double *q, const double *v, double *tau, kt_error *error) {
     double q_d[JOINTS], v_d[JOINTS], a_d[JOINTS], u[JOINTS];
     path(t, q_d, v_d, a_d);
@@ -146,8 +146,8 @@ static kt_status control(controller *c, double t, const double *q, const double 
 }
 
 typedef struct result {
-    double rms, most, torque; /* rad; largest torque against its limit */
-    double error[TICKS / 10]; /* the norm over the joints, every 10 ms */
+    double rms, most, torque; /* rms and largest error, rad; largest torque over its limit */
+    double error[TICKS / 10]; /* rad, norm over the joints, every 10 ms */
 } result;
 
 static kt_status follow(controller *c, const kt_model *arm, result *r, kt_error *error) {

@@ -1,19 +1,20 @@
-/* A Furuta pendulum, swung up and balanced by a controller that learns all it needs from the library's own model.
+/* A Furuta pendulum that is swung up and balanced; the controller gets all its parameters from the library's model.
  *
  *     embed-furuta [--csv FILE]
  *
- * The plant is a kt_simulation. The controller is what would run on the real device: every 2 ms it reads two encoders
- * (quantised), takes speeds from their filtered differences, and asks for a torque, which is limited and reaches the
- * motor one sample later. After 8 s the pendulum's tip gets a knock.
+ * The plant is a kt_simulation. The controller could run on the real device: every 2 ms it reads two encoders
+ * (quantised), estimates speeds from their filtered differences, and commands a torque, which is limited and reaches
+ * the motor one sample later. After 8 s a force acts briefly on the pendulum's tip.
  *
- * Swing-up by energy (Astrom and Furuta 2000, Automatica 36, 287-295): an acceleration s of the arm feeds the power
- * -M12 theta' s into the pendulum, so s = -k E M12 / M22 theta', less a spring and a damper that keep the arm near its
- * place, with E the energy that is lacking and M the mass matrix. The torque for it is s M11 + theta'' M12 + h1, where
- * theta'' M22 = -h2 - M12 s and h is the bias force: both come from the library's recursions at every sample.
+ * Swing-up by energy (Astrom and Furuta 2000, Automatica 36, 287-295): an acceleration s of the arm supplies the power
+ * -M12 theta' s to the pendulum, so that s = -k E M12 / M22 theta', with E the missing energy and M the mass matrix. A
+ * spring and a damper term are subtracted, which keep the arm near its centre. The torque for s is
+ * s M11 + theta'' M12 + h1, where theta'' M22 = -h2 - M12 s and h is the bias force; the library computes M and h at
+ * every sample.
  *
- * Balance by a linear quadratic regulator (lqr.h) for the model as it is linearised upright at start, x' = A x + B u.
- * Against the delay the regulator is given the state that the model foresees for the time when the torque arrives,
- * x + T (A x + B w).
+ * Balancing by a linear quadratic regulator (lqr.h) for the model linearised at the upright position, x' = A x + B u.
+ * To compensate for the delay, the regulator uses the state predicted for the time when the torque reaches the motor,
+ * x + T (A x + B w), where w is the previous torque.
  */
 #include "lqr.h"
 
@@ -28,15 +29,15 @@ static const double pi = 3.14159265358979323846;
 static const double sample = 2e-3, duration = 12.0;                /* s */
 static const double limit = 0.08;                                  /* N m, of the motor */
 static const double count = 2.0 * 3.14159265358979323846 / 8192.0; /* rad, of the encoders */
-static const double near = 0.4, lost = 0.7;                        /* rad */
-static const double smoothing = 0.6;                               /* of the speeds: weight of what was before */
-static const double knock_time = 8.0, knock_length = 0.02, knock_force = 0.2; /* on the tip: s, s, N */
-static const double pump = 3000.0, fastest = 50.0; /* of the arm's acceleration in swinging up: 1/(J s), 1/s^2 */
-static const double surplus = 0.2;                 /* of energy, part of m g l: the arm's spring takes some back */
-static const double centre[2] = {10.0, 2.0};       /* its spring and damper, 1/s^2, 1/s */
+static const double near = 0.4, lost = 0.7;                        /* rad from upright: balancing begins, ends */
+static const double smoothing = 0.6;                               /* of the speeds: weight of the previous value */
+static const double knock_time = 8.0, knock_length = 0.02, knock_force = 0.2; /* of the force on the tip: s, s, N */
+static const double pump = 3000.0, fastest = 50.0; /* of the arm's acceleration in swing-up: 1/(J s), 1/s^2 */
+static const double surplus = 0.2;                 /* of the energy, over m g l, for what the arm's spring removes */
+static const double centre[2] = {10.0, 2.0};       /* spring and damper of the arm, 1/s^2, 1/s */
 static const double arm_length = 0.2, pendulum_length = 0.25; /* m */
 
-/* All memory that the library gets after the model is compiled: nothing is allocated. */
+/* All memory that the library uses after the compilation of the model; nothing else is allocated. */
 static _Alignas(KT_ALIGNMENT) unsigned char plant_memory[32 * 1024], design_memory[32 * 1024], data_memory[8 * 1024];
 
 static kt_status describe(kt_model **model, kt_error *error) {
@@ -50,7 +51,7 @@ static kt_status describe(kt_model **model, kt_error *error) {
     arm->shape.radius = 0.005;
     arm->com_of_shape = arm->inertia_of_shape = true;
 
-    pendulum->name = "pendulum"; /* upright at zero, hangs at the start */
+    pendulum->name = "pendulum"; /* upright at zero, hanging at the start */
     pendulum->parent = "arm";
     pendulum->joint.type = KT_JOINT_REVOLUTE;
     pendulum->joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
@@ -65,19 +66,19 @@ static kt_status describe(kt_model **model, kt_error *error) {
     furuta.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     furuta.bodies = bodies;
     furuta.body_count = 2;
-    return kt_model_compile(&furuta, NULL, model, error); /* copies all that it needs */
+    return kt_model_compile(&furuta, NULL, model, error); /* the model keeps its own copy of the description */
 }
 
-/* ---- the design: all that the controller knows of the plant, asked from the model at start ----------------------- */
+/* ---- design: everything that the controller knows about the plant, computed from the model at start -------------- */
 
 typedef struct controller {
     const kt_model *model;
     kt_data *data;
     lqr regulator;
     double inertia; /* of the pendulum about its joint, kg m^2 */
-    double weight;  /* m g l, N m */
-    double x[N];    /* angles, the pendulum's counted from upright; filtered speeds */
-    double waiting; /* the torque that was asked for last, on its way to the motor */
+    double weight;  /* m g l of the pendulum, N m */
+    double x[N];    /* angles, the pendulum's from upright (rad); filtered speeds (rad/s) */
+    double waiting; /* N m, the last torque, which acts in the next sample */
     int is_balancing;
 } controller;
 
@@ -102,13 +103,13 @@ static kt_status find_design(controller *c, kt_error *error) {
         return status;
     const kt_linear_system *s = kt_linearization_system(linearization);
     c->inertia = mass[3];
-    c->weight = kt_potential_energy(model, c->data); /* the arm's own is zero */
+    c->weight = kt_potential_energy(model, c->data); /* the arm's potential energy is zero */
     if (!lqr_find(&c->regulator, s->state, s->input, cost, price))
         return kt_error_set(error, KT_ERROR_SINGULAR, "design", "the Riccati equation has no solution");
     return KT_OK;
 }
 
-/* ---- the controller: called once a sample, knows encoder counts alone -------------------------------------------- */
+/* ---- controller: called once per sample, uses encoder counts only ------------------------------------------------ */
 
 static double from_upright(double angle) { return remainder(angle, 2.0 * pi); }
 
@@ -129,7 +130,7 @@ static kt_status swing_up(const controller *c, double *u, kt_error *error) {
     if (status != KT_OK)
         return status;
     const double lack = c->weight * (surplus + 1.0 - cos(c->x[1])) - 0.5 * c->inertia * c->x[3] * c->x[3];
-    const double speed = c->x[3] + 1e-2; /* with a nudge to begin with */
+    const double speed = c->x[3] + 1e-2; /* the offset starts the motion from rest */
     const double feed = fmax(-fastest, fmin(fastest, -pump * lack * speed * mass[1] / mass[3]));
     const double s = feed - centre[0] * c->x[0] - centre[1] * c->x[2];
     *u = mass[0] * s - mass[1] * (bias[1] + mass[1] * s) / mass[3] + bias[0];
@@ -148,7 +149,8 @@ static double regulate(const controller *c) {
     return u;
 }
 
-/* Balances from where the regulator asks for no more than the motor can give, until the pendulum has fallen. */
+/* Switches to balancing near the upright position, if the regulator's torque is within the limit, and back to swing-up
+ * when the pendulum has fallen. */
 static kt_status control(controller *c, const double counts[2], kt_error *error) {
     kt_status status = KT_OK;
     read_sensors(c, counts);
@@ -166,19 +168,19 @@ static kt_status control(controller *c, const double counts[2], kt_error *error)
 
 /* ---- the experiment ---------------------------------------------------------------------------------------------- */
 
-/* A force on the pendulum's tip, across it: a wrench about the origin of the body frame, world axes. */
+/* Force across the pendulum at its tip, as a wrench about the origin of the body frame, in world axes. */
 static kt_wrench knock_on(const kt_model *model, const kt_data *data, int body) {
     const kt_mat3 axes = kt_body_pose(model, data, body).rotation;
     const kt_vec3 force = kt_vec3_scale(knock_force, axes.y);
     return (kt_wrench){kt_vec3_cross(kt_vec3_scale(pendulum_length, axes.z), force), force};
 }
 
-/* When the pendulum is first held; the largest torque; the largest angle at the end. */
+/* Time when the balancing first begins (s); largest torque (N m); largest angle from upright in the last 2 s (rad). */
 typedef struct findings {
     double caught, most, late;
 } findings;
 
-/* One sample: what the plant shows, the controller's answer, and on. */
+/* One sample: reads the sensors of the plant, runs the controller, and advances the plant. */
 static kt_status take_sample(kt_simulation *plant, controller *c, long k, FILE *csv, findings *f, kt_error *error) {
     const double t = (double)k * sample, torque[2] = {c->waiting, 0.0};
     const int pendulum = kt_body_find(c->model, "pendulum");
@@ -217,7 +219,7 @@ int main(int argc, char **argv) {
     fixed.step = 1e-3;
     fixed.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
     kt_simulation_options options = kt_simulation_options_default();
-    options.kinematics = true; /* where the pendulum's tip points to */
+    options.kinematics = true; /* for the direction of the force on the tip */
     controller c = {.x = {0.0, pi, 0.0, 0.0}};
     findings f = {.caught = NAN};
     if (csv != NULL)

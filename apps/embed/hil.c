@@ -1,21 +1,23 @@
-/* Hardware in the loop: the plant as a process that speaks UDP.
+/* Hardware in the loop: a process that simulates the plant and communicates by UDP.
  *
- * A cart with a pole on top, stepped by the library at 1 kHz. A controller in another process, or in a box on the desk,
- * reads states and sends forces; it needs to know the two messages below and nothing of the library (hil_client.c).
+ * The plant is a cart with a pole on top, simulated at 1 kHz. A controller in another process, or on another device,
+ * receives states and sends forces; it needs only the two messages below, and nothing of the library (hil_client.c).
  * Numbers are little-endian, floats IEEE 754 binary64, without padding:
  *
  *     state, 48 bytes:   "KTS1", u32 tick, f64 time (s), f64 x (m), f64 angle (rad, from upright), f64 x', f64 angle'
  *     command, 16 bytes: "KTC1", u32 tick of the state that it answers, f64 force on the cart (N)
  *
- * The plant starts at the first command and sends each state to where the last command came from. It takes nothing on
- * trust: what is not such a message, is not finite or older than what it has is dropped, the force is limited, a
- * command that does not come leaves the last force for 20 ticks, and after that the force is zero until one comes.
+ * The plant starts at the first command and sends each state to the sender of the last command. Every message is
+ * checked: those of another format, with a force that is not finite, for a tick that is not newer than the last, or for
+ * a tick that has not been sent are ignored. The force is limited. Without a new command the last force is held for 20
+ * ticks; after that the force is zero until a command arrives.
  *
  *     hil [--port N] [--duration S] [--lockstep] [--lose PERCENT] [--csv FILE]
  *
- * --port 0, the default, takes a free one; the first line printed says which. With --lockstep, time goes on when the
- * state is answered instead of each millisecond, so that no load on the machine changes a bit of the result; a
- * controller that is silent for a second is given up until it speaks again. --lose drops commands at random.
+ * --port 0, the default, selects a free port, which the first line of the output states. With --lockstep, each step
+ * waits for the answer to its state instead of the clock, so that the load of the machine changes no bit of the result;
+ * after a second without an answer the plant no longer waits, until the controller sends again. --lose ignores commands
+ * at random.
  */
 #include <kinetree/kinetree.h>
 
@@ -38,12 +40,12 @@ typedef struct plant {
     kt_simulation *simulation;
     int socket;
     struct sockaddr_in peer;
-    uint32_t n, last; /* tick; that of the newest command */
+    uint32_t n, last; /* current tick; tick of the newest command */
     double force;
     bool lockstep, gone;
     double lose;
     uint64_t seed;
-    uint32_t commands, lost, silence, zeroed; /* counts; ticks since the last command, ticks without force */
+    uint32_t commands, lost, silence, zeroed; /* numbers; ticks since the last command, ticks at zero force */
 } plant;
 
 static void put(unsigned char *to, uint64_t bits, int bytes) {
@@ -68,7 +70,7 @@ static void send_state(const plant *p) {
         memcpy(&bits, &numbers[i], sizeof bits);
         put(message + 8 + 8 * i, bits, 8);
     }
-    /* What cannot be sent is lost, as it may be on any wire. */
+    /* A message that cannot be sent counts as lost, which UDP permits anyway. */
     (void)sendto(p->socket, message, sizeof message, 0, (const struct sockaddr *)&p->peer, sizeof p->peer);
 }
 
@@ -77,7 +79,7 @@ static bool is_lost(plant *p) {
     return (double)(p->seed >> 11) * 0x1p-53 < p->lose;
 }
 
-/* Waits up to so many ms for a message: -1 where none comes, 1 where it is a command that is new, 0 for any other. */
+/* Waits up to `wait` ms for a message. Returns -1 if none arrives, 1 for a new command, 0 for any other message. */
 static int receive(plant *p, int wait, bool first) {
     struct pollfd ready = {.fd = p->socket, .events = POLLIN};
     struct sockaddr_in from;
@@ -109,7 +111,8 @@ static int receive(plant *p, int wait, bool first) {
     return 1;
 }
 
-/* Sends the state, and takes commands: those that are there, or in lock-step the one that answers. */
+/* Sends the state and receives commands: in lock-step it waits for the answer, otherwise it takes those that have
+ * arrived. */
 static void exchange(plant *p) {
     p->silence++;
     send_state(p);
@@ -154,7 +157,7 @@ static kt_status make_cart(kt_model **model, kt_error *error) {
 
 static kt_status run(plant *p, uint32_t ticks, FILE *csv, kt_error *error) {
     struct timespec due;
-    double most = 0.0; /* of the last quarter */
+    double most = 0.0; /* rad, largest angle in the last quarter */
     clock_gettime(CLOCK_MONOTONIC, &due);
     for (p->n = 1; p->n <= ticks; p->n++) {
         exchange(p);

@@ -1,16 +1,16 @@
-/* A stranger's controller for the plant of hil.c: balances the pole, knowing the two messages and nothing else.
+/* An independent controller for the plant of hil.c: it balances the pole and uses only these two messages:
  *
  *     state, 48 bytes:   "KTS1", u32 tick, f64 time (s), f64 x (m), f64 angle (rad, from upright), f64 x', f64 angle'
  *     command, 16 bytes: "KTC1", u32 tick of the state that it answers, f64 force on the cart (N)
  *
- * all little-endian. It says hello with a command for tick 0, answers each state that comes, and ends when none has
- * come for three seconds, or the plant is gone. The force is state feedback, u = -K (x, angle, x', angle'), with gains
- * that put the poles of the linear model of a cart of 0.8 kg with a rod of 0.2 kg and 0.6 m at -2.5, -3, -6 and -7 1/s
- * (Ackermann's formula).
+ * all little-endian. It starts with a command for tick 0, answers each state, and ends if no state arrives for three
+ * seconds or the plant has ended. The force is state feedback, u = -K (x, angle, x', angle'), with gains that place the
+ * poles of the linear model of a cart of 0.8 kg with a rod of 0.2 kg and 0.6 m at -2.5, -3, -6 and -7 1/s (Ackermann's
+ * formula).
  *
  *     hil_client PORT [TICKS]
  *
- * With TICKS it falls silent after that many, as a controller does whose cable is pulled.
+ * With TICKS it stops after that number of answers, like a controller whose cable is unplugged.
  */
 #include <arpa/inet.h>
 #include <poll.h>
@@ -32,7 +32,7 @@ static double number_at(const unsigned char *from) {
     return number;
 }
 
-/* The tick's four bytes are sent back as they came. */
+/* Sends a command; `ticks` are the four bytes of the tick as received. */
 static void command(int out, const unsigned char *ticks, double force) {
     unsigned char message[16] = "KTC1";
     uint64_t bits;
@@ -62,12 +62,12 @@ int main(int argc, char **argv) {
         struct pollfd ready = {.fd = wire, .events = POLLIN};
         if (poll(&ready, 1, 100) <= 0) {
             idle++;
-            command(wire, zero, 0.0); /* the hello may have been lost; and where nobody is there, it comes back */
+            command(wire, zero, 0.0); /* the first one may be lost; recv fails if the plant has ended */
             continue;
         }
         const ssize_t size = recv(wire, state, sizeof state, 0);
         if (size < 0)
-            break; /* nobody is there any more */
+            break; /* the plant has ended */
         if (size != 48 || memcmp(state, "KTS1", 4) != 0)
             continue;
         double force = 0.0;

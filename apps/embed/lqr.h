@@ -1,9 +1,9 @@
 /* A linear quadratic regulator for one input, by LAPACK.
  *
- * Of x' = A x + B u, u = -K x with K = B'X / r minimises the integral of x'Qx + r u^2, where X solves
- * A'X + X A - X B B'X / r + Q = 0. The columns of (U1; U2) that span the stable subspace of the Hamiltonian matrix
- * (A, -B B'/r; -Q, -A'), found by LAPACK's ordered Schur form, give X = U2 U1^-1 (Laub 1979, IEEE Trans. Automatic
- * Control 24, 913-921).
+ * For x' = A x + B u, the feedback u = -K x with K = B'X / r minimises the integral of x'Qx + r u^2, where X solves
+ *     A'X + X A - X B B'X / r + Q = 0.
+ * The columns of (U1; U2) that span the stable subspace of the Hamiltonian matrix (A, -B B'/r; -Q, -A'), computed by
+ * LAPACK's ordered Schur form, give X = U2 U1^-1 (Laub 1979, IEEE Trans. Automatic Control 24, 913-921).
  */
 #ifndef EMBED_LQR_H
 #define EMBED_LQR_H
@@ -17,8 +17,8 @@ enum { LQR_STATES = 4 };
 
 typedef struct lqr {
     double a[LQR_STATES * LQR_STATES], b[LQR_STATES]; /* column-major */
-    double gain[LQR_STATES];                          /* K */
-    double residual;                                  /* of the Riccati equation, against Q's largest */
+    double gain[LQR_STATES];                          /* K, one row */
+    double residual;                                  /* of the Riccati equation, relative to Q's largest element */
 } lqr;
 
 static lapack_logical lqr_is_stable(const double *re, const double *im) {
@@ -26,7 +26,7 @@ static lapack_logical lqr_is_stable(const double *re, const double *im) {
     return *re < 0.0;
 }
 
-/* The largest number of A'X + X A - X B B'X / r + Q, with K = B'X / r. */
+/* Returns the largest element of |A'X + X A - X B B'X / r + Q| divided by that of Q, with K = B'X / r. */
 static double lqr_residual(const lqr *d, const double *q, double r, const double *x) {
     enum { N = LQR_STATES };
     double most = 0.0, largest = 0.0;
@@ -41,7 +41,8 @@ static double lqr_residual(const lqr *d, const double *q, double r, const double
     return most / largest;
 }
 
-/* a: LQR_STATES x LQR_STATES, column-major; q: diagonal of Q. false: there is no solution. */
+/* Computes the regulator. a: LQR_STATES x LQR_STATES, column-major; b: LQR_STATES; q: diagonal of Q. Returns false if
+ * there is no solution. */
 static bool lqr_find(lqr *d, const double *a, const double *b, const double *q, double r) {
     enum { N = LQR_STATES, M = 2 * N };
     double h[M * M] = {0.0}, u[M * M], re[M], im[M], u1t[N * N], x[N * N];

@@ -1,18 +1,18 @@
-/* An observer: a Kalman filter whose prediction is the engine itself.
+/* An observer: a Kalman filter that uses the simulation for its prediction.
  *
- * A double pendulum tumbles, knocked about by torques that nobody measures, white noise of a known strength. All that
- * is seen of it are two encoders of 1024 counts a turn, with electrical noise on top, every 2 ms. Their differences
- * say little of the velocities: one count between two samples is 3 rad/s. The filter knows how the pendulum moves.
+ * A double pendulum is driven by unknown torques, white noise of known strength. It is observed only by two encoders of
+ * 1024 counts per revolution, with electrical noise added, every 2 ms. Their differences say little about the
+ * velocities: one count between two samples is 3 rad/s. The filter uses the equations of motion in addition.
  *
- * Between two samples the estimate x = (q, v) of covariance P goes through the engine, not through a formula of its
- * own: the points of the third-degree spherical rule carry the mean and the covariance of x and of the unknown torques
- * w, of standard deviation s, to the next sample,
+ * Between two samples the estimate x = (q, v) with covariance P is propagated by the library itself: the points of the
+ * third-degree spherical-radial rule carry the mean and the covariance of x and of the unknown torques w, of standard
+ * deviation s, to the next sample,
  *
  *     P = L L',  x_i = x +- sqrt(n) L e_i with w = 0, and x with w = +- sqrt(n) s e_j,   n = 4 + 2
  *     x <- mean of f(x_i, w_i),  P <- mean of (f - x)(f - x)'
  *
- * where f is one step of a kt_simulation. No derivatives, and the work of a sample is the same each time: 12 steps.
- * The sample y = q + noise then updates one encoder at a time, K = P h / (h'P h + r). Reference: I. Arasaratnam,
+ * where f is one step of a kt_simulation. No derivatives are needed, and each sample takes the same work: 12 steps. The
+ * measurement y = q + noise then updates one encoder after the other, K = P h / (h'P h + r). Reference: I. Arasaratnam,
  * S. Haykin, Cubature Kalman Filters, IEEE Trans. Automatic Control 54 (2009) 1254-1269.
  *
  *     observer [--seed N] [--csv FILE]
@@ -29,8 +29,7 @@ enum { J = 2, N = 2 * J, A = N + J, TICKS = 5000, SETTLED = 250, WINDOW = 10 };
 
 static const double tick = 2e-3, quantum = 6.283185307179586 / 1024, noise = 2e-3, knock = 0.5; /* s, rad, rad, N m */
 
-/* ---- random numbers: splitmix64 (Steele, Lea, Flood 2014), and Box and Muller's normal ones -----------------------
- */
+/* ---- random numbers: splitmix64 (Steele, Lea, Flood 2014); normal ones by Box and Muller ------------------------- */
 
 static double uniform(uint64_t *seed) {
     uint64_t z = *seed += UINT64_C(0x9E3779B97F4A7C15);
@@ -44,8 +43,7 @@ static double normal(uint64_t *seed) {
     return radius * cos(6.283185307179586 * uniform(seed));
 }
 
-/* ---- the pendulum -------------------------------------------------------------------------------------------------
- */
+/* ---- the pendulum ------------------------------------------------------------------------------------------------ */
 
 static kt_status make_pendulum(kt_model **model, kt_error *error) {
     kt_body arms[J];
@@ -57,7 +55,7 @@ static kt_status make_pendulum(kt_model **model, kt_error *error) {
         arms[i].joint.type = KT_JOINT_REVOLUTE;
         arms[i].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
         arms[i].joint.at = kt_vec3_make(0.0, i ? -0.4 : 0.0, 0.0);
-        arms[i].joint.position[0] = i ? 0.5 : 2.0; /* from hanging, rad */
+        arms[i].joint.position[0] = i ? 0.5 : 2.0; /* rad, from hanging */
         arms[i].mass = 0.5;
         arms[i].com = kt_vec3_make(0.0, -0.2, 0.0);
         arms[i].inertia = kt_sym3_make(0.0067, 1e-4, 0.0067, 0.0, 0.0, 0.0);
@@ -75,7 +73,7 @@ static kt_status make_clock(const kt_model *model, double step, kt_simulation **
     return kt_simulation_create(model, &run, NULL, simulation, error);
 }
 
-/* x after one sample's time under torques w. */
+/* Propagates x by one sample under torques w. */
 static kt_status predict(kt_simulation *engine, double *x, const double *w, kt_error *error) {
     kt_status status = kt_simulation_set_state(engine, 0.0, x, x + J, error);
     if (status == KT_OK)
@@ -89,15 +87,14 @@ static kt_status predict(kt_simulation *engine, double *x, const double *w, kt_e
     return status;
 }
 
-/* ---- the filter ---------------------------------------------------------------------------------------------------
- */
+/* ---- the filter -------------------------------------------------------------------------------------------------- */
 
 typedef struct filter {
     kt_simulation *engine;
     double x[N], p[N][N];
 } filter;
 
-/* L L' = P; Cholesky. False where P is not positive definite. */
+/* Cholesky factorisation L L' = P. Returns false if P is not positive definite. */
 static bool root(const double p[N][N], double l[N][N]) {
     memset(l, 0, N * sizeof l[0]);
     for (int j = 0; j < N; j++)
@@ -141,7 +138,8 @@ static kt_status pass_sample(filter *f, kt_error *error) {
     return KT_OK;
 }
 
-/* Encoder j says y; the variance of a quantised number is that of its noise and a twelfth of the quantum's square. */
+/* Updates the estimate with the measurement y of encoder j. The variance of a quantised measurement is that of its
+ * noise plus quantum^2 / 12. */
 static void update(filter *f, int j, double y) {
     const double r = noise * noise + quantum * quantum / 12.0;
     double k[N], row[N];
@@ -155,17 +153,16 @@ static void update(filter *f, int j, double y) {
         for (int m = 0; m < N; m++)
             f->p[i][m] -= k[i] * row[m];
     }
-    for (int i = 0; i < N; i++) /* as symmetric as it is in exact arithmetic */
+    for (int i = 0; i < N; i++) /* restores the symmetry, which rounding destroys */
         for (int m = 0; m < i; m++)
             f->p[i][m] = f->p[m][i] = 0.5 * (f->p[i][m] + f->p[m][i]);
 }
 
-/* ---- the experiment -----------------------------------------------------------------------------------------------
- */
+/* ---- the experiment ---------------------------------------------------------------------------------------------- */
 
 typedef struct tally {
     double filter[N], encoder[J], difference[J], window[J]; /* sums of squared errors */
-    int samples, inside[N];                                 /* estimates within three sigma */
+    int samples, inside[N];                                 /* estimates within three standard deviations */
 } tally;
 
 static void count(tally *s, const filter *f, const double *truth, const double y[][J], int n) {
@@ -234,7 +231,7 @@ int main(int argc, char **argv) {
     kt_simulation *plant = NULL;
     kt_error error = {0};
     tally s = {.samples = 0};
-    /* It starts from a guess: 0.2 rad and 1 rad/s off. */
+    /* The filter starts with errors of 0.2 rad and 1 rad/s. */
     filter f = {.x = {2.2, 0.3, 1.0, -1.0}, .p = {{0.04}, {0, 0.04}, {0, 0, 1.0}, {0, 0, 0, 1.0}}};
     for (int i = 1; i + 1 < argc; i += 2) {
         if (strcmp(argv[i], "--seed") == 0)
@@ -248,7 +245,7 @@ int main(int argc, char **argv) {
         fprintf(csv, "time,velocity.truth,velocity.filter,error.differences,error.filter,error.three_sigma\n");
     kt_status status = make_pendulum(&model, &error);
     if (status == KT_OK)
-        status = make_clock(model, 0.25 * tick, &plant, &error); /* finer than the filter's */
+        status = make_clock(model, 0.25 * tick, &plant, &error); /* finer steps than the filter's */
     if (status == KT_OK)
         status = make_clock(model, tick, &f.engine, &error);
     if (status == KT_OK)

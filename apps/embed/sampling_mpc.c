@@ -1,16 +1,18 @@
-/* A cart-pole swung up by sampling: no derivative, no linear model, only many simulations of what might be done.
+/* A cart-pole swung up by sampling: the controller needs no derivatives and no linear model, only many simulations of
+ * possible force sequences.
  *
  *     embed-sampling_mpc [--csv FILE]
  *
  * Model predictive path integral control (Williams, Aldrich, Theodorou 2017, Journal of Guidance, Control, and Dynamics
- * 40, 344-357): every 20 ms, the plan of forces u[0..H-1] for the next 0.8 s is disturbed in K ways by noise e_k, each
- * is simulated from the present state and costs S_k, and u <- u + sum_k w_k e_k,   w_k ~ exp(-(S_k - min S) / lambda),
- * sum_k w_k = 1. The first force is applied, and the plan moves up by one.
+ * 40, 344-357): every 20 ms, the planned forces u[0..H-1] for the next 0.8 s are perturbed K times by noise e_k, each
+ * perturbed plan is simulated from the present state and gives a cost S_k, and
+ *     u <- u + sum_k w_k e_k,   w_k ~ exp(-(S_k - min S) / lambda),   sum_k w_k = 1.
+ * The first force is applied, and the plan is shifted by one sample.
  *
- * One model serves two simulations: the plant, in steps of 1 ms, and the planner, in steps of 20 ms. The planner is set
- * to the plant's state once a sample and saved into a flat block; every rollout begins by taking that block back.
- * Nothing allocates while it runs, and the noise comes from a generator of a few lines with a fixed seed, so that every
- * run gives the same bits, however long the rollouts take on the clock.
+ * One model serves two simulations: the plant, with steps of 1 ms, and the planner, with steps of 20 ms. Once per
+ * sample the planner is set to the plant's state, which is saved into a block of memory; every rollout begins by
+ * restoring that block. Nothing is allocated during the run, and the noise comes from a short generator with a fixed
+ * seed, so that every run gives the same bits, independently of the computing time of the rollouts.
  */
 #include <kinetree/kinetree.h>
 #include <math.h>
@@ -23,12 +25,12 @@ enum { HORIZON = 40, ROLLOUTS = 384, CART = 0, POLE = 1 };
 
 static const double pi = 3.14159265358979323846;
 static const double sample = 0.02, duration = 6.0; /* s */
-static const double limit = 8.0;                   /* N, on the cart; the whole weighs 9.8 N */
+static const double limit = 8.0;                   /* N, on the cart; the total weight is 9.8 N */
 static const double rail = 1.0;                    /* m, to each side */
-static const double spread = 1.5, smooth = 0.9;    /* of the noise: N; how much of it stays from step to step */
+static const double spread = 1.5, smooth = 0.9;    /* of the noise: N; correlation from step to step */
 static const double temperature = 0.02;            /* lambda */
 
-/* Room for both simulations and the planner's saved state. */
+/* Memory of both simulations, and the planner's saved state. */
 static _Alignas(KT_ALIGNMENT) unsigned char plant_memory[16 * 1024], planner_memory[16 * 1024];
 static _Alignas(double) unsigned char saved[4 * 1024];
 
@@ -39,7 +41,7 @@ static kt_status describe(kt_model **model, kt_error *error) {
     bodies[CART].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     bodies[CART].mass = 0.8;
 
-    bodies[POLE].name = "pole"; /* upright at zero, hangs at the start */
+    bodies[POLE].name = "pole"; /* upright at zero, hanging at the start */
     bodies[POLE].parent = "cart";
     bodies[POLE].joint.type = KT_JOINT_REVOLUTE; /* about z; y is up */
     bodies[POLE].joint.position[0] = pi;
@@ -57,7 +59,7 @@ static kt_status describe(kt_model **model, kt_error *error) {
 
 /* ---- noise ------------------------------------------------------------------------------------------------------- */
 
-/* Uniform in (0, 1): xorshift64* (Vigna 2016, ACM Trans. Math. Software 42, 30). */
+/* Uniform random number in (0, 1): xorshift64* (Vigna 2016, ACM Trans. Math. Software 42, 30). */
 static double uniform(uint64_t *seed) {
     *seed ^= *seed >> 12;
     *seed ^= *seed << 25;
@@ -65,7 +67,7 @@ static double uniform(uint64_t *seed) {
     return ((double)((*seed * UINT64_C(2685821657736338717)) >> 11) + 0.5) / 9007199254740992.0;
 }
 
-/* Standard normal (Box and Muller). */
+/* Standard normal random number (Box and Muller). */
 static double normal(uint64_t *seed) {
     const double radius = sqrt(-2.0 * log(uniform(seed)));
     return radius * cos(2.0 * pi * uniform(seed));
@@ -81,7 +83,7 @@ typedef struct controller {
     double noise[ROLLOUTS][HORIZON];
     double cost[ROLLOUTS];
     uint64_t seed;
-    double seconds; /* of processor time in rollouts */
+    double seconds; /* CPU time of the rollouts, s */
     long rollouts;
 } controller;
 
@@ -91,7 +93,7 @@ static double cost_of(const double *q, const double *v, double force) {
            400.0 * beyond * beyond + 1e-3 * force * force;
 }
 
-/* Simulates plan + noise; *cost is its mean cost, weighted more towards the end. */
+/* Simulates plan + noise. *cost is the mean of the costs of all steps, in which the last step counts ten times. */
 static kt_status roll_out(controller *c, const double *noise, double *cost, kt_error *error) {
     kt_status status = kt_simulation_restore(c->planner, saved, error);
     const double start = kt_simulation_time(c->planner);
@@ -114,7 +116,7 @@ static double processor_time(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* The force for the next sample, from state q, v. */
+/* Computes the force for the next sample from the state q, v. */
 static kt_status control(controller *c, const double *q, const double *v, double *force, kt_error *error) {
     kt_status status = kt_simulation_set_state(c->planner, 0.0, q, v, error);
     const double start = processor_time();

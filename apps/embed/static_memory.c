@@ -1,14 +1,13 @@
 /* Model and workspace in one static buffer.
  *
- * Firmware reserves its memory when it is linked. Compiling a mechanism asks the allocator, once, at start-up, and
- * kt_model_copy then moves the result into the program's own bytes, where the simulation and its checkpoints live, too.
- * From there on there is no heap. Memory that is a byte short or misaligned is refused, with a sentence that says by
- * how much.
+ * Firmware reserves its memory when it is linked. The compilation of a mechanism uses the allocator, once, at start-up;
+ * kt_model_copy then moves the result into the program's static buffer, which also contains the simulation and its
+ * checkpoint. From then on the heap is not used. Memory that is one byte short or misaligned is rejected, with a
+ * message that states by how much.
  *
  *     static_memory [--csv FILE]
  *
- * The plant: a cart on a rail with a double pendulum, its cart pushed to and fro by a torque array that is set each
- * millisecond.
+ * The plant: a cart on a rail with a double pendulum, driven by a force on the cart that is set every millisecond.
  */
 #include <kinetree/kinetree.h>
 
@@ -21,7 +20,7 @@ enum { POOL = 64 * 1024, STEPS = 4000, NV = 3 };
 static _Alignas(KT_ALIGNMENT) unsigned char pool[POOL];
 static size_t used;
 
-/* The next bytes of the pool, aligned; NULL where they are used up. */
+/* Returns the next bytes of the pool, aligned; NULL if too few are left. */
 static void *take(size_t size) {
     const size_t rounded = (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     if (rounded > POOL - used)
@@ -63,7 +62,7 @@ static int tell(const kt_error *error) {
     return 1;
 }
 
-/* One millisecond of control: the force on the cart is what a controller would compute here. */
+/* One control step of 1 ms: this force on the cart replaces a controller. */
 static kt_status tick(kt_simulation *simulation, int step, kt_error *error) {
     const double t = 1e-3 * step;
     const double torque[NV] = {2.0 * sin(3.0 * t), 0.0, 0.0};
@@ -71,7 +70,8 @@ static kt_status tick(kt_simulation *simulation, int step, kt_error *error) {
     return status == KT_OK ? kt_simulation_advance(simulation, t + 1e-3, error) : status;
 }
 
-/* Ticks from the present state; a row of the CSV every 10 ms, if there is one. */
+/* Runs control steps first .. last - 1 from the present state; writes a row of the CSV file, if there is one, every 10
+ * ms. */
 static kt_status run(kt_simulation *simulation, int first, int last, FILE *csv, kt_error *error) {
     for (int step = first; step < last; step++) {
         const double *q = kt_simulation_positions(simulation);
@@ -84,7 +84,7 @@ static kt_status run(kt_simulation *simulation, int first, int last, FILE *csv, 
     return KT_OK;
 }
 
-/* What memory that cannot do is answered. */
+/* Returns whether unsuitable memory is rejected, and prints the messages. */
 static bool refuses(const kt_model *model, void *memory, size_t size) {
     kt_model *copy = NULL;
     kt_error error;
@@ -96,7 +96,7 @@ static bool refuses(const kt_model *model, void *memory, size_t size) {
     return short_refused && shift_refused && !copy;
 }
 
-/* The compiled model, moved into the pool; the heap's one is released. */
+/* Compiles the model, copies it into the pool and releases the original on the heap. */
 static kt_status settle(kt_model **model, kt_error *error) {
     kt_model *compiled = NULL;
     kt_status status = compile(&compiled, error);
@@ -112,13 +112,13 @@ static kt_status settle(kt_model **model, kt_error *error) {
     return status;
 }
 
-/* The state. */
+/* Copies the state (q, v). */
 static void look(const kt_simulation *simulation, double state[2 * NV]) {
     memcpy(state, kt_simulation_positions(simulation), NV * sizeof *state);
     memcpy(state + NV, kt_simulation_velocities(simulation), NV * sizeof *state);
 }
 
-/* All of it with a workspace on the heap. */
+/* Runs the whole simulation with a workspace on the heap. */
 static kt_status run_on_heap(const kt_model *model, const kt_run *plan, double end[2 * NV], kt_error *error) {
     kt_simulation *simulation = NULL;
     kt_status status = kt_simulation_create(model, plan, NULL, &simulation, error);
@@ -154,23 +154,23 @@ static int demonstrate(FILE *csv) {
     double end[2 * NV], again[2 * NV], heap[2 * NV];
     if (csv)
         fprintf(csv, "time,position.cart,position.upper,position.lower\n");
-    if (run(simulation, 0, STEPS / 2, csv, &error) != KT_OK) /* half way, then a checkpoint, then on */
+    if (run(simulation, 0, STEPS / 2, csv, &error) != KT_OK) /* a checkpoint is saved after the first half */
         return tell(&error);
     kt_simulation_save(simulation, checkpoint);
     if (run(simulation, STEPS / 2, STEPS, csv, &error) != KT_OK)
         return tell(&error);
     look(simulation, end);
 
-    /* From the checkpoint the second half comes out the same to the last bit; so does all of it on the heap. */
+    /* The second half, repeated from the checkpoint, and the whole run on the heap must give identical bits. */
     if (kt_simulation_restore(simulation, checkpoint, &error) != KT_OK ||
         run(simulation, STEPS / 2, STEPS, NULL, &error) != KT_OK || run_on_heap(model, &plan, heap, &error) != KT_OK)
         return tell(&error);
     look(simulation, again);
     printf("after %d steps: cart %.9f m, rods %.9f and %.9f rad\n", STEPS, end[0], end[1], end[2]);
     printf("the second half again from the checkpoint: %s\n",
-           memcmp(end, again, sizeof end) == 0 /* NOLINT: bits are meant */ ? "same bits" : "DIFFERENT");
+           memcmp(end, again, sizeof end) == 0 /* NOLINT: compares bits */ ? "same bits" : "DIFFERENT");
     printf("all of it with a workspace on the heap: %s\n",
-           memcmp(end, heap, sizeof end) == 0 /* NOLINT: bits are meant */ ? "same bits" : "DIFFERENT");
+           memcmp(end, heap, sizeof end) == 0 /* NOLINT: compares bits */ ? "same bits" : "DIFFERENT");
     return 0;
 }
 

@@ -1,25 +1,25 @@
-/* The start of a program on a Cortex-M7: the vector table, and what comes before newlib's own start, which is given a stack and
- * a heap by the linker script and speaks to the debugger or emulator by semihosting (librdimon).
+/* Start-up code for a Cortex-M7: the vector table, and the reset handler, which calls newlib's start-up code. Stack and
+ * heap come from the linker script; input and output use semihosting (librdimon) by the debugger or emulator.
  */
 #include <stdint.h>
 #include <stdlib.h>
 
 extern char stack_top[];
-void _mainCRTStartup(void); /* newlib's: clears .bss, opens the files of semihosting, calls main and exit */
+void _mainCRTStartup(void); /* newlib: clears .bss, opens the files of semihosting, calls main and exit */
 void reset(void);
 void fault(void);
 
 __attribute__((section(".vectors"), used)) static void (*const vectors[])(void) = {
     (void (*)(void))stack_top,
     reset,
-    fault, /* not masked */
-    fault, /* hard */
-    fault, /* memory */
-    fault, /* bus */
-    fault, /* usage */
+    fault, /* NMI */
+    fault, /* HardFault */
+    fault, /* MemManage */
+    fault, /* BusFault */
+    fault, /* UsageFault */
 };
 
-/* Floating point is off after a reset: full access to coprocessors 10 and 11 (CPACR). */
+/* The floating-point unit is disabled after a reset: enable full access to coprocessors 10 and 11 (CPACR). */
 __attribute__((naked)) void reset(void) {
     __asm__ volatile("movw r0, #0xed88\n"
                      "movt r0, #0xe000\n"
@@ -31,5 +31,5 @@ __attribute__((naked)) void reset(void) {
                      "b _mainCRTStartup\n");
 }
 
-/* Whatever happens that must not: the program ends with a status of its own. */
+/* Handles all unexpected exceptions: the program ends with an exit status of its own. */
 void fault(void) { _Exit(3); }

@@ -1,14 +1,15 @@
-/* Computed torque as firmware: for a processor without an operating system, and the same to the last bit everywhere.
+/* Computed torque control as firmware: runs without an operating system, and gives the same bits on every processor.
  *
- * The model of a seven-axis arm (that of computed_torque.c, whose comment has the control law) is compiled on the device at
- * start-up. Then, every millisecond,
+ * The model of a seven-axis arm (that of computed_torque.c, whose comment explains the control law) is compiled on the
+ * device at start-up. Then, every millisecond,
  *
  *     tau = M(q) (a_d + Kp (q_d - q) + Kd (v_d - v)) + h(q, v)      one call of kt_dynamics_inverse
  *
- * The plant, an arm that is 10 % heavier, is simulated beside the controller (classical Runge-Kutta steps of 1 ms). After STEPS
- * ticks the program prints the state as the bits of its doubles, and a hash of the torques and states of all ticks. The same
- * program prints the same on x86-64 and on a Cortex-M7: the library computes sines and all else by itself, in a fixed order.
- * For the same reason the path is a polynomial: sin and exp of two C libraries differ in their last bits.
+ * The plant, an arm that is 10 % heavier, is simulated in the same program (classical Runge-Kutta steps of 1 ms). After
+ * STEPS ticks the program prints the positions as the bits of their doubles, and a hash of the torques and states of
+ * all ticks. The output is the same on x86-64 and on a Cortex-M7: the library computes trigonometric and all other
+ * functions itself, in a fixed order of operations. For the same reason the path is a polynomial: sin and exp of two C
+ * libraries may differ in the last bits.
  */
 #include <kinetree/kinetree.h>
 
@@ -25,8 +26,8 @@ typedef struct part {
     char axis;         /* of its joint */
     double up;         /* origin above the parent's, m, along the parent's z */
     double mass;       /* kg */
-    double com[3];     /* m */
-    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, kg m^2 */
+    double com[3];     /* position in the body frame, m */
+    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the centre of mass, kg m^2 */
 } part;
 
 static const part parts[BODIES] = {
@@ -69,7 +70,8 @@ static kt_status make_arm(double scale, kt_model **model, kt_error *error) {
     return kt_model_compile(&arm, NULL, model, error);
 }
 
-/* From `from` to `to` in half a second, from rest to rest: s = 10 x^3 - 15 x^4 + 6 x^5. */
+/* The path at t, in half a second from rest to rest: q = from + s (to - from), s = 10 x^3 - 15 x^4 + 6 x^5, x = t / 0.5
+ * s. */
 static void path(double t, double *q, double *v, double *a) {
     static const double from[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
     static const double to[JOINTS] = {0.9, 0.2, 0.1, 0.9, -0.5, 1.5, 1.0};
@@ -83,7 +85,7 @@ static void path(double t, double *q, double *v, double *a) {
     }
 }
 
-/* One tick of control: joint positions and velocities in, torques out. */
+/* One control step: computes torques from joint positions and velocities. */
 static kt_status control(const kt_model *model, kt_data *data, double t, const double *q, const double *v, double *tau,
                          kt_error *error) {
     double q_d[JOINTS], v_d[JOINTS], u[JOINTS];
@@ -99,7 +101,7 @@ static uint64_t bits_of(double x) {
     return bits;
 }
 
-/* FNV-1a, a double at a time. */
+/* FNV-1a hash, applied to whole doubles instead of bytes. */
 static uint64_t hash(uint64_t so_far, const double *x, int count) {
     for (int i = 0; i < count; i++)
         so_far = (so_far ^ bits_of(x[i])) * UINT64_C(1099511628211);

@@ -1,4 +1,4 @@
-/* kinetree accuracy: what accuracy costs, for any scene. */
+/* kinetree accuracy: the cost of each accuracy for any scene (methods, step sizes and tolerances compared). */
 #include "accuracy.h"
 #include "arguments.h"
 #include "output.h"
@@ -74,7 +74,7 @@ static int say_no_method(const char *name) {
     return KT_EXIT_USAGE;
 }
 
-/* In the order of the family, each once. */
+/* The methods of --integrators in the order of kt_method_at, without repetition. */
 static int read_methods(kt_accuracy_arguments *arguments) {
     char text[512];
     char *rest = text;
@@ -120,7 +120,7 @@ int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arg
     int operands;
     *arguments = (kt_accuracy_arguments){.duration = (double)NAN, .budget = (double)NAN};
     int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, &operands);
-    if (isnan(arguments->budget)) /* so many curves need more */
+    if (isnan(arguments->budget)) /* a comparison of formulations has many more curves */
         arguments->budget = arguments->compare_sets ? 60.0 : 20.0;
     return code >= 0 ? code : read_lists(arguments);
 }
@@ -161,7 +161,7 @@ static void say_file(const char *what, const char *path) {
         fprintf(stderr, "  %s: %s\n", what, kt_show(path).text);
 }
 
-/* Everything that is to come out, in turn. */
+/* Writes the CSV file and the pictures, prints their names, then the tables. Returns an exit code. */
 static int tell(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int code = KT_EXIT_DONE;
@@ -180,7 +180,7 @@ static int tell(const kt_findings *findings) {
         say_file("picture", arguments->plot);
         say_file("picture", arguments->plot_dark);
     }
-    /* Tables and lines of CSV cannot share standard output. */
+    /* Tables and CSV lines must not be mixed on standard output. */
     if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
         kt_findings_print(findings);
         fflush(stdout);
@@ -249,9 +249,9 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     return code;
 }
 
-/* ---- where results go -------------------------------------------------------------------------------------------- */
+/* ---- output files ------------------------------------------------------------------------------------------------ */
 
-/* NAME-accuracy.csv beside the records of `kinetree run`, NAME.csv. The caller frees it. */
+/* Returns BASE-accuracy.csv (or .svg); `kinetree run` writes its records to BASE.csv. The caller frees it. */
 static char *default_name(const char *base, const char *ending) {
     const size_t room = strlen(base) + strlen("-accuracy") + strlen(ending) + 1;
     char *name = malloc(room);
@@ -260,7 +260,8 @@ static char *default_name(const char *base, const char *ending) {
     return name;
 }
 
-/* What the command line leaves open. A picture is none by any name but that of its format, and so by that of nothing. */
+/* Fills in the file names that the command line does not give. A picture needs a name that ends in its format, hence
+ * /dev/null means no picture. */
 static void choose_files(kt_accuracy_arguments *arguments, const char *csv, const char *picture) {
     if (arguments->out == NULL)
         arguments->out = csv;

@@ -1,5 +1,5 @@
-/* The work-precision diagram: error against CPU time and against evaluations, both a simulated second, one curve a
- * method. A colour is an order; filled marks are adaptive methods, hollow ones have fixed steps. */
+/* The work-precision diagram: error against CPU time and against evaluations, both per simulated second, with one curve
+ * per method. The colour shows the order; filled marks are adaptive methods, hollow marks are fixed steps. */
 #include "accuracy.h"
 #include "plot.h"
 
@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Two panels over the same curves; the last series of each is the front. */
+/* Two panels show the same curves; the last series of each panel is the Pareto front. */
 typedef struct kt_diagram {
-    double *error, *cost[2]; /* of all points, by curves */
+    double *error, *cost[2]; /* all points, curve by curve */
     double *front_error[2], *front_cost[2];
     kt_plot_series *series[2];
     char (*labels)[64];
@@ -21,21 +21,21 @@ static int colour_of(int order) {
     return colours[order < 9 ? order : 8];
 }
 
-/* A colour is a variant, where there are several. */
+/* With several variants the colour shows the variant, otherwise the order of the method. */
 static int colour_at(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
     return results->variant_count > 1 ? 1 + curve->variant % KT_PLOT_SERIES_MAX : colour_of(curve->method->order);
 }
 
 static int mark_of(const kt_accuracy_results *results, int index) {
     int mark = 1;
-    if (results->variant_count > 1) /* a mark is a method */
+    if (results->variant_count > 1) /* the mark shows the method */
         return 1 + index % (results->curve_count / results->variant_count) % KT_PLOT_MARK_COUNT;
     for (int i = 0; i < index; i++)
         mark += results->curves[i].method->order == results->curves[index].method->order;
     return 1 + (mark - 1) % KT_PLOT_MARK_COUNT;
 }
 
-/* What is not known counts as the reference's uncertainty, on whose edge it is drawn. */
+/* An error below the reference's uncertainty cannot be resolved; it is drawn at that uncertainty. */
 static double known(const kt_accuracy_results *results, const kt_accuracy_point *point) {
     return point->usable ? fmax(point->error.position, results->uncertainty.position) : (double)NAN;
 }
@@ -47,7 +47,7 @@ static bool has_usable(const kt_accuracy_results *results, const kt_accuracy_cur
     return false;
 }
 
-/* A curve that is not to be seen says why. */
+/* The legend says "fails" for a curve without usable points. */
 static void name_curve(const kt_accuracy_results *results, const kt_accuracy_curve *curve, char *label, size_t size) {
     const char *variant = results->variants[curve->variant].label;
     snprintf(label, size, "%s%s%s%s", curve->method->name, variant != NULL ? ", " : "", variant != NULL ? variant : "",
@@ -59,7 +59,7 @@ static int by_cost(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* The points of the front, by rising cost. */
+/* Collects the points of the Pareto front, sorted by cost. Returns their number. */
 static size_t find_front(const kt_accuracy_results *results, bool of_time, double *error, double *cost) {
     size_t count = 0;
     double pairs[2 * 512];
@@ -70,7 +70,7 @@ static size_t find_front(const kt_accuracy_results *results, bool of_time, doubl
         pairs[2 * count] = (of_time ? 1e3 * point->cpu : (double)point->counts.evaluations) / results->duration;
         pairs[2 * count++ + 1] = known(results, point);
     }
-    /* cppcheck-suppress uninitvar ; the first `count` are written, and no others read */
+    /* cppcheck-suppress uninitvar ; only the first `count` pairs are read, and these have been written */
     qsort(pairs, count, 2 * sizeof *pairs, by_cost);
     for (size_t i = 0; i < count; i++) {
         cost[i] = pairs[2 * i];

@@ -1,4 +1,4 @@
-/* What an accuracy study has found: tables for people, what else costs how much, and every run as CSV. */
+/* Prints the results of an accuracy study: tables, the cost of variants, and every run as CSV. */
 #include "accuracy.h"
 #include "output.h"
 
@@ -24,7 +24,7 @@ void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point
     snprintf(text, size, curve->adaptive ? "tolerance %.3g" : "step %.4g s", point->setting);
 }
 
-/* ---- how it was made --------------------------------------------------------------------------------------------- */
+/* ---- conditions of the study ------------------------------------------------------------------------------------- */
 
 static void print_horizon(const kt_accuracy_results *results) {
     if (results->cut == KT_ACCURACY_WHOLE) {
@@ -132,7 +132,7 @@ static void print_methods(const kt_findings *findings) {
 
 /* ---- goals ------------------------------------------------------------------------------------------------------- */
 
-/* The cheapest point of a curve for a goal; NULL: none. */
+/* Returns the cheapest point of a curve that reaches a goal; NULL: none does. */
 static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_accuracy_curve *curve, double goal) {
     const kt_accuracy_results *results = findings->results;
     const kt_accuracy_point *best = NULL;
@@ -178,7 +178,7 @@ static int by_size(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Says so where other work disturbed the times. */
+/* Prints a note if other processes disturbed the measured times. */
 static void print_spread(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
     double spreads[512];
@@ -229,7 +229,7 @@ void kt_findings_print(const kt_findings *findings) {
         print_goal(findings, findings->arguments->goals[g]);
 }
 
-/* ---- what else costs -------------------------------------------------------------------------------------------- */
+/* ---- cost of variants -------------------------------------------------------------------------------------------- */
 
 enum { VARIANTS_MAX = 12, LARGE = 40 };
 
@@ -240,7 +240,7 @@ static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base,
     return variant;
 }
 
-/* A line here is a line of the table. */
+/* Fills the list of variants, one per line of the table. Returns their number. */
 static int list_variants(const kt_findings *findings, kt_variant *variants) {
     static const char *const reductions[] = {"QR reduction", "partitioning", "SVD reduction"};
     const kt_variant base = kt_variant_default(&findings->scene->run);
@@ -260,14 +260,15 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
         add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
     if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
-        return count; /* six coordinates a body: making that model alone takes long */
+        return count; /* six coordinates per body: compiling that model alone takes long */
     const bool is_absolute = base.model.formulation == KT_FORMULATION_ABSOLUTE;
     add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->model.formulation =
         is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
     return count;
 }
 
-/* The point whose variants are compared: the cheapest for the middle goal, or the best there is. */
+/* Returns the index of the point whose variants are compared: the cheapest for the middle goal; if no point reaches it,
+ * the cheapest for the smallest decade from 1e-6 to 0.1 that one reaches; -1: none. */
 static int choose(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);
@@ -320,7 +321,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
 
 /* ---- CSV -------------------------------------------------------------------------------------------------------- */
 
-/* Numbers read back to the same bits; what is not known stays empty. */
+/* Writes 17 digits, which read back to the same bits; an unknown value leaves the cell empty. */
 static void put(FILE *file, double value) {
     if (isnan(value))
         fputc(',', file);

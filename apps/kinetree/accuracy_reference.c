@@ -1,4 +1,4 @@
-/* The records of a run as the reference of a study. */
+/* The records of a run, read as the reference of an accuracy study. */
 #include "accuracy.h"
 #include "table.h"
 
@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* The records lie at k * interval; the last may come earlier, and is then left out. Returns how many do, 0 where they
- * are not even. */
+/* Counts the records at t = k * interval. The last record may come earlier and is then left out. Returns 0 if the
+ * records are not equally spaced. */
 static size_t count_even(const double *time, size_t rows, double duration) {
     const double interval = rows > 1 ? time[1] : 0.0;
     size_t count = 0;
@@ -17,7 +17,7 @@ static size_t count_even(const double *time, size_t rows, double duration) {
     return count + 1 >= rows || time[count] > duration ? count : 0;
 }
 
-/* One coordinate of a joint, into every row. */
+/* Copies one coordinate of a joint into every row of `states`. */
 static int take(const char *path, const kt_table *table, size_t count, const char *kind, const char *joint, int k,
                 bool is_alone, double *states, size_t width) {
     char name[256];

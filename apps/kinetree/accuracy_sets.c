@@ -1,4 +1,4 @@
-/* Ways to keep loops closed, side by side: the reduction, and the coordinate sets that it is compared with. */
+/* Compares formulations of closed loops: the reduction to independent coordinates, and the alternatives. */
 #include "accuracy.h"
 
 #include <math.h>
@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What is compared, in this order: label, unprojected, absolute, has a set, which, its gain. A line here is a curve a
- * method. No one gain suits Baumgarte: soft ones lose the way at singular positions, stiff ones cost steps and order.
- */
+/* The formulations that are compared, in this order; each row gives one curve per method. Columns: label, unprojected,
+ * absolute, has a set, which, its gain. No single gain suits Baumgarte stabilisation: a low gain loses the loops at
+ * singular positions, a high gain costs steps and order. */
 static const struct {
     const char *label;
     bool unprojected, absolute, has_set;
@@ -51,7 +51,8 @@ static const kt_accuracy_curve *curve_of(const kt_accuracy_results *results, con
     return NULL;
 }
 
-/* The point of the minimal set that the others are held against: the coarsest for the goal, or else its best. */
+/* Returns the point of the minimal formulation at whose setting all are compared: the first setting, from coarse to
+ * fine, that reaches the goal, or else the most accurate one. */
 static const kt_accuracy_point *choose(const kt_accuracy_results *results, const kt_accuracy_curve *curve,
                                        double goal) {
     const kt_accuracy_point *best = NULL;
@@ -77,7 +78,7 @@ static void print_row(const char *label, const kt_accuracy_point *point, double 
     printf("  %8.0f\n", (double)point->counts.evaluations / duration);
 }
 
-/* Adds words to a sentence, with a comma in between. */
+/* Appends text to a sentence, after a comma if the sentence is not empty. */
 static void add(char *text, size_t size, const char *format, ...) KT_PRINTF(3, 4);
 
 static void add(char *text, size_t size, const char *format, ...) {
@@ -92,7 +93,7 @@ static void add(char *text, size_t size, const char *format, ...) {
     va_end(values);
 }
 
-/* What a set gets wrong, against the minimal one at the same setting. */
+/* Describes the errors of a formulation relative to the minimal one at the same setting. */
 static void tell_wrong(const kt_findings *findings, const kt_accuracy_point *base, const kt_accuracy_point *point,
                        char *text, size_t size) {
     const double least = findings->results->uncertainty.position;

@@ -1,7 +1,6 @@
-/* Why the loops of a scene do not close, and what would close them.
+/* Explains why the loops of a scene do not close, and suggests changes that close them.
  *
- * What is advised has been tried: the description is changed in that one way and assembled.
- */
+ * Every suggested change has been tested: the description is changed in this one respect and assembled. */
 #include "advice.h"
 
 #include "kinetree/descriptor.h"
@@ -13,14 +12,14 @@
 
 enum {
     LISTED_MAX = 12, /* lines of a list */
-    TRIED_MAX = 6,   /* joints or loops that advice is tried with */
+    TRIED_MAX = 6,   /* joints or loops for which a change is tried */
 };
 
 static const double degree = 3.14159265358979323846 / 180.0;
 
 /* ---- trials ------------------------------------------------------------------------------------------------------ */
 
-/* Whether a description, run as the scene is, can be assembled. */
+/* Returns whether a description, compiled with the options of the scene's run, can be assembled. */
 static bool closes(const kt_scene *scene, const kt_description *description) {
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
@@ -60,7 +59,7 @@ bool kt_closes_holding(const kt_scene *scene, int out, const char *in) {
     return closed;
 }
 
-/* With another axis in one loop, or (NULL) without that loop. */
+/* Tests the assembly with another axis in one loop, or (axis NULL) without that loop. */
 static bool closes_with(const kt_scene *scene, int loop, const kt_vec3 *axis) {
     kt_description d = scene->description;
     kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
@@ -78,7 +77,7 @@ static bool closes_with(const kt_scene *scene, int loop, const kt_vec3 *axis) {
     return closed;
 }
 
-/* With another axis in the joint of a body. */
+/* Tests the assembly with another axis of a body's joint. */
 static bool closes_with_joint(const kt_scene *scene, int body, kt_vec3 axis) {
     kt_description d = scene->description;
     kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
@@ -94,13 +93,13 @@ static bool closes_with_joint(const kt_scene *scene, int body, kt_vec3 axis) {
 
 /* ---- lengths of a loop's links ----------------------------------------------------------------------------------- */
 
-/* A length in a loop: from a body's origin (or, of two joints on the world, from the other one) to a joint that the
- * body carries, or to the end of the loop. */
+/* A length in a loop: the distance from a body's origin to a child's joint on it, or to an end of the loop. Between two
+ * joints on the world it is the distance of these joints. */
 typedef struct length {
-    int body;         /* that has it; -1: the world */
-    int child;        /* whose joint is at the point; -1: it is the end of a loop */
-    int loop, end;    /* else that end */
-    kt_vec3 from, to; /* in the body's frame */
+    int body;         /* the body; -1: the world */
+    int child;        /* body whose joint is at `to`; -1: `to` is an end of the loop */
+    int loop, end;    /* otherwise this end of this loop */
+    kt_vec3 from, to; /* m, in the body's frame */
 } length;
 
 enum { LENGTHS_MAX = 12, DEPTH_MAX = 64 };
@@ -119,7 +118,7 @@ static int find_marker(const kt_body *body, const char *name) {
     return -1;
 }
 
-/* The bodies from an end of a loop to the world. */
+/* Lists the bodies on the path from an end of a loop to the world. Returns their number. */
 static int follow_path(const kt_description *d, const kt_end *end, int *path) {
     int count = 0;
     for (int i = find_body(d, end->body); i >= 0 && count < DEPTH_MAX; i = find_body(d, d->bodies[i].parent))
@@ -132,7 +131,7 @@ static void add_length(length *list, int *count, length one) {
         list[(*count)++] = one;
 }
 
-/* The lengths of a loop, but for those of bodies that carry both ends; returns how many. */
+/* Lists the lengths of a loop, without bodies common to the paths of both ends. Returns their number. */
 static int list_lengths(const kt_description *d, int loop, length *list) {
     const kt_end *ends = d->loops[loop].between;
     int path[2][DEPTH_MAX], n[2], count = 0;
@@ -162,7 +161,7 @@ static int list_lengths(const kt_description *d, int loop, length *list) {
     return count;
 }
 
-/* With a length that is longer by `change` m. */
+/* Tests the assembly with a length that is longer by `change` m. */
 static bool closes_longer(const kt_scene *scene, const length *l, double change) {
     kt_description d = scene->description;
     const kt_vec3 way = kt_vec3_sub(l->to, l->from);
@@ -175,7 +174,7 @@ static bool closes_longer(const kt_scene *scene, const length *l, double change)
         memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
         if (l->child >= 0) {
             bodies[l->child].joint.at = to;
-        } else { /* other loops may use the marker: this end has its place now */
+        } else { /* other loops may use the marker, so this end gets a position of its own */
             loops[l->loop].between[l->end].marker = NULL;
             loops[l->loop].between[l->end].at = to;
         }
@@ -188,7 +187,8 @@ static bool closes_longer(const kt_scene *scene, const length *l, double change)
     return closed;
 }
 
-/* The least change of a length, of those tried, with which the loops close; 0: none. */
+/* Returns the first change of a length, in the order of increasing magnitude, for which the loops close; 0: none of
+ * those tried. */
 static double find_change(const kt_scene *scene, const length *l, double gap) {
     static const double part[] = {1.001, 1.3, 2.0};
     const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
@@ -201,9 +201,9 @@ static double find_change(const kt_scene *scene, const length *l, double gap) {
     return 0.0;
 }
 
-/* ---- what stays open --------------------------------------------------------------------------------------------- */
+/* ---- residuals of open loops ------------------------------------------------------------------------------------- */
 
-/* The angle that the residual of an equation stands for, degrees (loop.h). */
+/* Converts the residual of an equation to the angle that it measures, degrees (see loop.h). */
 static double angle_of(kt_loop_type type, double residual) {
     if (type == KT_LOOP_MOTION)
         return residual / degree;
@@ -211,7 +211,8 @@ static double angle_of(kt_loop_type type, double residual) {
     return (normal ? 2.0 * atan(residual / 2.0) : 4.0 * atan(residual / 4.0)) / degree;
 }
 
-/* The residuals of a loop by measure, against the largest of all, equation by equation: "0.5, 0, 0 m; 90, 0 deg". */
+/* Prints the residuals of a loop, grouped by unit: "0.5, 0, 0 m; 90, 0 deg". Residuals below 1e-6 of the largest of all
+ * loops are printed as zero. */
 static void say_gaps(const kt_model *model, int loop, const double *residual, double most) {
     static const char *const unit[] = {" m", " deg", " (rad or m)"};
     const kt_loop_rows rows = kt_loop_rows_of(model, loop);
@@ -242,7 +243,7 @@ static double largest_gap(const kt_model *model, int loop, const double *residua
     return most;
 }
 
-/* The distance between the ends of a loop, of its equations in metres. */
+/* Distance between the ends of a loop: the norm of its residuals that are lengths, m. */
 static double gap_length(const kt_model *model, int loop, const double *residual) {
     const kt_loop_rows rows = kt_loop_rows_of(model, loop);
     double sum = 0.0;
@@ -252,7 +253,8 @@ static double gap_length(const kt_model *model, int loop, const double *residual
     return sqrt(sum);
 }
 
-/* Where the search for a closed state ended: its residuals, of all equations; NULL where it found one. */
+/* Returns the residuals of all equations at the state where the assembly ended, in allocated memory; NULL if the
+ * assembly succeeded or could not be run. */
 static double *open_residuals(const kt_model *model) {
     const kt_mobility dof = kt_model_mobility(model);
     kt_data *data = NULL;
@@ -309,7 +311,7 @@ static bool joint_has_axis(kt_joint_type type) {
     return type != KT_JOINT_FIXED && type != KT_JOINT_SPHERICAL && type != KT_JOINT_FREE;
 }
 
-/* Another axis of a joint on the way around a loop. */
+/* Tries other axes for the joints on the paths of a loop. Returns the number of suggestions. */
 static int advise_on_joints(const kt_scene *scene, int loop) {
     const kt_description *d = &scene->description;
     int path[DEPTH_MAX], found = 0, tried = 0;
@@ -332,7 +334,7 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
     return found;
 }
 
-/* Another length on the way around a loop, whose largest gap is so many metres. */
+/* Tries other lengths in a loop whose ends are `gap` m apart. Returns the number of suggestions. */
 static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
     const kt_description *d = &scene->description;
     length list[LENGTHS_MAX];

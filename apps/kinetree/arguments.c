@@ -1,4 +1,4 @@
-/* Command lines from tables of options. */
+/* Parses command lines by tables of options. */
 #include "arguments.h"
 
 #include "command.h"
@@ -76,7 +76,7 @@ static bool read_count(const char *text, long *member) {
 
 enum { CHOICES_MAX = 16, WORD_SIZE = 32 };
 
-/* The words between bars. Returns their number. */
+/* Splits "a|b|c" into its words. Returns their number. */
 static int split_choices(const char *choices, char words[CHOICES_MAX][WORD_SIZE]) {
     int count = 0;
     for (const char *start = choices; start != NULL && count < CHOICES_MAX; count++) {
@@ -157,7 +157,7 @@ static int say_unknown_option(const kt_usage *usage, const char *argument, size_
     return KT_EXIT_USAGE;
 }
 
-/* Reads the option at argv[*index], which starts with two dashes, and moves *index to its last word. */
+/* Reads the option at argv[*index], which starts with two dashes, and moves *index to the last word of the option. */
 static int read_option(const kt_usage *usage, int argc, char **argv, int *index, void *members) {
     const char *name = argv[*index] + 2;
     const char *equals = strchr(name, '=');

@@ -1,7 +1,7 @@
-/* The folder of the bundled scenes. It is looked for, in this order: where KINETREE_SCENES says; beside the program, as
- * installed (so that an installation can be moved), where the system tells a program its own path; in the source tree
- * that the program was built from; where the build was configured to install them.
- */
+/* Finds the folder of the bundled scenes. If the environment variable KINETREE_SCENES is set, it names the folder.
+ * Otherwise the folder is searched for, in this order: relative to the program as installed, so that an installation
+ * can be moved, if the system tells a program its own path; in the source tree from which the program was built; where
+ * the build was configured to install the scenes. */
 #include "bundled.h"
 #include "command.h"
 
@@ -18,7 +18,8 @@ static bool is_folder(const char *path) {
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-/* The folder that this program lies in, without a last slash. Linux tells it; elsewhere this finds nothing. */
+/* The folder of this program, without a trailing slash. Linux has /proc/self/exe; on other systems this returns
+ * false. */
 static bool find_own_folder(char *folder, size_t size) {
     ssize_t length = readlink("/proc/self/exe", folder, size - 1);
     if (length <= 0)

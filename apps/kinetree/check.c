@@ -1,4 +1,4 @@
-/* kinetree check: every fault of scene files, and what is doubtful. */
+/* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice.h"
 #include "arguments.h"
 #include "start.h"
@@ -50,7 +50,7 @@ static void warn(check *c, const char *format, ...) {
 
 /* ---- degrees of freedom ------------------------------------------------------------------------------------------ */
 
-/* Some loop moves the mechanism by itself. */
+/* Returns whether a motion loop drives the mechanism. */
 static bool is_driven(const kt_description *d) {
     for (int i = 0; i < d->loop_count; i++)
         if (d->loops[i].function.type != KT_FUNCTION_NONE && d->loops[i].function.type != KT_FUNCTION_CONSTANT)
@@ -73,7 +73,7 @@ static void check_mobility(check *c) {
 
 /* ---- angles ------------------------------------------------------------------------------------------------------ */
 
-/* More than a turn, and in degrees no round number: probably degrees without their unit. */
+/* An angle beyond one turn that is not a multiple of 0.001 degrees was probably given in degrees without the unit. */
 static bool is_doubtful_angle(double x) {
     const double turn = 2.0 * 3.14159265358979323846, degrees = 1000.0 * 360.0 * (x / turn);
     return fabs(x) > turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
@@ -118,7 +118,7 @@ static void check_angles(check *c) {
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
-/* Of the values of a function that drives a turning joint: the first that is doubtful. */
+/* Checks the values of a function that drives a revolute joint; of a table only the first doubtful row is reported. */
 static void check_function_angles(check *c, const char *what, const char *name, const kt_function *f) {
     switch (f->type) {
     case KT_FUNCTION_CONSTANT:
@@ -139,11 +139,11 @@ static void check_function_angles(check *c, const char *what, const char *name, 
             if (!is_doubtful_angle(f->numbers[i]))
                 continue;
             check_angle(c, what, name, key, f->numbers[i]);
-            break; /* one row tells of all */
+            break; /* one row is enough */
         }
         break;
     case KT_FUNCTION_NONE:
-    case KT_FUNCTION_POLYNOMIAL: /* whose coefficients are rates, too: 40 rad/s is usual */
+    case KT_FUNCTION_POLYNOMIAL: /* its coefficients are rates, too, and 40 rad/s is usual */
         break;
     }
 }
@@ -160,7 +160,7 @@ static void check_driven_angles(check *c) {
 
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */
 
-/* The first accelerations; what they lack is a fault of the scene. */
+/* Evaluates the accelerations of the initial state; a failure is reported as an error of the scene. */
 static int check_accelerations(check *c) {
     kt_error error = {0};
     const kt_status status = kt_acceleration_evaluate(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, c->a, &error);

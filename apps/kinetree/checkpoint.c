@@ -1,9 +1,9 @@
-/* Checkpoints of a run: head, what has been seen of the run, the simulation's state, and a sum over all of them.
+/* Checkpoints of a run: a header, what the run has recorded so far, the simulation's state, and a checksum over all of
+ * it.
  *
- * A checkpoint belongs to one scene run in one way: its fingerprint is taken of the scene as it would be written now,
- * with the command line's words in it, and of the library's version. It is written to FILE.new, made durable and
- * renamed to FILE, so that FILE is whole at any moment.
- */
+ * A checkpoint belongs to one scene and one set of options. Its fingerprint is computed from the scene as it would be
+ * written now, with the options of the command line applied, and from the library's version. A checkpoint is written to
+ * FILE.new, flushed to the disk and renamed to FILE, so that FILE is complete at any moment. */
 #include "checkpoint.h"
 
 #include "kinetree/kinetree.h"
@@ -16,7 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* What a run has come to, besides the simulation's state. */
+/* The results of a run so far, besides the simulation's state. */
 typedef struct kt_progress_so_far {
     int64_t records, lines;
     uint64_t sound_steps;
@@ -32,7 +32,7 @@ typedef struct kt_checkpoint_head {
 
 static const char checkpoint_kind[16] = "kinetree run 3";
 
-/* FNV-1a, 64 bits (Fowler, Noll, Vo): tells texts apart that were not made to be mistaken for each other. */
+/* FNV-1a hash, 64 bits (Fowler, Noll, Vo). It detects accidental differences, not forged ones. */
 static uint64_t sum_of(uint64_t sum, const void *bytes, size_t size) {
     const unsigned char *byte = bytes;
     for (size_t i = 0; i < size; i++)
@@ -160,7 +160,7 @@ static bool take(FILE *file, void *bytes, size_t size, uint64_t *sum) {
     return true;
 }
 
-/* What is wrong with a checkpoint, in words; NULL: nothing, and *so_far and the block are filled. */
+/* Reads a checkpoint into *so_far and the block. Returns NULL on success, otherwise a description of the error. */
 static const char *read_parts(FILE *file, const kt_checkpoint *checkpoint, kt_progress_so_far *so_far) {
     kt_checkpoint_head head;
     uint64_t sum = sum_start, given = 0, unused = 0;

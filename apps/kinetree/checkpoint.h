@@ -1,34 +1,36 @@
-/* A run's checkpoint in a file: enough to go on after a break as if there had been none. */
+/* A run's checkpoint file: a run that was interrupted continues from it with the same results as without
+ * interruption. */
 #ifndef KT_COMMAND_CHECKPOINT_H
 #define KT_COMMAND_CHECKPOINT_H
 
 #include "run.h"
 
-/* Where a run writes its checkpoints, and how often. */
+/* The file of a run's checkpoints, and how often it is written. */
 typedef struct kt_checkpoint {
     const char *path; /* NULL: none are written */
-    double interval;  /* s of the clock between two */
-    double last;      /* when the last was written */
-    uint64_t scene;   /* what run this is: see kt_checkpoint_open */
+    double interval;  /* s between two checkpoints, measured by kt_clock */
+    double last;      /* s, value of kt_clock when the last one was written */
+    uint64_t scene;   /* fingerprint of the run: see kt_checkpoint_open */
     void *block;      /* the simulation's state */
     size_t size;
 } kt_checkpoint;
 
-/* Takes the fingerprint of the scene as it is run, with the command line's words in it, and the memory that a
- * checkpoint needs. path may be NULL (only to resume). Returns -1 to go on, or an exit code after saying why. */
+/* Computes the fingerprint of the scene, with the options of the command line applied, and allocates the memory for a
+ * checkpoint. path may be NULL (only to resume). Returns -1 on success, else an exit code after printing the error. */
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
                        const kt_simulation_options *options);
 void kt_checkpoint_close(kt_checkpoint *checkpoint);
 
-/* Whether it is time for one. */
+/* Returns whether the interval since the last checkpoint has elapsed. */
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
 
-/* Writes one beside the old one, which it then replaces: whatever happens, there is a whole one. `lines`: bytes of the
- * records written. Returns 0, or -1 after saying why. */
+/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. `lines`:
+ * number of bytes of the records written so far. Returns 0, or -1 after printing the error. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, long long lines);
 
-/* Takes a run up where a checkpoint left it: the simulation, and in *outcome what has been seen of it; *lines as given
- * to kt_checkpoint_write. Returns -1 to go on, or an exit code after saying why; nothing is changed then. */
+/* Resumes a run from a checkpoint: restores the simulation and the results so far in *outcome; *lines is the value that
+ * kt_checkpoint_write was given. Returns -1 on success, else an exit code after printing the error, with *outcome and
+ * *lines unchanged. */
 int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome, long long *lines);
 
 #endif

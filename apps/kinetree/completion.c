@@ -1,13 +1,13 @@
-/* Completion scripts for bash, zsh and fish, from the tables of options.
+/* Completion scripts for bash, zsh and fish, generated from the tables of options.
  *
- * What an option takes, and what the operands are, is read from the words that the help shows for them: FILE is any file,
- * SCENE one of *.yaml, RESULT of *.csv, NAME of demo a bundled scene, a|b|c one of these words. */
+ * The kind of an argument follows from the words that the help shows for it: FILE is any file, SCENE a *.yaml file,
+ * RESULT a *.csv file, NAME of demo a bundled scene, a|b|c one of these words. */
 #include "reference.h"
 
 #include <stdio.h>
 #include <string.h>
 
-/* Calls put(subcommand, option) for each option of a subcommand, those that it takes besides its own, too. */
+/* Calls put(subcommand, option) for each option of a subcommand, including those of the subcommands in `also`. */
 static void for_each_option(const kt_subcommand *subcommand, void put(const kt_subcommand *, const kt_option *)) {
     for (const kt_usage *usage = subcommand->usage; usage != NULL; usage = usage->also)
         for (size_t i = 0; i < usage->option_count; i++)
@@ -20,7 +20,7 @@ static bool takes_file(const kt_option *option) {
     return option->type == KT_OPTION_TEXT && begins(option->argument, "FILE");
 }
 
-/* a|b|c as "a b c". */
+/* Prints a|b|c as "a b c". */
 static void put_words(const char *choices) {
     for (; *choices != '\0'; choices++)
         putchar(*choices == '|' ? ' ' : *choices);
@@ -31,7 +31,7 @@ static void put_subcommands(void) {
         printf("%s%s", i > 0 ? " " : "", kt_subcommands[i].name);
 }
 
-/* The ending of the files that are operands; NULL: they are no files. */
+/* Extension of the files that are operands; NULL: the operands are not files. */
 static const char *operand_ending(const kt_usage *usage) {
     return begins(usage->operands, "SCENE") ? "yaml" : begins(usage->operands, "RESULT") ? "csv" : NULL;
 }
@@ -42,7 +42,7 @@ static bool takes_subcommand(const kt_usage *usage) { return begins(usage->opera
 
 static bool takes_word(const kt_usage *usage) { return strchr(usage->operands, '|') != NULL; }
 
-/* Text within single quotes; each letter of `special` after a backslash. */
+/* Prints text for use within single quotes: ' as `quote`, and each character of `special` after a backslash. */
 static void put_quoted(const char *text, const char *special, const char *quote) {
     for (; *text != '\0'; text++) {
         if (*text == '\'')

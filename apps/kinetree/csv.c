@@ -1,4 +1,4 @@
-/* Records as CSV. */
+/* Writes records as CSV. */
 #include "run.h"
 
 #include "kinetree/descriptor.h"
@@ -14,7 +14,7 @@
 
 enum { NUMBER_SIZE = 32 };
 
-/* The name of a column in the header (record == NULL), its value in all other lines. */
+/* Appends a cell: the name of the column in the header (record == NULL), its value in all other lines. */
 static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) KT_PRINTF(4, 5);
 
 static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) {
@@ -26,7 +26,7 @@ static void add_cell(kt_csv *csv, const kt_record *record, double value, const c
         length = vsnprintf(NULL, 0, format, arguments);
         va_end(arguments);
     }
-    if (length < 0 || !kt_lines_make_room(lines, (size_t)length + 2)) /* a comma before it, a zero after it */
+    if (length < 0 || !kt_lines_make_room(lines, (size_t)length + 2)) /* a comma before, a zero after it */
         return;
     if (lines->used > lines->whole)
         lines->text[lines->used++] = ',';
@@ -84,7 +84,7 @@ static void add_reaction(kt_csv *csv, const kt_record *record, const char *name,
     add_cell(csv, record, w->moment.z, "reaction.%s.mz", name);
 }
 
-/* A loop of joints, not of ends, has one equation, whose multiplier is its generalised force. */
+/* A loop between joints, not between points of bodies, has one equation, whose multiplier is its generalised force. */
 static bool is_relation(const kt_model *model, int loop) {
     const kt_descriptor *descriptor = kt_loop_descriptor(kt_loop_type_of(model, loop));
     return kt_descriptor_kind(descriptor, KT_KEY_TERMS) || kt_descriptor_kind(descriptor, KT_KEY_JOINT);
@@ -102,7 +102,7 @@ static void add_multipliers(kt_csv *csv, const kt_record *record, int loop) {
     }
 }
 
-/* A coupling acts along its joints alone: it has no wrench. */
+/* A coupling of joints has joint forces only and therefore no wrench. */
 static void add_reactions(kt_csv *csv, const kt_record *r) {
     for (int body = 1; body < kt_model_body_count(csv->model); body++)
         add_reaction(csv, r, kt_body_name(csv->model, body), r != NULL ? r->reactions : NULL, body);
@@ -114,7 +114,7 @@ static void add_reactions(kt_csv *csv, const kt_record *r) {
     }
 }
 
-/* Those that add_reactions has not had. */
+/* The multipliers that add_reactions leaves out. */
 static void add_all_multipliers(kt_csv *csv, const kt_record *r) {
     const bool reacts = (csv->record & KT_RECORD_REACTION) != 0;
     for (int loop = 0; loop < kt_loop_count(csv->model); loop++)
@@ -122,7 +122,7 @@ static void add_all_multipliers(kt_csv *csv, const kt_record *r) {
             add_multipliers(csv, r, loop);
 }
 
-/* One walk for the header and for the lines under it. */
+/* The header and the lines below it are written by the same traversal, so that columns always match. */
 static void add_line(kt_csv *csv, const kt_record *r) {
     add_cell(csv, r, r != NULL ? r->time : 0.0, "time");
     if ((csv->record & KT_RECORD_POSITION) != 0)
@@ -182,7 +182,7 @@ int kt_csv_close(kt_csv *csv, kt_output_fate fate) {
     return kt_output_end(&csv->output, fate) != 0 ? -1 : failed;
 }
 
-/* Whether the file begins with the line under way. */
+/* Returns whether the file begins with the line that is being built (the header). */
 static bool begins_with_line(const kt_lines *lines) {
     char *text = malloc(lines->used + 1);
     bool same = text != NULL && pread(lines->file, text, lines->used + 1, 0) >= (ssize_t)lines->used &&
@@ -191,7 +191,7 @@ static bool begins_with_line(const kt_lines *lines) {
     return same;
 }
 
-/* Copies at most so many bytes to a new file. */
+/* Copies at most `size` bytes to a new file. Returns its descriptor, or -1. */
 static int copy_beginning(const char *from, const char *to, long long size) {
     char block[1 << 16];
     FILE *in = fopen(from, "rb"), *out = in != NULL ? fopen(to, "wb") : NULL;
@@ -209,8 +209,8 @@ static int copy_beginning(const char *from, const char *to, long long size) {
     return fine ? open(to, O_RDWR | O_CLOEXEC) : -1;
 }
 
-/* The records until the checkpoint: what a run that did not end has left, or else the beginning of finished ones, of
- * which a part is run again; *copied. */
+/* Opens the records up to the checkpoint: the partial file that an interrupted run has left, or else a copy of the
+ * first bytes of a finished result, whose remainder is computed again; then *copied is true. */
 static int open_beginning(const kt_output *output, long long written, bool *copied) {
     const int file = open(kt_output_path(output), O_RDWR | O_CLOEXEC);
     *copied = file < 0 && errno == ENOENT && output->partial != NULL && access(output->name, R_OK) == 0;

@@ -1,4 +1,4 @@
-/* kinetree demo: the bundled scenes. */
+/* kinetree demo: lists and runs the bundled scenes. */
 #include "arguments.h"
 #include "bundled.h"
 #include "run.h"
@@ -86,7 +86,8 @@ static int say_unknown(const char *name, struct dirent **entries, int count) {
     return KT_EXIT_USAGE;
 }
 
-/* Takes --force out of the words, wherever it stands: all others are for run. */
+/* Removes --force from the arguments, at any position; the others are passed to `kinetree run`. Returns whether it was
+ * there. */
 static bool take_force(int *argc, char **argv) {
     int count = 0;
     for (int i = 0; i < *argc; i++)

@@ -1,11 +1,11 @@
-/* Energies that a run cannot have made: in words, with what would help. */
+/* Warnings about changes of energy that the scene cannot cause, with a suggested remedy. */
 #include "run.h"
 
 #include <math.h>
 #include <stdio.h>
 
-/* With an error of order p, steps shrink by the p-th root of what the error has to; what is off by a tenth or more is
- * no longer in proportion to anything. */
+/* The error of a method of order p is proportional to h^p, so that h is reduced by the p-th root of the reduction of
+ * the error. Errors of 0.1 and more are outside of this asymptotic range. */
 static void write_remedy(const kt_outcome *outcome, double error, char *text, size_t size) {
     const kt_run *run = outcome->run;
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;

@@ -1,4 +1,4 @@
-/* kinetree equilibrium: where a scene comes to rest, and whether it stays there. */
+/* kinetree equilibrium: finds an equilibrium of a scene and judges its stability. */
 #include "arguments.h"
 #include "command.h"
 #include "linear.h"
@@ -42,7 +42,8 @@ const kt_usage kt_usage_equilibrium = {
 
 /* ---- stability --------------------------------------------------------------------------------------------------- */
 
-/* The mode that grows fastest, or -1; *neutral: eigenvalues that are zero; *damped: whether all others decay. */
+/* Returns the index of the mode that grows fastest, or -1. *neutral: number of zero eigenvalues; *damped: whether all
+ * other modes decay. */
 static int judge(const kt_small_motion *motion, int *neutral, bool *damped) {
     int worst = -1;
     *neutral = 0;
@@ -71,7 +72,7 @@ static void print_numbers(const double *x, int count) {
     putchar(']');
 }
 
-/* As a joint's `position` in a scene. */
+/* Prints the value of a joint's `position` key in a scene. */
 static void print_position(kt_coordinates at, const double *q) {
     if (at.nq == 7) { /* x, y, z and a quaternion */
         fputs("{position: ", stdout);
@@ -86,7 +87,7 @@ static void print_position(kt_coordinates at, const double *q) {
     }
 }
 
-/* Words on those of the zero eigenvalues that may be none. */
+/* Describes those zero eigenvalues whose error exceeds their magnitude. */
 static const char *uncertain_words(const kt_small_motion *motion, char *words, size_t size) {
     double error = 0.0;
     int count = 0;
@@ -150,7 +151,7 @@ static json_t *describe(const kt_small_motion *motion) {
 
 /* ---- the scene at rest ------------------------------------------------------------------------------------------- */
 
-/* The point of an end, for the positions of the last kt_kinematics_update. */
+/* Position of an end in the world, for the positions of the last kt_kinematics_update. */
 static kt_vec3 end_point(const kt_small_motion *motion, const kt_end *end) {
     const int body = end->body != NULL ? kt_body_find(motion->model, end->body) : 0;
     const int marker = end->marker != NULL ? kt_marker_find(motion->model, body, end->marker) : -1;
@@ -158,7 +159,8 @@ static kt_vec3 end_point(const kt_small_motion *motion, const kt_end *end) {
                              marker >= 0 ? kt_marker_at(motion->model, body, marker) : end->at);
 }
 
-/* What is counted from the assembled start stays what it was: the lengths of springs. */
+/* Lengths of springs that are measured in the assembled initial state become explicit numbers, so that they do not
+ * change with the new initial state. */
 static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects, int count, kt_error *error) {
     double *q = calloc((size_t)kt_model_nq(motion->model) + 1, sizeof *q);
     double *v = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *v);
@@ -182,8 +184,9 @@ static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects,
     return status;
 }
 
-/* The same of screws: their angle will count from the equilibrium's, where the ends are so far apart along the axis;
- * the first end goes there. (The distances of loops are at rest what they were at the start.) */
+/* The angle of a screw loop is measured from the initial state. In the written scene this is the equilibrium, where its
+ * ends are some distance apart along the axis; the first end is therefore moved by this distance. (The distances of
+ * loops are the same at the equilibrium as at the start.) */
 static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int count, kt_error *error) {
     kt_status status = kt_kinematics_update(motion->model, motion->data, motion->q, NULL, NULL, error);
     for (int i = 0; status == KT_OK && i < count; i++) {
@@ -196,7 +199,7 @@ static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int
             return status;
         const int body = end->body != NULL ? kt_body_find(motion->model, end->body) : 0;
         const int marker = end->marker != NULL ? kt_marker_find(motion->model, body, end->marker) : -1;
-        const kt_vec3 axis = kt_mat3_apply(turn, kt_vec3_normalize(loops[i].axis)); /* in the body's axes */
+        const kt_vec3 axis = kt_mat3_apply(turn, kt_vec3_normalize(loops[i].axis)); /* in the body's frame */
         const kt_vec3 apart = kt_mat3_apply_transposed(kt_body_pose(motion->model, motion->data, body).rotation,
                                                        kt_vec3_sub(end_point(motion, &end[1]), end_point(motion, end)));
         if (marker >= 0)
@@ -207,7 +210,7 @@ static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int
     return status;
 }
 
-/* A copy of an array, which may be empty; NULL where there is no memory. */
+/* Returns a copy of an array, which may be empty; NULL: not enough memory. */
 static void *copy_of(const void *array, int count, size_t size) {
     void *copy = calloc((size_t)count + 1, size);
     if (copy == NULL)
@@ -253,11 +256,11 @@ static void rest_bodies(const kt_small_motion *motion, kt_body *bodies) {
         kt_joint *joint = &bodies[kt_body_source(motion->model, body)].joint;
         memcpy(joint->position, motion->q + at.q, (size_t)at.nq * sizeof(double));
         memset(joint->velocity, 0, sizeof joint->velocity);
-        joint->given = KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION; /* where it rests it stays */
+        joint->given = KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION; /* written as given, so that the assembly keeps it */
     }
 }
 
-/* The scene with other initial positions and no velocities, and otherwise the same forces. */
+/* Writes the scene with the equilibrium as initial positions, zero velocities, and otherwise the same forces. */
 static int write_scene(const kt_small_motion *motion, const char *path) {
     kt_scene scene = motion->scene;
     kt_description *d = &scene.description;

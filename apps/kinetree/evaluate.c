@@ -1,4 +1,4 @@
-/* kinetree evaluate: the matrices and vectors of a scene's initial state, as JSON. */
+/* kinetree evaluate: prints the matrices and vectors of a scene's initial state as JSON. */
 #include "arguments.h"
 #include "output.h"
 #include "start.h"
@@ -38,18 +38,18 @@ const kt_usage kt_usage_evaluate = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-/* Beyond this the mass matrix is left out: its text would be longer than 100 MB. */
+/* Above this number of coordinates the mass matrix is left out: its text would exceed 100 MB. */
 enum { MASS_COORDINATES_MAX = 2000 };
 
-/* Everything that is computed, in one allocation each; mass is NULL where it is left out. */
+/* All results; each array is one allocation. mass is NULL if it is left out. */
 typedef struct kt_evaluation {
     const kt_model *model;
     kt_data *data;
     int nq, nv, rows; /* rows: equations of loops */
     double *q, *v, *a, *given, *bias, *inverse, *mass;
     double *applied;                            /* Q */
-    double *jacobian, *residual, *rate, *drift; /* of loops: A by columns, phi, b', b'' */
-    double *multiplier, *basis;                 /* lambda; N by columns, NULL where it is left out */
+    double *jacobian, *residual, *rate, *drift; /* of the loops: A column-major, phi, b', b'' */
+    double *multiplier, *basis;                 /* lambda; N column-major, NULL if it is left out */
     int columns;                                /* of N */
     kt_residual violation;
 } kt_evaluation;
@@ -107,7 +107,7 @@ static void release(kt_evaluation *e) {
     free(e->basis);
 }
 
-/* "1,2.5,-3": one number a coordinate. */
+/* Parses "1,2.5,-3": one number per coordinate. */
 static int read_accelerations(const char *list, kt_evaluation *e) {
     const char *rest = list;
     int count = 0;
@@ -202,7 +202,7 @@ static json_t *describe_energy(const kt_evaluation *e) {
     return json_pack("{s:f, s:f, s:f}", "kinetic", kinetic, "potential", potential, "total", kinetic + potential);
 }
 
-/* Of the kinematics in data. */
+/* Describes the momentum, for the kinematics in data. */
 static json_t *describe_momentum(const kt_evaluation *e) {
     kt_vec3 center;
     (void)kt_mass_center(e->model, e->data, &center);

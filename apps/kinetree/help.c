@@ -1,5 +1,5 @@
-/* kinetree help: what the command can do, as words on a terminal, man pages and completions for shells. All are made of
- * the tables of options that command lines are read by. */
+/* kinetree help: shows the subcommands on a terminal, as man pages or as shell completions. All are generated from the
+ * tables of options by which command lines are parsed. */
 #include "reference.h"
 #include "types.h"
 
@@ -57,7 +57,7 @@ static void print_overview(void) {
            overview.exit_status);
 }
 
-/* The subcommand of this name; NULL: none. */
+/* Returns the subcommand of this name; NULL: there is none. */
 static const kt_subcommand *find_subcommand(const char *name) {
     for (size_t i = 0; i < kt_subcommand_count; i++)
         if (strcmp(name, kt_subcommands[i].name) == 0)

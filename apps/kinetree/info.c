@@ -1,4 +1,4 @@
-/* kinetree info: what a scene consists of. */
+/* kinetree info: shows what a scene consists of. */
 #include "arguments.h"
 #include "json.h"
 #include "start.h"
@@ -16,7 +16,7 @@ static const char *const phase_names[KT_PHASE_COUNT] = {"evaluation", "step", "r
 static const char *const phase_titles[KT_PHASE_COUNT] = {"At every evaluation of accelerations", "After every step",
                                                          "At every record"};
 
-/* "2 links", "1 link"; units are plurals, but for "pass", of which there is one. */
+/* Writes "2 links", "1 link". All units are plurals except "pass", whose count is always one. */
 static void print_amount(const kt_plan_step *s, char *text, size_t size) {
     const size_t length = strlen(s->unit);
     const char *body = s->count == 1 && strcmp(s->unit, "bodies") == 0 ? "body" : s->unit;
@@ -110,7 +110,7 @@ static const char *name_level(kt_isa level) {
     }
 }
 
-/* Rounding is not worth reading. */
+/* Sets rounding errors to zero for display. */
 static double tidy(double x, double scale) { return fabs(x) < 1e-12 * scale ? 0.0 : x; }
 
 static void show_sizes(const kt_model *model) {
@@ -128,7 +128,7 @@ static void show_sizes(const kt_model *model) {
 
 enum { LISTED_MAX = 20 };
 
-/* One group: its loops by name and type, and how many of their equations say something new. */
+/* Shows a constraint group: its loops by name and type, and the number of its independent equations. */
 static void show_group(const kt_model *model, int index) {
     const kt_loop_group group = kt_loop_group_at(model, index);
     const int redundant = group.equations - group.rank;
@@ -173,7 +173,7 @@ static void show_vector(const char *before, kt_vec3 x, double scale, const char 
     printf("%s[%g, %g, %g]%s", before, tidy(x.x, scale), tidy(x.y, scale), tidy(x.z, scale), after);
 }
 
-/* Of the kinematics in data. */
+/* Shows mass, energies, momentum and gravity for the kinematics in data. */
 static void show_masses(const kt_model *model, kt_data *data, const double *q, const double *v) {
     kt_vec3 center;
     const kt_vec3 g = kt_model_gravity(model);
@@ -201,7 +201,7 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
         puts("gravity    none");
 }
 
-/* What the initial state has, and warnings of it. */
+/* Shows properties of the assembled initial state, and warnings about it. */
 static int show_start(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;

@@ -1,4 +1,4 @@
-/* kinetree integrators: the table of methods. */
+/* kinetree integrators: prints the table of methods. */
 #include "arguments.h"
 #include "command.h"
 

@@ -1,4 +1,4 @@
-/* JSON of the library's values, through jansson. */
+/* Converts values of the library to JSON, using jansson. */
 #include "json.h"
 
 #include "command.h"
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Whether an allocation has failed: jansson then leaves out what should have been there, and says nothing. */
+/* Whether an allocation has failed: jansson then omits the value without reporting an error. */
 static bool is_short;
 
 static void *allocate(size_t size) {

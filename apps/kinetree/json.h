@@ -1,4 +1,4 @@
-/* JSON of the library's values. Each call returns a new object, or NULL where there is no memory. */
+/* Converts values of the library to JSON. Each function returns a new object, or NULL if memory is insufficient. */
 #ifndef KT_COMMAND_JSON_H
 #define KT_COMMAND_JSON_H
 
@@ -6,22 +6,22 @@
 
 #include <jansson.h>
 
-/* To be called before all others: from here on no JSON is written of which a part found no memory. */
+/* Must be called before all other functions: it makes kt_json_write fail if memory was insufficient for any part. */
 void kt_json_watch_memory(void);
 
-/* A text; one that is no UTF-8 as it is shown. */
+/* A text; one that is not valid UTF-8 is escaped (kt_show). */
 json_t *kt_json_text(const char *text);
 
-/* null where x is not finite, for which JSON has no number. */
+/* null if x is not finite, because JSON has no such number. */
 json_t *kt_json_number(double x);
 json_t *kt_json_numbers(const double *x, int count);
 json_t *kt_json_vector(kt_vec3 u);
-/* Body name -> number for a joint of one coordinate, list for more; joints of none are left out. Velocities where
- * `of_velocity`, else positions. x may be NULL: null for each. */
+/* Object that maps each body's name to a number (joint with one coordinate) or a list (more coordinates); joints
+ * without coordinates are left out. Velocities if `of_velocity`, else positions. x may be NULL: all values are null. */
 json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity);
 
-/* Writes an object ("-": to standard output), 17 digits a number, and releases it. NULL is no memory, and said as such.
- * Returns KT_EXIT_DONE or an exit code after saying why. */
+/* Writes an object with 17 digits per number ("-": to standard output), and releases it. NULL is reported as
+ * insufficient memory. Returns KT_EXIT_DONE, or an exit code after printing the error. */
 int kt_json_write(json_t *object, const char *path);
 
 #endif

@@ -1,4 +1,4 @@
-/* A scene, linearised: what modes and equilibrium share. */
+/* The linearisation of a scene, as used by the subcommands modes, equilibrium and others. */
 #include "linear.h"
 
 #include "start.h"
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Dense matrices of twice as many rows: more would take minutes. */
+/* The dense matrices have twice as many rows; larger ones would take minutes. */
 enum { COORDINATES_MOST = 500 };
 
 static int say_memory(void) {
@@ -91,7 +91,7 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-/* The velocity component k of a joint that has several. */
+/* Names velocity component k of a joint that has several. */
 static const char *name_component(kt_joint_type type, int k) {
     static const char *const of_free[] = {"x", "y", "z", "about x", "about y", "about z"};
     static const char *const of_planar[] = {"x", "y", "angle"};
@@ -111,7 +111,7 @@ static const char *name_component(kt_joint_type type, int k) {
     }
 }
 
-/* The body whose joint has a velocity coordinate. */
+/* Returns the body whose joint has this velocity coordinate. */
 static int body_of(const kt_model *model, int coordinate) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);

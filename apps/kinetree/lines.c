@@ -1,5 +1,5 @@
-/* Lines on their way into a file. The kernel heeds SIGKILL between two pages of one write, so a line that crosses from
- * one to the next could be cut; what goes into a file is therefore written by a child, which ends what it began. */
+/* Writes lines to a file. The kernel may act on SIGKILL between two pages of one write, so that a line across a page
+ * boundary could be truncated. Files are therefore written by a child process, which completes its write. */
 #define _DEFAULT_SOURCE /* vfork */
 #include "lines.h"
 
@@ -14,12 +14,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { MOST_BYTES = 1 << 18 };      /* gathered */
-static const double longest = 0.02; /* s for which lines are gathered: many times what a child costs */
+enum { MOST_BYTES = 1 << 18 };      /* size at which the buffer is written */
+static const double longest = 0.02; /* s, after which the buffer is written; many times the cost of a child process */
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-/* Returns 0 or the errno. What a write leaves over, as pipes do, goes in further ones. */
+/* Writes all bytes, in several writes if necessary (as for pipes). Returns 0 or the errno. */
 static int write_all(int file, const char *text, size_t size, size_t *done) {
     for (*done = 0; *done < size;) {
         const ssize_t count = write(file, text + *done, size - *done);
@@ -30,22 +30,23 @@ static int write_all(int file, const char *text, size_t size, size_t *done) {
     return 0;
 }
 
-/* Writes whole lines; where that fails, those that fit stay and the rest of one is cut off. Returns 0 or the errno. */
+/* Writes whole lines. On failure the complete lines already written remain, and the incomplete one is cut off. Returns
+ * 0 or the errno. */
 static int write_whole(const kt_lines *lines) {
     size_t done;
     const int reason = write_all(lines->file, lines->text, lines->whole, &done);
     while (reason != 0 && done > 0 && lines->text[done - 1] != '\n')
         done--;
-    if (reason != 0 && lines->file != STDOUT_FILENO) /* that may be somebody else's file too */
+    if (reason != 0 && lines->file != STDOUT_FILENO) /* standard output may be a file of another program */
         (void)ftruncate(lines->file, lines->written + (long long)done);
     return reason;
 }
 
-/* The same by a child in a session of its own, which those who kill this process or its group do not hit. It borrows
- * this process's memory (vfork), of which it changes nothing that counts. */
+/* Writes whole lines from a child process in a session of its own, which signals to this process or its group do not
+ * reach. The child shares this process's memory (vfork) and changes nothing in it that is used afterwards. */
 static int write_apart(const kt_lines *lines) {
     int status = 0;
-    /* NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork): for fork's cost */
+    /* NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork): fork costs much more */
     const pid_t child = vfork();
     if (child < 0)
         return write_whole(lines);
@@ -60,14 +61,14 @@ static int write_apart(const kt_lines *lines) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : EINTR;
 }
 
-/* ---- gathering --------------------------------------------------------------------------------------------------- */
+/* ---- buffering --------------------------------------------------------------------------------------------------- */
 
 void kt_lines_start(kt_lines *lines, int file, const char *path, long long written) {
     struct stat status;
     *lines = (kt_lines){.file = file, .path = path, .written = written, .last = kt_clock()};
     lines->is_regular = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
-    (void)signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is told as an error */
-    (void)signal(SIGCHLD, SIG_DFL); /* a child's end is heard of, whatever this process inherited */
+    (void)signal(SIGXFSZ, SIG_IGN); /* exceeding the file size limit becomes an error of write */
+    (void)signal(SIGCHLD, SIG_DFL); /* waitpid works even if SIGCHLD was inherited as ignored */
 }
 
 bool kt_lines_make_room(kt_lines *lines, size_t more) {
@@ -96,7 +97,7 @@ int kt_lines_flush(kt_lines *lines) {
         kt_say("%s cannot be written: %s", shown_path(lines), strerror(reason));
     else
         lines->written += (long long)lines->whole;
-    lines->used = lines->whole = 0; /* once told, it is not tried again */
+    lines->used = lines->whole = 0; /* after an error the lines are dropped, so that it is reported once */
     lines->last = kt_clock();
     return reason == 0 ? 0 : -1;
 }

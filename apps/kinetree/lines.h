@@ -1,5 +1,6 @@
-/* Lines of text on their way into a file: gathered for some milliseconds, then written so that whatever ends this
- * process, SIGKILL too, leaves whole lines. A pipe or a terminal gets each line at once. */
+/* Writes lines of text to a file. They are buffered for some milliseconds and then written in such a way that only
+ * whole lines are left, even if this process is killed (SIGKILL). On a pipe or a terminal each line is written at
+ * once. */
 #ifndef KT_COMMAND_LINES_H
 #define KT_COMMAND_LINES_H
 
@@ -9,24 +10,24 @@
 typedef struct kt_lines {
     int file; /* descriptor; -1: closed */
     const char *path;
-    bool is_regular;   /* a file: lines are gathered */
+    bool is_regular;   /* a regular file: lines are buffered */
     long long written; /* bytes in the file */
-    double last;       /* s, when they were written */
-    char *text;        /* not yet written: `whole` bytes of whole lines, then the one under way */
+    double last;       /* s, time of the last write (kt_clock) */
+    char *text;        /* buffer: `whole` bytes of whole lines, then the line being built */
     size_t whole, used, room;
-    bool full; /* no memory for the line */
+    bool full; /* memory was insufficient for the line */
 } kt_lines;
 
-/* Takes over an open descriptor; the standard output (1) stays open at the end. `written`: bytes that stand in the
- * file. */
+/* Takes ownership of an open descriptor; standard output (1) is not closed at the end. `written`: bytes that the file
+ * already contains. */
 void kt_lines_start(kt_lines *lines, int file, const char *path, long long written);
-/* Room for so many bytes more at text + used, or false: then the line will not be written. */
+/* Makes room for `more` bytes at text + used. Returns false if memory is insufficient: then the line is not written. */
 bool kt_lines_make_room(kt_lines *lines, size_t more);
-/* Ends the line under way, and writes where it is time. Returns 0, or -1 where that failed, which has been said. */
+/* Ends the current line, and writes the buffer if it is due. Returns 0, or -1 after printing the error. */
 int kt_lines_end(kt_lines *lines);
-/* Writes what was gathered. Returns 0, or -1 where that failed, which has been said. */
+/* Writes the buffer. Returns 0, or -1 after printing the error. */
 int kt_lines_flush(kt_lines *lines);
-/* Writes what was gathered and closes. Returns 0, or -1 where that failed, which has been said. */
+/* Writes the buffer and closes the file. Returns 0, or -1 after printing the error. */
 int kt_lines_close(kt_lines *lines);
 
 #endif

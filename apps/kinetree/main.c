@@ -1,4 +1,4 @@
-/* kinetree: runs scenes and looks at them. */
+/* kinetree: runs and analyses scenes. */
 #include "command.h"
 #include "json.h"
 
@@ -6,9 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* OpenBLAS starts its threads when it is loaded, which the library does where it first needs it. The library leaves
- * their number alone; here, one is fastest for the sizes that linkages have, results do not depend on the machine, and
- * under `ulimit -v`, where threads cannot be started, OpenBLAS would wait for them for ever at the end. */
+/* OpenBLAS starts its threads when it is loaded, which the library does at the first use. The library does not set
+ * their number; the command sets it to one, which is fastest for the matrix sizes of linkages and makes results
+ * independent of the machine. Moreover, under `ulimit -v`, where threads cannot be started, OpenBLAS would otherwise
+ * wait for them forever at exit. */
 static void ask_for_one_thread(void) {
     (void)setenv("OPENBLAS_NUM_THREADS", "1", 1);
     (void)setenv("OMP_NUM_THREADS", "1", 1);

@@ -1,4 +1,4 @@
-/* kinetree make: chains, pendulums and trees of any size. */
+/* kinetree make: writes scenes of chains, pendulums and trees of any size. */
 #include "arguments.h"
 #include "command.h"
 
@@ -12,7 +12,7 @@
 
 typedef enum kt_kind { KT_KIND_CHAIN, KT_KIND_PENDULUM, KT_KIND_TREE } kt_kind;
 
-/* Options; NaN or -1 where the kind's own value stands. */
+/* Options; NaN or -1 selects the default of the kind of mechanism. */
 typedef struct kt_make_arguments {
     long links, branching, seed;
     double mass, length, angle;
@@ -28,7 +28,7 @@ static const kt_joint_type joints[] = {
     KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW,     KT_JOINT_CYLINDRICAL,
     KT_JOINT_PLANAR,   KT_JOINT_UNIVERSAL, KT_JOINT_SPHERICAL,
 };
-enum { JOINT_COUNT = sizeof joints / sizeof joints[0] }; /* "mixed" comes after them: each in turn */
+enum { JOINT_COUNT = sizeof joints / sizeof joints[0] }; /* index of "mixed": all types in turn */
 
 static const kt_option options[] = {
     {"links", KT_OPTION_COUNT, KT_AT(links), "N", "number of bodies; default: 10, of a pendulum 1", NULL},
@@ -64,9 +64,10 @@ const kt_usage kt_usage_make = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-/* ---- numbers at random ------------------------------------------------------------------------------------------- */
+/* ---- random numbers ---------------------------------------------------------------------------------------------- */
 
-/* splitmix64: S. Vigna; G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014. */
+/* Returns a uniform random number by splitmix64 (S. Vigna; G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom
+ * number generators, OOPSLA 2014). */
 static double draw(uint64_t *state, double low, double high) {
     uint64_t z = (*state += 0x9E3779B97F4A7C15U);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
@@ -79,7 +80,7 @@ static double draw(uint64_t *state, double low, double high) {
 
 typedef struct kt_maker {
     kt_kind kind;
-    kt_make_arguments settings; /* with the kind's own values put in */
+    kt_make_arguments settings; /* with the defaults of the kind filled in */
     uint64_t random;
     kt_body *bodies;
     double *lengths;
@@ -91,16 +92,16 @@ enum { NAME_SIZE = 32 };
 
 static const double pi = 3.14159265358979323846;
 
-/* Where a link of this length ends, in its own frame. */
+/* Returns the end of a link of this length in the link's frame. */
 static kt_vec3 end_of(kt_kind kind, double length) {
     return kind == KT_KIND_PENDULUM ? kt_vec3_make(0.0, -length, 0.0) : kt_vec3_make(length, 0.0, 0.0);
 }
 
-/* The initial position `angle` about the joint's axis, if the joint rotates. */
+/* Sets the initial rotation `angle` about the joint's axis, if the joint rotates. */
 static void turn_by(kt_joint *joint, double angle) {
     for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
         const kt_coordinate_kind kind = kt_joint_coordinate_kind(joint->type, k);
-        if (kind == KT_COORDINATE_ROTATION) { /* a quaternion: about z, as the others with the usual axis */
+        if (kind == KT_COORDINATE_ROTATION) { /* a quaternion about z, the default axis of the others */
             joint->position[k] = cos(0.5 * angle);
             joint->position[k + 3] = sin(0.5 * angle);
             return;
@@ -129,13 +130,13 @@ static void make_random(kt_maker *maker, kt_body *body, double *length) {
         body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
 }
 
-/* Whether a joint can turn a body about its own length, for which it then needs an inertia. */
+/* Returns whether a joint can rotate a body about its long axis; the body then needs a moment of inertia about it. */
 static bool needs_girth(const kt_make_arguments *settings) {
     kt_joint_type type = settings->joint == JOINT_COUNT ? KT_JOINT_SPHERICAL : joints[settings->joint];
     return settings->axes == 1 || type == KT_JOINT_SPHERICAL || type == KT_JOINT_UNIVERSAL;
 }
 
-/* Whether a point mass follows every degree of freedom of the joints. */
+/* Returns whether point masses give every degree of freedom of these joints an inertia. */
 static bool allows_points(const kt_make_arguments *settings) {
     return !needs_girth(settings) && joints[settings->joint] != KT_JOINT_PLANAR;
 }
@@ -153,8 +154,8 @@ static void set_shape(const kt_maker *maker, kt_body *body, double length) {
     body->inertia_of_shape = true;
 }
 
-/* Body i hangs on body `parent`, at its end; -1: on the world, at the origin. Of a tree's brothers each stands in its
- * own part of a right angle. */
+/* Makes body i as a child of body `parent`, at its end; -1: of the world, at the origin. The children of a body in a
+ * tree are fanned out over a right angle. */
 static void make_link(kt_maker *maker, long i, long parent) {
     kt_body *body = &maker->bodies[i];
     char *name = maker->names + (size_t)i * NAME_SIZE;
@@ -208,7 +209,7 @@ static int say_wrong(const char *what) {
     return KT_EXIT_USAGE;
 }
 
-/* Returns -1 to go on. */
+/* Checks the options and fills in the defaults of this kind. Returns -1 on success, else an exit code. */
 static int complete(kt_maker *maker, const char *kind) {
     static const char *const kinds[] = {"chain", "pendulum", "tree"};
     kt_make_arguments *settings = &maker->settings;

@@ -1,11 +1,12 @@
-/* Man pages in the macros of man(7), from the tables of options. */
+/* Writes man pages in the macros of man(7), generated from the tables of options. */
 #include "reference.h"
 
 #include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Text in which roff sees no request and no escape; a minus stays one that can be copied. */
+/* Prints text such that roff finds no requests and no escapes in it; a minus remains an ASCII minus that can be
+ * copied. */
 static void put_text(const char *text, size_t length) {
     if (length > 0 && (*text == '.' || *text == '\''))
         fputs("\\&", stdout);
@@ -37,7 +38,7 @@ static void put_text(const char *text, size_t length) {
 
 static void put(const char *text) { put_text(text, strlen(text)); }
 
-/* Lines as running text; those that are indented stand as they are. */
+/* Prints lines as running text; indented lines are printed verbatim. */
 static void put_lines(const char *text) {
     bool stands = false;
     while (*text != '\0') {
@@ -54,7 +55,7 @@ static void put_lines(const char *text) {
         puts(".fi");
 }
 
-/* ".BR kinetree-NAME (1)"; name: NULL for the whole command. */
+/* Prints ".BR kinetree-NAME (1)"; name: NULL for the page of the whole command. */
 static void put_reference(const char *name, const char *end) {
     printf(".BR kinetree%s%s (1)%s\n", name != NULL ? "\\-" : "", name != NULL ? name : "", end);
 }

@@ -1,4 +1,4 @@
-/* kinetree modes: frequencies, damping and shapes of a scene's small motions. */
+/* kinetree modes: computes frequencies, damping and shapes of a scene's small motions. */
 #include "arguments.h"
 #include "command.h"
 #include "linear.h"
@@ -21,7 +21,7 @@ typedef struct kt_shapes {
     double bars[PANELS_MOST][2 * NAMES_MOST];
 } kt_shapes;
 
-/* Each coordinate against its unit; the largest is 1 and real. */
+/* Fills in a mode shape, with each coordinate divided by its unit; the largest element is 1 and real. */
 static void fill_bars(const kt_small_motion *motion, int mode, double *bars) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     const double *shape = kt_modes_positions(motion->modes, mode);
@@ -77,7 +77,7 @@ static int kt_modes_draw(const kt_small_motion *motion, const char *state, const
 }
 
 typedef struct kt_modes_arguments {
-    int at; /* place in the choices; -1: not given */
+    int at; /* index of the choice; -1: not given */
     bool nearest, json, dark;
     long count;
     const char *plot;
@@ -116,7 +116,7 @@ const kt_usage kt_usage_modes = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-/* ---- which state ------------------------------------------------------------------------------------------------- */
+/* ---- choice of the state ----------------------------------------------------------------------------------------- */
 
 static int choose_state(kt_small_motion *motion, const kt_modes_arguments *arguments) {
     kt_error error = {0};
@@ -133,7 +133,8 @@ static int choose_state(kt_small_motion *motion, const kt_modes_arguments *argum
     return KT_EXIT_DONE;
 }
 
-/* Whether the motion goes on as it is: no acceleration, and none that comes as it goes on, d/dt a = state x'. */
+/* Returns whether the motion is steady: the acceleration is zero, and so is its rate, d/dt a = state x' (its lower
+ * rows). */
 static bool is_steady(const kt_linear_system *system) {
     const double scale = fmax(1.0, system->speed * system->speed);
     if (system->acceleration > 1e-9 * scale)
@@ -175,7 +176,7 @@ static void warn(const kt_linear_system *system, const char *state) {
 
 enum { NAMED = 3, NEUTRAL_NAMED = 6 };
 
-/* Zero where x is no larger than its error. */
+/* Returns zero if x does not exceed its error. */
 static double told(double x, double error) { return fabs(x) > error ? x : 0.0; }
 
 static void print_movers(const kt_small_motion *motion, int mode) {
@@ -209,13 +210,14 @@ static void print_mode(const kt_small_motion *motion, int index, int number) {
     print_movers(motion, index);
 }
 
-/* Whether a mode is neutral because nothing acts on it (its eigenvalue is zero), or because its eigenvalue is no larger
- * than what it is uncertain by. */
+/* Selects neutral modes of one kind: those with a zero eigenvalue, on which no force acts, or (uncertain) those whose
+ * eigenvalue does not exceed its error. */
 static bool is_of_kind(const kt_small_motion *motion, const kt_mode *mode, bool uncertain) {
     return kt_mode_is_neutral(mode) && kt_mode_is_uncertain(motion, mode) == uncertain;
 }
 
-/* The coordinates that move most in the neutral modes of one kind, each once: a drift has two eigenvalues of one shape. */
+/* Prints the coordinates that move most in the neutral modes of one kind, without repetition: a drift has two
+ * eigenvalues with one shape. */
 static void print_neutral_coordinates(const kt_small_motion *motion, bool uncertain) {
     int named = 0;
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
@@ -327,7 +329,7 @@ static json_t *list_inputs(const kt_small_motion *motion, const kt_linear_system
     return list;
 }
 
-/* As the columns of records are called. */
+/* Lists the outputs, named as the columns of records. */
 static json_t *list_outputs(const kt_model *model) {
     static const char *const parts[] = {"x", "y", "z", "vx", "vy", "vz"};
     json_t *list = json_array();
@@ -339,7 +341,7 @@ static json_t *list_outputs(const kt_model *model) {
     return list;
 }
 
-/* Joint -> list of [re, im] a coordinate. */
+/* Object that maps each joint to a list of [re, im], one per coordinate. */
 static json_t *describe_shape(const kt_model *model, const double *shape) {
     json_t *object = json_object();
     for (int body = 1; body < kt_model_body_count(model); body++) {

@@ -1,4 +1,4 @@
-/* The files that results go to: names, checks, and the renaming at the end. */
+/* Result files: names, checks, and the renaming at the end. */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "output.h"
 
@@ -15,7 +15,7 @@
 
 static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
 
-/* The folder of a path, as it is written. The caller frees it. */
+/* Returns the folder part of a path. The caller frees it. */
 static char *folder_of(const char *path) {
     const char *slash = strrchr(path, '/');
     return slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
@@ -29,7 +29,8 @@ static char *join(const char *a, const char *b, const char *c) {
     return text;
 }
 
-/* The one name of a file, which need not be there yet; NULL where its folder is not, or there is no memory. */
+/* Returns the canonical name of a file, which need not exist; NULL: its folder does not exist, or memory is
+ * insufficient. */
 static char *find_name(const char *path) {
     char *whole = realpath(path, NULL);
     if (whole != NULL || errno != ENOENT)
@@ -47,7 +48,7 @@ static char *find_name(const char *path) {
     return whole;
 }
 
-/* What is there already and is no ordinary file is written as it is; and so is a link to nothing. */
+/* Devices, pipes and links to nonexistent files are written directly, without a partial file. */
 static bool is_written_in_place(const char *path) {
     struct stat status;
     if (stat(path, &status) == 0)
@@ -84,7 +85,7 @@ int kt_output_start(kt_output *output, const char *path) {
 
 const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }
 
-/* The new file may be read and written by whom the old one could. */
+/* Renames the partial file; the new file gets the permissions of the old one. */
 static int put_in_place(const kt_output *output) {
     struct stat old;
     if (stat(output->name, &old) == 0)
@@ -128,9 +129,10 @@ void kt_note_replaced(const char *path, char *text, size_t size) {
     (void)snprintf(text + used, size - used, "%s%s of %s", used > 0 ? ", " : "", kt_show(path).text, when);
 }
 
-/* ---- all of a command -------------------------------------------------------------------------------------------- */
+/* ---- all files of a command -------------------------------------------------------------------------------------- */
 
-/* Whether two names are of one file: by its links too. What is written as it is may be named as often as one likes. */
+/* Returns whether two names denote the same file, also through links. A file that is written directly (a device) may be
+ * named any number of times. */
 static bool is_same(const char *a, const char *b) {
     struct stat first, second;
     if (is_stream(a) || is_stream(b))
@@ -147,7 +149,7 @@ static bool is_same(const char *a, const char *b) {
     return same;
 }
 
-/* The same, and whether b is what a is written to on its way. */
+/* Returns whether two files are the same, or b is the partial file of a. */
 static bool collides(const kt_file_use *a, const kt_file_use *b) {
     char *partial = a->is_written ? kt_partial_name(a->path) : NULL;
     const bool same = is_same(a->path, b->path) || (partial != NULL && is_same(partial, b->path));

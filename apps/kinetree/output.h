@@ -1,6 +1,6 @@
-/* The files that results go to. A result is written to NAME.partial, beside NAME, and renamed when it is whole: what
- * NAME held before stays until then. The part that a failed run has left is renamed too where there is no NAME yet, and
- * else keeps the name it has. Devices and pipes are written as they are. */
+/* Result files. A result is written to NAME.partial, next to NAME, and renamed when it is complete: until then NAME
+ * keeps its old content. The partial file of a failed run is also renamed if no NAME exists, and otherwise keeps its
+ * name. Devices and pipes are written directly. */
 #ifndef KT_COMMAND_OUTPUT_H
 #define KT_COMMAND_OUTPUT_H
 
@@ -8,46 +8,48 @@
 #include <stddef.h>
 
 typedef struct kt_output {
-    char *name;    /* links followed */
+    char *name;    /* symbolic links are resolved */
     char *partial; /* NULL: `name` itself is written */
 } kt_output;
 
-/* Finds the names; "-" is no file. Returns -1 to go on, or an exit code after saying why. Ended by kt_output_end. */
+/* Determines the names; "-" stands for standard output. Returns -1 on success, else an exit code after printing the
+ * error. kt_output_end must follow. */
 int kt_output_start(kt_output *output, const char *path);
-/* The file to write now. */
+/* Returns the path of the file to write. */
 const char *kt_output_path(const kt_output *output);
 
 typedef enum kt_output_fate {
     KT_OUTPUT_WHOLE,   /* renamed to its name */
-    KT_OUTPUT_PART,    /* renamed where that name is free, else kept as NAME.partial: kt_part_name */
+    KT_OUTPUT_PART,    /* renamed if that name is free, else kept as NAME.partial: kt_part_name */
     KT_OUTPUT_AS_IS,   /* kept as NAME.partial */
     KT_OUTPUT_NOTHING, /* removed */
 } kt_output_fate;
 
-/* Returns 0, or -1 where it could not be renamed, which has been said. Does nothing for what was not started. */
+/* Ends an output. Returns 0, or -1 after printing an error if the file could not be renamed. Does nothing for an output
+ * that was not started. */
 int kt_output_end(kt_output *output, kt_output_fate fate);
 
-/* NAME.partial for the name of a result (NULL: none), or the name itself where that is written as it is ("-", a
+/* Returns NAME.partial for the name of a result (NULL: no result), or the name itself if it is written directly ("-", a
  * device). The caller frees it. */
 char *kt_partial_name(const char *path);
 
-/* The name that a part gets in the end: NAME where there is no such file now, else kt_partial_name. The caller frees
- * it. */
+/* Returns the name that a partial result gets at the end: NAME if no such file exists now, else kt_partial_name. The
+ * caller frees it. */
 char *kt_part_name(const char *path);
 
-/* Of a result that is about to be replaced: "a.csv of 2026-01-31 12:00", appended to text after ", " or at its begin.
- * Nothing where there is no such file. */
+/* Describes a result that is about to be replaced: appends "a.csv of 2026-01-31 12:00" to text, after ", " unless text
+ * is empty. Appends nothing if there is no such file. */
 void kt_note_replaced(const char *path, char *text, size_t size);
 
-/* A file that a command reads or writes, as it was named; NULL: none. */
+/* A file that a command reads or writes, with the name given by the user; NULL: none. */
 typedef struct kt_file_use {
     const char *what; /* "the scene", "--summary" */
     const char *path;
     bool is_written;
 } kt_file_use;
 
-/* Says where a result would be another result or something that is read, by whatever name; and where one could not be
- * written in the end. Returns -1 to go on, or an exit code. */
+/* Prints an error if a result would be written over another result or over an input, by whatever name, or if a result
+ * could not be written at the end. Returns -1 if there is no error, else an exit code. */
 int kt_check_files(const char *command, const kt_file_use *uses, int count);
 
 #endif

@@ -1,4 +1,4 @@
-/* Charts with cairo: the page, its panels in a column or in a row, and the file. */
+/* Draws charts with cairo: the page, its panels in a column or in a row, and the file. */
 #include "plot.h"
 
 #include "command.h"
@@ -12,7 +12,7 @@ enum {
     WIDTH = 900,
     PANEL_HEIGHT = 210, /* of the axes */
     LEFT = 70,
-    RIGHT = 170, /* the legends */
+    RIGHT = 170, /* for the legends */
     TOP = 64,
     HEAD = 31, /* a panel's title */
     GAP = 62,  /* between the axes of two panels, one under the other */
@@ -25,7 +25,7 @@ enum {
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
 
-/* Panels under one another share their x axis and its title; where one has its own, it needs more room. */
+/* Panels in a column share their x axis and its title; a panel with a title of its own needs more room. */
 static int gap_after(const kt_plot *plot, int panel) { return plot->panels[panel].x_title != NULL ? GAP + 30 : GAP; }
 
 static int height_of(const kt_plot *plot) {

@@ -1,11 +1,11 @@
-/* Ticks at round numbers: 1, 2 or 5 times a power of ten apart; on a logarithmic axis at powers of ten. */
+/* Ticks at multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis at powers of ten. */
 #include "plot.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* The least round step of which at most `most` fit. */
+/* Returns the smallest round step of which at most `most` fit into the range. */
 static double choose_step(double range, int most) {
     static const double factors[] = {1.0, 2.0, 5.0, 10.0};
     double power = pow(10.0, floor(log10(range / most)));
@@ -17,7 +17,7 @@ static double choose_step(double range, int most) {
 
 kt_axis kt_axis_make(double low, double high, int most) {
     kt_axis axis = {.low = low, .high = high};
-    /* n steps have n + 1 ends. */
+    /* n steps have n + 1 ticks. */
     axis.step = choose_step(high - low, most > 2 ? most - 1 : 1);
     double first = ceil(low / axis.step - 1e-9), last = floor(high / axis.step + 1e-9);
     axis.first = first * axis.step;

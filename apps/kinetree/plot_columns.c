@@ -1,4 +1,5 @@
-/* kinetree plot: the columns of a result as a picture. A panel for each kind of quantity, since they share no unit. */
+/* kinetree plot: draws the columns of a result, with one panel for each kind of quantity, because kinds differ in their
+ * units. */
 #include "arguments.h"
 #include "command.h"
 #include "output.h"
@@ -47,7 +48,7 @@ const kt_usage kt_usage_plot = {
 
 /* ---- kinds ------------------------------------------------------------------------------------------------------- */
 
-/* A column's kind is what stands before its first point. */
+/* A column's kind is the part of its name before the first point. */
 static const struct kind {
     const char *name, *title, *unit;
     bool is_default, is_log;
@@ -84,7 +85,7 @@ typedef struct kt_chart {
     const kt_table *table;
     const double *x;
     const char *x_name;
-    double *magnitudes; /* of a logarithmic panel's columns, in turn */
+    double *magnitudes; /* buffer for the columns of logarithmic panels, one after the other */
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
     int count[KINDS], left_out[KINDS];
@@ -92,7 +93,7 @@ typedef struct kt_chart {
     int panel_count;
 } kt_chart;
 
-/* On a logarithmic axis signs are lost, and zero has no place. */
+/* A logarithmic axis shows magnitudes and cannot show zero. */
 static const double *take_magnitudes(kt_chart *chart, const double *y) {
     double *to = chart->magnitudes + chart->magnitude_count;
     for (size_t i = 0; i < chart->table->rows; i++)
@@ -139,7 +140,7 @@ static void add_panels(kt_chart *chart) {
                                                                   .y_log = is_log(chart, kind)};
 }
 
-/* Whether a name is one of the parts of a column's name between points: "legs" of "marker.legs.toes.x". */
+/* Returns whether a name occurs in a column's name after a point, as "legs" in "marker.legs.toes.x". */
 static bool has_part(const char *column, const char *name) {
     for (const char *dot = strchr(column, '.'); dot != NULL; dot = strchr(dot + 1, '.'))
         if (begins_with(dot + 1, name))
@@ -147,7 +148,7 @@ static bool has_part(const char *column, const char *name) {
     return false;
 }
 
-/* A body's name alone: the columns about it. */
+/* For a name that is not a column: prints the columns that contain it. Returns whether there are any. */
 static bool say_columns_about(const kt_table *table, const char *option, const char *name) {
     enum { NAMED = 4 };
     char columns[400] = "";
@@ -204,7 +205,7 @@ static void add_default(kt_chart *chart) {
     add_panels(chart);
 }
 
-/* Paths in space: markers against a marker, with one scale for both axes. */
+/* Returns whether markers are drawn over a marker coordinate: a path in space, drawn with one scale for both axes. */
 static bool is_path(const kt_chart *chart) {
     bool all = kind_of(chart->x_name) == KIND_MARKER && chart->panel_count == 1 && chart->count[KIND_MARKER] > 0;
     return all && !is_log(chart, KIND_MARKER);
@@ -216,7 +217,7 @@ static void make_path(kt_chart *chart) {
     chart->panels[0].x_unit = "m";
 }
 
-/* The phase plane of a joint, and then its title. */
+/* Adds the phase plane of a joint, and writes its title. Returns -1 on success, else an exit code. */
 static int add_phase(kt_chart *chart, const char *joint, char *title, size_t size) {
     char position[256], velocity[256];
     snprintf(position, sizeof position, "position.%s", joint);

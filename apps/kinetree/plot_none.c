@@ -1,4 +1,4 @@
-/* In the place of plot.c where there is no cairo. */
+/* Replaces plot.c in builds without cairo. */
 #include "command.h"
 #include "plot.h"
 #include "plot_shapes.h"

@@ -1,5 +1,5 @@
-/* One panel of a chart: its title at the top left with the unit in it, round ticks, a light grid, and its legend on the
- * right, where it hides no line. */
+/* Draws one panel of a chart: its title with the unit at the top left, ticks at round numbers, a light grid, and the
+ * legend on the right, where it covers no line. */
 #include "plot_paper.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 
 enum { TICKS_X = 11, TICKS_Y = 7 };
 
-/* From numbers to places on the paper. */
+/* Maps numbers to coordinates of the page. */
 typedef struct kt_plot_frame {
     double left, right, top, bottom;
     kt_axis x, y;
@@ -39,7 +39,7 @@ static void draw_line(cairo_t *c, double x1, double y1, double x2, double y2) {
     cairo_stroke(c);
 }
 
-/* The lines at 2, 3, ... 9 times a power of ten, where there is room for them. */
+/* Draws grid lines at 2, 3, ... 9 times a power of ten, if there is room for them. */
 static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, bool of_x) {
     if (!axis->is_log || axis->step > 1.5 || log10(axis->high / axis->low) > 4.5)
         return;
@@ -84,7 +84,7 @@ static void draw_grid(cairo_t *c, const kt_plot_frame *f) {
     cairo_stroke(c);
 }
 
-/* Where nothing can be known. */
+/* Draws the grey region of values that cannot be resolved. */
 static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
     const double y = to_y(f, panel->blind);
     if (!(panel->blind > 0.0) || !(y < f->bottom))
@@ -102,8 +102,9 @@ static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *
 
 /* ---- series ------------------------------------------------------------------------------------------------------ */
 
-/* A curve on its way to the paper. Points are left out while all of them stay within SLACK of the chord that replaces
- * them: nobody sees the difference, and a file of ten thousand records has a picture of some hundred points. */
+/* Simplifies a curve while it is drawn. Points are left out as long as all of them stay within SLACK of the chord that
+ * replaces them: the difference is invisible, and a file of ten thousand records gives a picture with some hundred
+ * points. */
 static const double SLACK = 0.1; /* pt; lines are 1.3 pt wide or more */
 
 enum { PENDING_MAX = 64 };
@@ -128,7 +129,7 @@ static bool is_chord(const kt_pen *pen, double x, double y) {
     return true;
 }
 
-/* Draws up to the last pending point, which the next chord starts from. */
+/* Draws the line to the last pending point, which becomes the start of the next chord. */
 static void pen_draw(kt_pen *pen) {
     if (pen->count < 2)
         return;
@@ -152,8 +153,9 @@ static void pen_up(kt_pen *pen) {
     pen->count = 0;
 }
 
-/* Of the points first .. end - 1 the first, the least, the largest and the last, in their order: all that is seen of
- * points that share a column of the paper (Jugel et al. 2014, Proceedings of the VLDB Endowment 7, 797-808). */
+/* Draws the first, the least, the largest and the last of the points first .. end - 1, in their order. These
+ * determine what is visible of points in one column of pixels (Jugel et al. 2014, Proceedings of the VLDB Endowment
+ * 7, 797-808). */
 static void pen_column(kt_pen *pen, const kt_plot_frame *f, const kt_plot_series *series, size_t first, size_t end) {
     size_t least = first, largest = first;
     for (size_t i = first; i < end; i++) {
@@ -171,7 +173,8 @@ static bool is_on_paper(const kt_plot_frame *f, const kt_plot_series *series, si
     return isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i]));
 }
 
-/* A dense series has rising x, and columns of a point's width; any other is drawn point by point. */
+/* In a dense series, whose x is rising, the points are grouped into columns of 1 pt; any other series is drawn point by
+ * point. */
 static void trace_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series) {
     kt_pen pen = {.c = c};
     for (size_t i = 0; i < series->count;) {
@@ -210,7 +213,7 @@ static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series
     kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
 }
 
-/* Whether there is a point of it on the paper. */
+/* Returns whether any point of a series is on the page. */
 static bool is_seen(const kt_plot_frame *f, const kt_plot_series *series) {
     for (size_t i = 0; i < series->count; i++)
         if (isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i])))
@@ -252,8 +255,7 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
 
 /* ---- ranges ------------------------------------------------------------------------------------------------------ */
 
-/* The range of all numbers that the axis can show; one around them where they are all equal, or where there are none.
- */
+/* Finds the range of all numbers that the axis can show. Without any, both ends are 0, or 1 on a logarithmic axis. */
 static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
     *low = HUGE_VAL;
     *high = -HUGE_VAL;
@@ -276,7 +278,7 @@ static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
     find_range(panel, of_y, is_log, &low, &high);
     if (is_log) {
         const double room = pow(high / low, 0.04);
-        if (of_y && panel->blind > 0.0) /* a band that can be seen, with room for its name */
+        if (of_y && panel->blind > 0.0) /* the grey region stays visible and has room for its label */
             low = fmin(low, panel->blind * pow(high / low, -0.05));
         return kt_axis_make_log(low / fmax(room, 1.1), high * fmax(room, 1.1), most);
     }
@@ -289,7 +291,7 @@ static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
     return kt_axis_make(low - room, high + room, most);
 }
 
-/* Widens one axis so that a unit is as long on both. */
+/* Widens one axis so that both have the same scale. */
 static void equalize(kt_plot_frame *f, int most_x, int most_y) {
     const double width = f->right - f->left, height = f->bottom - f->top;
     const double x = 0.5 * (f->x.low + f->x.high), y = 0.5 * (f->y.low + f->y.high);

@@ -1,8 +1,8 @@
 /* Colours, text and marks.
  *
- * Colours are those of M. Okabe and K. Ito (Color Universal Design, 2008), without the yellow that is lost on white:
- * they stay apart for every kind of colour blindness. On a dark page the blue is lighter, and black is white.
- */
+ * The colours are those of M. Okabe and K. Ito (Color Universal Design, 2008), which people with any kind of colour
+ * blindness can distinguish, without the yellow, which is hard to see on white. On a dark page the blue is lighter, and
+ * black becomes white. */
 #include "plot_paper.h"
 
 #include "command.h"
@@ -53,8 +53,8 @@ static double shift(kt_anchor anchor, double width) {
     return anchor == KT_ANCHOR_LEFT ? 0.0 : anchor == KT_ANCHOR_RIGHT ? width : 0.5 * width;
 }
 
-/* In an SVG, cairo would draw each letter as a shape. Text is written as text instead, by the elements that are
- * gathered in the stream which c has under this key, and stand at the end of the file. */
+/* In an SVG, cairo would draw each letter as a shape. To keep text as text, <text> elements are collected in a stream,
+ * which is attached to c under this key and appended to the file at the end. */
 static const cairo_user_data_key_t elements_key;
 
 static void write_escaped(FILE *file, const char *text) {
@@ -82,7 +82,7 @@ static void write_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anc
 
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text) {
     FILE *elements = cairo_get_user_data(c, &elements_key);
-    const double width = kt_paper_width(c, text); /* which also finds text that is no UTF-8 */
+    const double width = kt_paper_width(c, text); /* also detects text that is not valid UTF-8 */
     if (elements != NULL) {
         write_text(c, elements, x, y, anchor, kt_show(text).text);
         return;
@@ -91,7 +91,7 @@ void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char 
     cairo_show_text(c, kt_show(text).text);
 }
 
-/* Cut between characters. */
+/* The text is cut between characters, not within one. */
 void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title) {
     const kt_shown shown = kt_show(title);
     const char *text = shown.text;
@@ -151,7 +151,7 @@ void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const c
 
 static const double pi = 3.14159265358979323846;
 
-/* A regular polygon whose first corner points `turn` quarter turns from up. */
+/* Adds a regular polygon whose first corner is `turn` quarter turns clockwise from the top. */
 static void trace_polygon(cairo_t *c, double x, double y, double radius, int corners, double turn) {
     for (int i = 0; i < corners; i++) {
         const double angle = pi * (2.0 * i / corners + 0.5 * turn);
@@ -188,7 +188,7 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-/* By the end of the name; a picture of a run that failed has ".partial" behind it. */
+/* Tests the extension; the picture of a failed run has the additional extension ".partial". */
 static bool ends_in_svg(const char *path) {
     const size_t length = strlen(path), tail = strlen(".partial");
     const bool is_part = length > tail && strcmp(path + length - tail, ".partial") == 0;
@@ -196,7 +196,7 @@ static bool ends_in_svg(const char *path) {
     return end >= 4 && strncmp(path + end - 4, ".svg", 4) == 0;
 }
 
-/* PNG pictures have two pixels a unit, for sharp screens. */
+/* PNG pictures have two pixels per unit, for screens of high resolution. */
 static cairo_status_t write_png(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
                                 const void *what) {
     const int scale = 2;
@@ -218,7 +218,7 @@ static cairo_status_t append(void *file, const unsigned char *data, unsigned len
     return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
-/* What cairo draws into one stream, text into the other. */
+/* Draws the picture; cairo's output goes to `shapes`, the text elements to `elements`. */
 static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int height,
                                void (*draw)(cairo_t *c, const void *what), const void *what) {
     cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append, shapes, width, height);
@@ -235,8 +235,8 @@ static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int heig
     return status;
 }
 
-/* What is left of the text behind a 'Z' once a move to where the pen is already is taken out: cairo writes one behind
- * each closed shape, and another move to the next one. */
+/* Skips a redundant move after 'Z' (close path) and returns the remaining text: after each closed shape cairo writes a
+ * move to the current point, followed by another move to the next shape. */
 static const char *skip_move(const char *text) {
     if (strncmp(text, " M ", 3) != 0)
         return text;
@@ -245,7 +245,8 @@ static const char *skip_move(const char *text) {
     return *end == 'M' ? end - 1 : *end == '"' ? end : text;
 }
 
-/* The length of a property that says what holds without it, 0 if it is none; mitres that long do not occur. */
+/* Returns the length of a property that has its default value, 0 if the text is none. The miter limit is safe to omit:
+ * mitres that long do not occur. */
 static size_t default_length(const char *text) {
     static const char *const defaults[] = {"stroke-linecap:butt;", "stroke-opacity:1;", "stroke-miterlimit:10;",
                                            "fill-rule:nonzero;", "fill-opacity:1;"};
@@ -255,10 +256,10 @@ static size_t default_length(const char *text) {
     return 0;
 }
 
-/* Shapes in fewer words: numbers go without what follows their second decimal, for a hundredth of a point is less than
- * any screen shows. */
+/* Writes shapes in shorter form: without properties at their defaults, without redundant moves, and with numbers cut
+ * after the second decimal, since a hundredth of a point is invisible on any screen. */
 static void write_short(FILE *file, const char *text) {
-    int decimals = -1; /* -1: not behind a point */
+    int decimals = -1; /* digits after the decimal point; -1: not after one */
     while (*text != '\0') {
         const size_t left_out = default_length(text);
         if (left_out > 0) {
@@ -275,7 +276,7 @@ static void write_short(FILE *file, const char *text) {
     }
 }
 
-/* The shapes' file with the text before its end. */
+/* Writes the shapes' file with the text elements inserted before its end tag. */
 static cairo_status_t write_file(const char *path, char *shapes, const char *elements) {
     static const char end_tag[] = "</svg>";
     char *end = strstr(shapes, end_tag);

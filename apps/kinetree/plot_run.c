@@ -1,4 +1,4 @@
-/* The picture of a run: what is recorded, a panel for each quantity of one unit, and the drift of the energy. */
+/* The picture of a run: the recorded quantities, with one panel for each unit, and the drift of the energy. */
 #include "plot_run.h"
 
 #include "kinetree/descriptor.h"
@@ -30,7 +30,7 @@ typedef enum quantity {
         QUANTITY_COUNT
 } quantity;
 
-/* Where a record has the number that a curve shows. */
+/* Source of a curve in a record. */
 typedef enum source {
     SOURCE_POSITION,     /* q[index] */
     SOURCE_VELOCITY,     /* v[index] */
@@ -55,15 +55,15 @@ typedef struct curves {
 struct kt_plot_run {
     const kt_model *model;
     const kt_run *run;
-    bool has_energy; /* a panel of it */
+    bool has_energy; /* there is a panel for the energy */
     curves curves[QUANTITY_COUNT];
-    int width;    /* numbers a record: time, energy, curves in order */
-    double *rows; /* column-major would move at each growth; rows only append */
+    int width;    /* numbers per record: time, energy, curves in order */
+    double *rows; /* row-major: rows can be appended without moving the others */
     size_t count, room;
-    double energy_start; /* total; or where works are recorded, the balance */
+    double energy_start; /* J, total energy, or the balance if the works are recorded */
 };
 
-/* ---- what is drawn ----------------------------------------------------------------------------------------------- */
+/* ---- selection of curves ----------------------------------------------------------------------------------------- */
 
 static void add_curve(kt_plot_run *plot, quantity panel, source from, int index, int component, const char *format, ...)
     KT_PRINTF(6, 7);
@@ -85,7 +85,7 @@ static void add_curve(kt_plot_run *plot, quantity panel, source from, int index,
     va_end(arguments);
 }
 
-/* What component k of a joint's positions (or velocities) measures. */
+/* Returns the panel for component k of a joint's positions (or velocities), as if they were positions. */
 static quantity find_quantity(kt_joint_type type, int k, bool of_velocity) {
     switch (kt_joint_coordinate_kind(type, k)) {
     case KT_COORDINATE_LENGTH:
@@ -101,7 +101,7 @@ static quantity find_quantity(kt_joint_type type, int k, bool of_velocity) {
     return QUANTITY_ANGLE;
 }
 
-/* `length`: the panel of lengths; that of angles is the one before it. */
+/* `length`: the panel of lengths; the panel of angles is the one before it. */
 static void add_coordinates(kt_plot_run *plot, source from, quantity length) {
     const bool of_velocity = from != SOURCE_POSITION;
     for (int body = 1; body < kt_model_body_count(plot->model); body++) {
@@ -140,8 +140,8 @@ static void add_reactions(kt_plot_run *plot) {
             add_reaction(plot, SOURCE_LOOP, loop, kt_loop_name(plot->model, loop));
 }
 
-/* Where nothing is chosen, positions; else all that is. Markers are chosen in any case, and without any other choice so
- * is the energy. */
+/* Draws everything that --record selects; without a selection the positions and the energy. Markers are always
+ * drawn. */
 static void choose_curves(kt_plot_run *plot) {
     const unsigned record = plot->run->record != KT_RECORD_DEFAULT ? plot->run->record : KT_RECORD_POSITION;
     plot->has_energy = plot->run->record == KT_RECORD_DEFAULT || (record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE)) != 0;
@@ -188,7 +188,7 @@ static double marker_of(const kt_plot_run *plot, const kt_record *record, const 
     return one->component == 0 ? x.x : one->component == 1 ? x.y : x.z;
 }
 
-/* Zero has no place on the logarithmic axis of what is open. */
+/* Zero cannot be shown on the logarithmic axis of residuals. */
 static double value_of(const kt_plot_run *plot, const kt_record *record, const curve *one) {
     switch (one->from) {
     case SOURCE_POSITION:

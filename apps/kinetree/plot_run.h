@@ -1,6 +1,5 @@
-/* The picture of a run: what is recorded (by default joint positions) and markers against time, and what the total
- * energy changes by; or where works are
- * recorded, energy and works together, which none should. */
+/* The picture of a run: the recorded quantities (by default joint positions) and markers against time, and the change
+ * of the total energy; if works are recorded, the change of the balance of energies and works, which should be zero. */
 #ifndef KT_COMMAND_PLOT_RUN_H
 #define KT_COMMAND_PLOT_RUN_H
 
@@ -9,11 +8,12 @@
 
 typedef struct kt_plot_run kt_plot_run;
 
-/* run: as it is run, with what is to be recorded; it must outlive the picture. NULL where there is no memory. */
+/* run: the options of the run, including what is recorded; it must outlive the picture. Returns NULL if memory is
+ * insufficient. */
 kt_plot_run *kt_plot_run_start(const kt_model *model, const kt_run *run);
-/* Returns 0, or -1 after saying why. */
+/* Adds a record. Returns 0, or -1 after printing the error. */
 int kt_plot_run_take(kt_plot_run *plot, const kt_record *record);
-/* Returns an exit code. */
+/* Draws the picture. Returns an exit code. */
 int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, bool is_dark);
 void kt_plot_run_free(kt_plot_run *plot);
 

@@ -1,4 +1,4 @@
-/* Shapes of modes as bars, with cairo. */
+/* Draws mode shapes as bars, with cairo. */
 #include "plot_shapes.h"
 
 #include "command.h"
@@ -33,7 +33,7 @@ static void draw_axis(cairo_t *c, const kt_palette *palette, double top) {
     }
 }
 
-/* Names under the bars; where they are many, of every second, third, ... */
+/* Draws names under the bars; if they need more room than there is, of every second, third, ... bar. */
 static void draw_names(cairo_t *c, const kt_palette *palette, const kt_shape_plot *plot, double slot, double y) {
     double widest = 1.0;
     for (int i = 0; i < plot->count; i++)

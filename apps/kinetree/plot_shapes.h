@@ -1,4 +1,4 @@
-/* Shapes of modes as bars, as SVG or PNG: a panel a mode, a bar a joint. */
+/* Draws mode shapes as SVG or PNG: one panel per mode, two bars per coordinate. */
 #ifndef KT_COMMAND_PLOT_SHAPES_H
 #define KT_COMMAND_PLOT_SHAPES_H
 
@@ -6,20 +6,21 @@
 
 typedef struct kt_shape_panel {
     char title[96];     /* "1: 0.38 Hz, damping ratio 0.01" */
-    const double *bars; /* two a joint: in step with what moves most, and a quarter of a period ahead of it */
+    const double *bars; /* two per coordinate: real part, in phase with the largest element, and imaginary part */
 } kt_shape_panel;
 
 typedef struct kt_shape_plot {
     const char *title;
     const char *subtitle;
     const char *const *names; /* of the joints' coordinates */
-    int count;                /* of them */
+    int count;                /* number of coordinates */
     const kt_shape_panel *panels;
     int panel_count;
     bool is_dark;
 } kt_shape_plot;
 
-/* Returns KT_EXIT_DONE, or an exit code after saying why. kt_plot_check has been asked before. */
+/* Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path with
+ * kt_plot_check. */
 int kt_plot_shapes(const kt_shape_plot *plot, const char *path);
 
 #endif

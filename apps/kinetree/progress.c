@@ -1,4 +1,4 @@
-/* A progress bar for runs that take more than a second. */
+/* Draws a progress bar for runs that take more than a second. */
 #include "run.h"
 
 #include <stdio.h>

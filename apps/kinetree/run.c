@@ -1,4 +1,4 @@
-/* kinetree run: a scene from its file to its records. */
+/* kinetree run: simulates a scene and writes its records. */
 #include "checkpoint.h"
 
 #include "advice.h"
@@ -20,9 +20,9 @@ static double cpu_now(void) {
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-/* ---- while it runs ----------------------------------------------------------------------------------------------- */
+/* ---- recording --------------------------------------------------------------------------------------------------- */
 
-/* What the recorder has at hand. */
+/* Data of the recorder. */
 typedef struct kt_sinks {
     kt_csv *csv;
     kt_plot_run *plot; /* NULL: none */
@@ -30,9 +30,9 @@ typedef struct kt_sinks {
     kt_outcome *outcome;
     kt_mode_watch *modes; /* NULL: none */
     const kt_checkpoint *checkpoint;
-    double aside; /* CPU time that writing took, s: no part of the simulation's cost */
+    double aside; /* s, CPU time for writing, which does not count as cost of the simulation */
     bool failed;  /* a line could not be written */
-    bool pauses;  /* for a checkpoint */
+    bool pauses;  /* the run pauses for a checkpoint */
 } kt_sinks;
 
 static double larger(double a, double b) { return a > b ? a : b; }
@@ -46,13 +46,13 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
     outcome->records++;
 }
 
-/* Squares of speeds overflow long before the speeds do, which the integration watches. */
+/* Squares of velocities overflow long before the velocities do; the integration checks only the velocities. */
 static bool has_energy_beyond_numbers(const kt_record *record) {
     return !isnan(record->kinetic) && !isfinite(record->kinetic + record->potential);
 }
 
-/* In the first step from rest velocities may come before any fall of the potential energy that they are held against:
- * it must last. */
+/* In the first steps from rest the kinetic energy may appear before the corresponding fall of the potential energy, so
+ * that a blow-up counts only if it lasts for STEPS steps. */
 static bool stays_blown_up(kt_outcome *outcome) {
     enum { STEPS = 4 };
     const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
@@ -95,7 +95,7 @@ static int take_record(const kt_record *record, void *user) {
     return sinks->pauses ? 1 : 0;
 }
 
-/* Runs to the end or to the first failure, which is said. */
+/* Runs to the end or to the first failure, which is printed. */
 static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_checkpoint *checkpoint,
                     kt_mode_watch *modes, bool quiet) {
     kt_error error = {0};
@@ -135,7 +135,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
                                 {"--out", out, true},
                                 {"--summary", arguments->summary, true},
                                 {"--plot", arguments->plot, true}};
-    /* A run goes on writing the checkpoints that it began with. */
+    /* A resumed run may continue to write the checkpoint file from which it started. */
     const kt_file_use checkpoint[] = {{"the scene", path, false},
                                       {"--checkpoint", arguments->checkpoint, true},
                                       {"--out", out, true},
@@ -147,7 +147,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
     return code < 0 && arguments->plot != NULL ? kt_plot_check(arguments->plot) : code;
 }
 
-/* A demonstration is no reason to lose a result of one's own. */
+/* `kinetree demo` must not replace existing results of the user. */
 static int spare_results(const kt_run_arguments *arguments, const char *out) {
     const char *const results[] = {out, arguments->summary, arguments->plot};
     for (size_t i = 0; i < sizeof results / sizeof results[0] && arguments->resume == NULL; i++) {
@@ -162,9 +162,9 @@ static int spare_results(const kt_run_arguments *arguments, const char *out) {
     return -1;
 }
 
-/* ---- the parts in turn ------------------------------------------------------------------------------------------- */
+/* ---- parts of the command ---------------------------------------------------------------------------------------- */
 
-/* The names that results have in the end. */
+/* The final names of the results. */
 typedef struct kt_result_names {
     const char *out, *summary, *plot; /* NULL: none */
 } kt_result_names;
@@ -176,7 +176,7 @@ static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, 
         picture = kt_plot_run_write(plot, outcome, names->plot, arguments->dark);
     if (names->summary != NULL)
         summary = kt_summary_write(outcome, names->summary);
-    if (!arguments->quiet) /* of what has been written */
+    if (!arguments->quiet) /* reports the files that have been written */
         kt_report_outcome(outcome, names->out, summary == KT_EXIT_DONE ? names->summary : NULL,
                           picture == KT_EXIT_DONE ? names->plot : NULL);
     return picture != KT_EXIT_DONE ? picture : summary;
@@ -191,8 +191,8 @@ static void say_part(const char *part, const char *out) {
                part, out);
 }
 
-/* Ends the records' file, under the name that `parts` has for it where the run has failed, and writes the rest. Returns
- * the exit code of the whole. */
+/* Ends the file of records, under the name in `parts` if the run has failed, and writes the other results. Returns the
+ * exit code of the command. */
 static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                        const kt_result_names *parts, kt_csv *csv, kt_plot_run *plot, int code) {
     const bool is_moved = csv->output.partial != NULL;
@@ -233,7 +233,7 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
     return code;
 }
 
-/* The file of records: a new one, or the one that a checkpoint belongs to. */
+/* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
 static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
                         const char *out, kt_csv *csv) {
     long long lines = 0;
@@ -243,7 +243,7 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
     return code >= 0 ? code : kt_csv_reopen(csv, out, outcome->model, outcome->run, lines);
 }
 
-/* With the simulation made and the files' names known. */
+/* Runs a simulation that has been created, with the names of all files known. */
 static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out,
                           kt_checkpoint *checkpoint) {
     kt_csv csv;
@@ -269,7 +269,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     return code;
 }
 
-/* Joints and loops share the names of columns. */
+/* Joints and loops share the column names of reactions, so that their names must differ. */
 static int check_columns(const kt_model *model, const kt_run *run) {
     for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
         if (kt_body_find(model, kt_loop_name(model, i)) > 0) {
@@ -293,7 +293,7 @@ static void warn_of_long_step(kt_outcome *outcome) {
                 run->step, run->duration);
 }
 
-/* The simulation has been made, and stands at its start. */
+/* Warns if the velocity of a driven joint jumps at the rows of its table. */
 static void warn_of_jumps(kt_outcome *outcome) {
     const char *loop = kt_start_jumping(outcome->scene);
     const kt_warning warning = {.code = "speed_jump",
@@ -315,7 +315,8 @@ static void tell_start(kt_outcome *outcome, bool quiet) {
         (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);
 }
 
-/* With the scene compiled: makes the simulation. */
+/* Runs a compiled scene: applies the remaining options, checks the files, then creates and runs the simulation. Returns
+ * an exit code. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
                      const char *base, bool careful) {
     kt_run run = scene->run;
@@ -338,7 +339,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     kt_simulation_options options = kt_simulation_options_default();
     options.unprojected = arguments->unprojected;
     if (kt_loop_count(model) > 0)
-        options.record = KT_RECORD_CONSTRAINT; /* the report says how far they are open, recorded or not */
+        options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
     if (arguments->summary != NULL || arguments->plot != NULL)
         options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     kt_outcome outcome = {.scene = scene,
@@ -348,7 +349,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                           .energy = kt_energy_watch_start(model),
                           .corrected_since = (double)NAN,
                           .warnings.quiet = arguments->quiet};
-    if (outcome.energy.energetics != KT_ENERGY_SUPPLIED) /* else they would tell nothing */
+    if (outcome.energy.energetics != KT_ENERGY_SUPPLIED) /* otherwise the energy alone does not show errors */
         options.record |= KT_RECORD_ENERGY;
     outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
     if (code < 0) {

@@ -1,4 +1,4 @@
-/* The parts of `kinetree run`. */
+/* Declarations shared by the files of `kinetree run`. */
 #ifndef KT_COMMAND_RUN_H
 #define KT_COMMAND_RUN_H
 
@@ -14,7 +14,7 @@
 
 /* ---- the command line -------------------------------------------------------------------------------------------- */
 
-/* What was given; NaN, NULL or -1 where it was not. */
+/* Options as given; NaN, NULL or -1: not given. */
 typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
@@ -24,17 +24,18 @@ typedef struct kt_run_arguments {
     bool unprojected, dark, quiet;
 } kt_run_arguments;
 
-/* `kinetree run`; careful: what is there already is not replaced. */
+/* `kinetree run`; careful: existing results are not replaced. */
 int kt_run_command(int argc, char **argv, bool careful);
 
-/* Returns -1 to go on, or an exit code. */
+/* Parses the command line. Returns -1 if the command can continue, else an exit code. */
 int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments);
 
-/* Puts the command line's words over the scene's, but for markers. Returns -1 to go on, or an exit code. */
+/* Applies the options of the command line to the scene's run, except for markers. Returns -1 on success, else an exit
+ * code. */
 int kt_run_override(const kt_run_arguments *arguments, kt_run *run);
 
-/* The same for markers, which need the model; NULL: none were given. *run_markers is released by the caller with free.
- * Returns -1 to go on, or an exit code. */
+/* Applies --markers, which needs the model; list: NULL if not given. The caller releases *run_markers with free.
+ * Returns -1 on success, else an exit code. */
 int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run, kt_marker_pair **run_markers);
 
 /* ---- records as lines -------------------------------------------------------------------------------------------- */
@@ -48,91 +49,92 @@ typedef struct kt_csv {
     kt_lines lines;
 } kt_csv;
 
-/* Opens the file ("-": standard output; else see output.h) and writes the header. Returns -1 to go on, or an exit code.
- */
+/* Opens the file ("-": standard output; else see output.h) and writes the header. Returns -1 on success, else an exit
+ * code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
-/* The same for records of which the first `written` bytes stand, in NAME.partial or, where that is not there, in NAME;
- * what follows them is cut off. */
+/* Opens records of which the first `written` bytes exist, in NAME.partial or, if that does not exist, in NAME; the
+ * bytes after them are cut off. Returns -1 on success, else an exit code. */
 int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written);
-/* Returns 0, or -1 where lines could not be written, which has been said. */
+/* Appends a record. Returns 0, or -1 after printing an error if lines could not be written. */
 int kt_csv_write(kt_csv *csv, const kt_record *record);
-/* Writes what was gathered and closes; whole records that could not be written are a part. Returns 0, or -1 where
- * something failed, which has been said. */
+/* Writes the buffer and closes the file, which `fate` names or removes. Returns 0, or -1 after printing the error. */
 int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 
-/* kinetic + potential + dissipated - supplied: what a run keeps constant. NaN where the works are not known. */
+/* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are
+ * unknown. */
 static inline double kt_balance_of(const kt_record *record) {
     return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
 }
 
-/* s, of a clock that only goes forward. */
+/* Time of a monotonic clock, s. */
 double kt_clock(void);
 
-/* ---- what came out ----------------------------------------------------------------------------------------------- */
+/* ---- results ----------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
-    const kt_run *run; /* as run: the command line's words put in */
+    const kt_run *run; /* with the options of the command line applied */
     kt_simulation *simulation;
-    const char *name;       /* the scene's, or else the file's */
+    const char *name;       /* the scene's name, or the file's if it has none */
     bool unprojected;       /* --unprojected */
-    int64_t records;        /* handed over */
-    kt_energy_watch energy; /* as the records have shown it */
-    uint64_t sound_steps;   /* taken when the energy had last not blown up */
-    bool is_blown_up;       /* which has been said */
-    double
-        corrected_since; /* s, from when on velocities were put right by much (kt_watch_correction); NaN: they are not */
-    double advised_step;    /* s, the least that a warning has named; 0: none */
+    int64_t records;        /* number of records passed to the recorder */
+    kt_energy_watch energy; /* watches the energy of all records */
+    uint64_t sound_steps;   /* steps taken at the last record without blow-up */
+    bool is_blown_up;       /* the blow-up has been reported */
+    double corrected_since; /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
+    double advised_step;    /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint; /* largest residuals */
-    json_t *moved;          /* by the assembly, of the values given (kt_start_moved) */
+    json_t *moved;          /* changes of the given values by the assembly (kt_start_moved) */
     double cpu_seconds;
-    char replaced[800]; /* earlier results of the same names (kt_note_replaced) */
+    char replaced[800]; /* earlier results that were replaced (kt_note_replaced) */
     kt_warnings warnings;
 } kt_outcome;
 
-/* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after saying why.
- */
+/* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after printing the
+ * error. */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
-/* A watch on the fastest mode for runs with fixed steps; NULL for others, and where there is no memory, which is warned
- * of. */
+/* Creates a watch on the fastest mode for runs with fixed steps. Returns NULL for other runs, and, after a warning, if
+ * memory is insufficient. */
 kt_mode_watch *kt_watch_steps(kt_outcome *outcome);
-/* Looks at a record, unless that would cost more than a fiftieth of what the run has. watch may be NULL. */
+/* Estimates the fastest mode at a record, unless the watch has used more than 60 evaluations plus a fiftieth of the
+ * run's. watch may be NULL. */
 void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record);
-/* Warns where the step was outside of the method's region of stability at the state of the fastest mode or at the last
- * one, or takes too few a period of what oscillates there; once each, with the least step. A run that was not stable
- * tells little of the motion: its scene is then followed by adaptive steps, some 10,000 at most, for that step. */
+/* Warns if the step is outside of the method's region of stability, or gives too few steps per period of an
+ * oscillation, at the state with the fastest mode or at the last state; each warning is given once, with the smallest
+ * suggested step. The states of an unstable run say little about the true motion: this is then computed with adaptive
+ * steps, at most 10,000, and its modes decide. */
 void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
 
-/* Fixed steps: looks, at a record, at how far velocities in loops were off after a step; warns where that was
- * KT_CORRECTION_ERROR of the velocities themselves, or more. */
+/* For fixed steps: kt_watch_correction examines, at a record, the velocity corrections of the projection onto the
+ * loops; kt_warn_of_correction warns if one was KT_CORRECTION_ERROR of the velocities themselves or more. */
 #define KT_CORRECTION_ERROR 0.1
 void kt_watch_correction(kt_outcome *outcome);
 void kt_warn_of_correction(kt_outcome *outcome);
 
-/* Where the energy is off by more than KT_ENERGY_ERROR, warns of it. */
+/* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 
-/* Says at this time that the motion has blown up, and lists it. */
+/* Reports that the integration has blown up at this time, and adds a warning to the list. */
 void kt_say_blown_up(kt_outcome *outcome, double time);
 
-/* A few lines for people, on standard error. */
+/* Prints a short report on standard error. */
 void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot);
 
 /* ---- progress ---------------------------------------------------------------------------------------------------- */
 
-/* A bar on standard error where that is a terminal, from the first second on. */
+/* A progress bar on standard error if that is a terminal, shown after the first second. */
 typedef struct kt_progress {
-    bool is_shown; /* may be */
-    bool is_drawn; /* there is one to be cleared */
+    bool is_shown; /* the bar may be shown */
+    bool is_drawn; /* a bar is drawn and must be cleared */
     bool has_utf8;
-    double start, last; /* s, of a clock that only goes forward */
+    double start, last; /* s, values of kt_clock */
 } kt_progress;
 
 kt_progress kt_progress_start(bool quiet);
 void kt_progress_update(kt_progress *progress, double done, double whole);
-/* The same with words of the caller's in the place of the time; part: 0 to 1. */
+/* Draws the bar with a text of the caller instead of the time; part: 0 to 1. */
 void kt_progress_show(kt_progress *progress, double part, const char *words);
 void kt_progress_end(kt_progress *progress);
 

@@ -1,4 +1,4 @@
-/* The command line of `kinetree run`, and how it overrides the scene. */
+/* Parses the command line of `kinetree run` and applies its options to the scene. */
 #include "arguments.h"
 #include "run.h"
 
@@ -95,7 +95,7 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
 
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
-/* Cuts the next word off a list with commas; NULL at its end. */
+/* Cuts the next word off a comma-separated list; NULL at its end. */
 static char *next_word(char **rest) {
     char *word = *rest;
     if (word == NULL || *word == '\0')
@@ -157,7 +157,7 @@ static int say_no_marker(const kt_model *model, int body, const char *name) {
     return KT_EXIT_USAGE;
 }
 
-/* Of a marker without its body: names all that are called so. */
+/* Reports a marker without its body, and suggests all markers of this name. */
 static int say_no_pair(const kt_model *model, const char *word) {
     char pairs[400] = "";
     size_t used = 0;
@@ -170,7 +170,7 @@ static int say_no_pair(const kt_model *model, const char *word) {
     return KT_EXIT_USAGE;
 }
 
-/* "BODY.MARKER" into the model's own strings. */
+/* Parses "BODY.MARKER"; *pair refers to the model's own strings. */
 static int read_marker(const kt_model *model, char *word, kt_marker_pair *pair) {
     char *dot = strchr(word, '.');
     if (dot == NULL)
@@ -221,7 +221,7 @@ int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* "1e-9", or "1e-9,1e-12": relative, absolute. */
+/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance. */
 static int override_tolerance(const char *text, kt_run *run) {
     char *end;
     double relative = strtod(text, &end), absolute = relative;
@@ -266,7 +266,7 @@ static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
     return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
 }
 
-/* The scene alone has been found right when it was read: what is wrong comes of an option. */
+/* The scene was checked when it was read, so that any error here comes from an option. */
 static int check_limits(const kt_run *run) {
     kt_error error = {0};
     if (kt_run_check(run, &error) != KT_OK) {

@@ -1,4 +1,4 @@
-/* Scenes for the subcommands: read, told of, compiled. */
+/* Reads and compiles scenes for the subcommands, and prints their errors. */
 #include "start.h"
 
 #include <errno.h>
@@ -9,10 +9,10 @@
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
 
-/* Standard input may be endless; no scene is as long as this, and the reader says so. */
+/* Standard input may be endless; no scene is longer than this, and the reader reports it. */
 enum { INPUT_MOST = 65 << 20 };
 
-/* All of standard input; NULL where it cannot be read or held. The caller frees it. */
+/* Reads all of standard input; NULL if it cannot be read or memory is insufficient. The caller frees it. */
 static char *read_input(size_t *size) {
     size_t room = 65536;
     char *text = malloc(room);
@@ -45,14 +45,15 @@ typedef struct kt_told {
 static void tell(void *user, const kt_error *error) {
     kt_told *told = user;
     told->faults++;
-    /* As compilers do, without the command's name: editors jump to FILE:LINE:COLUMN at the start of a line. */
+    /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
+     * line. */
     if (error->where[0] != '\0')
         fprintf(stderr, "%s: %s\n", error->where, error->message);
     else
         fprintf(stderr, "%s\n", error->message);
 }
 
-/* 'run pendulum' where there is a pendulum.yaml. */
+/* Suggests pendulum.yaml for 'run pendulum', if that file exists. */
 static void suggest_ending(const char *path) {
     char whole[4096];
     const int length = snprintf(whole, sizeof whole, "%s.yaml", path);
@@ -97,7 +98,7 @@ static void tell_located(void *user, const kt_place *place, const kt_error *faul
     tell(&of->told, &error);
 }
 
-/* Every fault of a mechanism that shows only as a whole, where any is; else the one that compiling it found. */
+/* Prints every error that concerns the mechanism as a whole; if there is none, the error from its compilation. */
 static void tell_all(const kt_scene *scene, kt_error *found) {
     kt_told_of of = {.scene = scene};
     kt_error error = {0};

@@ -1,4 +1,4 @@
-/* kinetree stability: the fastest modes of a scene, and the largest step that they allow each method. */
+/* kinetree stability: finds the fastest modes of a scene, and the largest stable step of each method. */
 #include "stability.h"
 
 #include "arguments.h"
@@ -53,13 +53,13 @@ const kt_usage kt_usage_stability = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-/* ---- words ------------------------------------------------------------------------------------------------------- */
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
 
 enum { LISTED_MAX = 8 };
 
 static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
 
-/* Parts below its error, or a millionth of the whole, are none. */
+/* A real or imaginary part below the error of the eigenvalue, or a millionth of its magnitude, counts as zero. */
 static bool is_part(double part, const kt_mode *mode) {
     return fabs(part) > mode->error && fabs(part) > 1e-6 * size_of(mode);
 }
@@ -76,7 +76,7 @@ static void print_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *
     fprintf(file, "  %12s  %13s  %9s  %s\n", rate, frequency, damping, movers);
 }
 
-/* The modes at the time of the fastest, and how that changes. */
+/* Prints the modes at the time of the fastest one, and how the fastest rate varies along the motion. */
 static void print_modes(const kt_stability_look *look) {
     const int fastest = kt_spectrum_fastest(look->spectrum), count = kt_spectrum_count(look->spectrum);
     if (fastest < 0) {
@@ -90,7 +90,7 @@ static void print_modes(const kt_stability_look *look) {
            "joints that move");
     for (int i = 0; i < count; i++) {
         const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, i);
-        if (i == 0 || at.time != kt_spectrum_at(look->spectrum, i - 1).time) /* the fastest of its state */
+        if (i == 0 || at.time != kt_spectrum_at(look->spectrum, i - 1).time) /* the fastest mode of its state */
             if (size_of(&at.mode) < least) {
                 least = size_of(&at.mode);
                 least_time = at.time;
@@ -110,7 +110,7 @@ static void print_modes(const kt_stability_look *look) {
                size_of(&first.mode));
 }
 
-/* What the step makes of the mode that it amplifies most. */
+/* Describes how the step changes the mode that it amplifies most. */
 static void write_verdict(double growth, char *text, size_t size) {
     if (growth <= 1.0 + 1e-3)
         snprintf(text, size, "stable");
@@ -223,9 +223,9 @@ static int write_json(const kt_stability_look *look, json_t *inactive) {
     return kt_json_write(root, "-");
 }
 
-/* ---- what did not act -------------------------------------------------------------------------------------------- */
+/* ---- inactive contacts and limits -------------------------------------------------------------------------------- */
 
-/* Whether a contact or joint limit acts in one of the states. */
+/* Returns whether a contact or joint limit acts in one of the states. */
 static bool acts(const kt_stability_look *look, kt_data *data, const kt_effect *effect) {
     for (int i = 0; i < kt_spectrum_samples(look->spectrum); i++) {
         const double *q = kt_spectrum_positions(look->spectrum, i);
@@ -236,7 +236,7 @@ static bool acts(const kt_stability_look *look, kt_data *data, const kt_effect *
     return false;
 }
 
-/* The contacts and joint limits that act in none of the states, as names; a new reference. */
+/* Lists the names of the contacts and joint limits that act in none of the states; a new reference. */
 static json_t *list_inactive(const kt_stability_look *look) {
     const kt_description *d = &look->scene->description;
     json_t *list = json_array();
@@ -269,11 +269,11 @@ static void say_inactive(const kt_stability_look *look, const json_t *list) {
                count == 1 ? "it acts" : "they act");
 }
 
-/* ---- the parts in turn ------------------------------------------------------------------------------------------- */
+/* ---- parts of the command ---------------------------------------------------------------------------------------- */
 
-enum { LARGE = 100 }; /* velocity coordinates, above which one state is looked at unless more are asked for */
+enum { LARGE = 100 }; /* velocity coordinates; above this number one state is examined unless more are requested */
 
-/* The method to draw: what was asked for, or the scene's own. */
+/* Finds the method to draw: the one requested, or the scene's own. Returns -1 on success, else an exit code. */
 static int choose_method(const char *name, const kt_run *run, const kt_method **method) {
     const char *wanted = name != NULL ? name : run->integrator != NULL ? run->integrator : "dopri5";
     *method = kt_method_find(wanted);

@@ -1,4 +1,4 @@
-/* The parts of `kinetree stability`, and words for modes that `kinetree run` uses, too. */
+/* Declarations shared by the files of `kinetree stability`; `kinetree run` uses the descriptions of modes, too. */
 #ifndef KT_COMMAND_STABILITY_H
 #define KT_COMMAND_STABILITY_H
 
@@ -8,25 +8,25 @@
 
 #include <stdio.h>
 
-/* What was looked at, for the parts that print and draw it. */
+/* The subject of an analysis, for the functions that print and draw it. */
 typedef struct kt_stability_look {
     const char *name; /* of the scene */
     const kt_model *model;
     const kt_scene *scene;
     const kt_spectrum *spectrum;
-    double duration, step;   /* step: asked about; 0: none */
-    const kt_method *method; /* that is drawn */
+    double duration, step;   /* step: the one requested, s; 0: none */
+    const kt_method *method; /* the method to draw */
 } kt_stability_look;
 
-/* "slider, right, left": the joints that move in a mode by a tenth of the most or more, the most first. An empty text
- * where that is not known. */
+/* Writes "slider, right, left": the joints with at least a tenth of the largest amplitude in a mode, in descending
+ * order; at most four are named, followed by "and N more". The text is empty if the amplitudes are unknown (NULL). */
 void kt_write_movers(const kt_model *model, const double *moves, char *text, size_t size);
 
-/* "decay of 8117 /s", "undamped oscillation of 3.2 Hz" ... */
+/* Writes "decay of 8117 /s", "undamped oscillation of 3.2 Hz" ... */
 void kt_write_mode(const kt_mode *mode, char *text, size_t size);
 
-/* The eigenvalues times a step and the boundary of the method's region, as a picture. Returns KT_EXIT_DONE, or an exit
- * code after saying why. */
+/* Draws the eigenvalues times a step and the boundary of the method's region of stability. Returns KT_EXIT_DONE, or an
+ * exit code after printing the error. */
 int kt_stability_draw(const kt_stability_look *look, const char *path, bool is_dark);
 
 #endif

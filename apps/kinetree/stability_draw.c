@@ -1,9 +1,8 @@
-/* The eigenvalues times a step, in the boundary of a method's region of stability.
+/* Draws the eigenvalues times a step, and the boundary of a method's region of stability.
  *
- * The boundary |R| = 1 is found by marching squares: of each square of a grid, whose corners say where it is inside,
- * the edges that the boundary crosses, by linear interpolation of ln |R|, are joined by a line. The window is fitted to
- * the region step by step, since that of a stabilised method is long and thin.
- */
+ * The boundary |R| = 1 is found by marching squares on a grid: in each square whose corners lie on both sides, the
+ * points where the boundary crosses the edges, by linear interpolation of ln |R|, are connected by a line. The window
+ * is fitted to the region in several passes, because the region of a stabilised method is long and narrow. */
 #include "plot.h"
 #include "stability.h"
 
@@ -17,7 +16,7 @@ typedef struct window {
     kt_complex low, high;
 } window;
 
-/* Points of lines, each two and then a gap. */
+/* Points of line segments: two points, then a gap. */
 typedef struct lines {
     double *x, *y;
     size_t count, room;
@@ -40,7 +39,7 @@ static void put(lines *l, double x, double y) {
     l->y[l->count++] = y;
 }
 
-/* A point alone: drawn where the series has marks, and else only seen by the axes. */
+/* Adds a single point: it is drawn if the series has marks, and otherwise only extends the range of the axes. */
 static void put_point(lines *l, double x, double y) {
     put(l, x, y);
     put(l, (double)NAN, (double)NAN);
@@ -50,7 +49,7 @@ static void put_point(lines *l, double x, double y) {
 
 static double at(double low, double high, int i) { return low + (high - low) * i / (GRID - 1.0); }
 
-/* The part of the window that is inside, a row and a column more on each side. */
+/* Returns the part of the window that contains the region, plus one row or column on each side. */
 static window fit(const window *w, const double *gain) {
     int left = GRID, right = -1, bottom = GRID, top = -1;
     for (int i = 0; i < GRID; i++)
@@ -81,14 +80,14 @@ static window find_region(const kt_stability *s, double *gain) {
     return w;
 }
 
-/* Where the boundary crosses between two corners. */
+/* Position of the boundary between two corners with gains a and b, as a fraction of the edge. */
 static double crossing(double a, double b) {
     const double u = log(fmax(a, 1e-300)), v = log(fmax(b, 1e-300));
     return u == v ? 0.5 : u / (u - v);
 }
 
-/* One square: corners 0 .. 3 around it from the lower left. Its crossed edges are two, or four at a saddle, which are
- * then joined as they come. */
+/* Adds the boundary within one square, whose corners 0 .. 3 are counted around it from the lower left. Two edges are
+ * crossed, or four at a saddle, which are then joined in the order of the edges. */
 static void march(lines *l, const window *w, const double *gain, int i, int j) {
     static const int di[4] = {0, 0, 1, 1}, dj[4] = {0, 1, 1, 0};
     double x[4], y[4];
@@ -112,7 +111,8 @@ static void march(lines *l, const window *w, const double *gain, int i, int j) {
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-/* The window that holds the region and the eigenvalues, these up to three times as far out; how many are farther. */
+/* Extends the window from the region to the eigenvalues, except those beyond three times its size. Returns the number
+ * of the latter. */
 static int include_modes(const kt_stability_look *look, double step, window *w) {
     const window region = *w;
     const double far_x = 3.0 * (region.high.re - region.low.re), far_y = 3.0 * (region.high.im - region.low.im);
@@ -132,7 +132,7 @@ static int include_modes(const kt_stability_look *look, double step, window *w) 
     return left_out;
 }
 
-/* The panel is 350 by 380; the axes add a twentieth above and below. */
+/* Widens the window to the ratio of the panel, 350 by 380, of which the axes add a twentieth above and below. */
 static void make_even(window *w) {
     const double width = w->high.re - w->low.re, height = w->high.im - w->low.im, wanted = 380.0 / 1.1 / 350.0;
     const double more_x = fmax(height / wanted - width, 0.0) / 2.0, more_y = fmax(width * wanted - height, 0.0) / 2.0;

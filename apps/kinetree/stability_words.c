@@ -1,4 +1,4 @@
-/* Modes in words. */
+/* Describes modes in words. */
 #include "stability.h"
 
 #include <math.h>
@@ -9,8 +9,8 @@
 
 enum { MOVERS_MAX = 4 };
 
-/* How much a body moves, the largest being 1. It is rounded to a millionth, so that bodies which move alike are equal
- * whatever the rounding of the eigenvectors. */
+/* Returns the amplitude of a body's joint; the largest of all is 1. It is rounded to a millionth, so that bodies with
+ * equal amplitudes compare equal despite rounding errors of the eigenvectors. */
 static double mover_of(const kt_model *model, const double *moves, int body) {
     const kt_coordinates at = kt_body_coordinates(model, body);
     double most = 0.0;
@@ -31,7 +31,7 @@ void kt_write_movers(const kt_model *model, const double *moves, char *text, siz
     for (int n = 0; n < MOVERS_MAX && used < size; n++) {
         int best = 0;
         double most = 0.0;
-        for (int body = 1; body < kt_model_body_count(model); body++) { /* equal ones in the order of the model */
+        for (int body = 1; body < kt_model_body_count(model); body++) { /* ties: in the order of the model */
             const double move = mover_of(model, moves, body);
             const bool is_next = move < before || (move == before && body > last);
             if (is_next && move > most) {

@@ -1,4 +1,4 @@
-/* The initial state of a scene, and what assembly moved. */
+/* Assembles the initial state of a scene, and reports what the assembly changed. */
 #include "start.h"
 
 #include "advice.h"
@@ -11,18 +11,18 @@
 
 enum {
     LISTED_MAX = 12, /* lines of a list */
-    TRIED_MAX = 6,   /* joints that `hold` is tried with */
+    TRIED_MAX = 6,   /* joints for which `hold` is tried */
 };
 
 static const double degree = 3.14159265358979323846 / 180.0;
 
-/* ---- what has moved ---------------------------------------------------------------------------------------------- */
+/* ---- changes by the assembly ------------------------------------------------------------------------------------- */
 
 typedef struct part_name {
     unsigned part;
     const char *name;
     bool of_velocity;
-    int first, count; /* of the joint's numbers; count 0: all */
+    int first, count; /* of the joint's coordinates; count 0: all */
 } part_name;
 
 static part_name name_part(kt_joint_type type, unsigned part) {
@@ -67,7 +67,7 @@ static value_text show_value(const kt_model *model, int body, const part_name *p
     return value;
 }
 
-/* The changes; NULL where there are none, or no memory. */
+/* Returns the list of changes; NULL if there are none, or memory is insufficient. */
 static kt_initial_change *list_changes(const kt_model *model, const double *q, const double *v, int *count) {
     *count = kt_initial_changes(model, q, v, NULL, 0);
     kt_initial_change *changes = *count > 0 ? malloc((size_t)*count * sizeof *changes) : NULL;
@@ -75,7 +75,7 @@ static kt_initial_change *list_changes(const kt_model *model, const double *q, c
     return changes;
 }
 
-/* The initial state as it is given: q, then v. NULL: no memory. */
+/* Returns the initial state as given in the scene, q followed by v. NULL: memory is insufficient. */
 static double *given_state(const kt_model *model) {
     double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
     if (state != NULL)
@@ -83,7 +83,7 @@ static double *given_state(const kt_model *model) {
     return state;
 }
 
-/* Which of the joints that moved could be held. */
+/* Prints those of the changed joints that `hold` could fix. */
 static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
     const char *before = "; 'initial: {hold: [JOINT]}' would keep ";
     int last = 0, tried = 0;
@@ -99,7 +99,8 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
     }
 }
 
-/* Of a free joint in `hold` a part that the scene does not give moves: says so. */
+/* Reports free joints in `hold` of which only the position or only the orientation is given, if the other part
+ * changed. */
 static void say_half_held(const char *path, const kt_scene *scene, const kt_model *model, const double *q) {
     const kt_description *d = &scene->description;
     double *given = d->hold_count > 0 ? given_state(model) : NULL;
@@ -175,7 +176,7 @@ json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) 
     return list;
 }
 
-/* ---- both -------------------------------------------------------------------------------------------------------- */
+/* ---- assembly ---------------------------------------------------------------------------------------------------- */
 
 int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v) {
     kt_error error = {0};

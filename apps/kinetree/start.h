@@ -1,32 +1,34 @@
-/* The state that a scene starts from: assembled, with words about what that has moved, or why it cannot be. */
+/* The assembled initial state of a scene, with a report of what the assembly changed, or why it failed. */
 #ifndef KT_COMMAND_START_H
 #define KT_COMMAND_START_H
 
 #include "command.h"
 #include "json.h"
 
-/* Assembles the initial state into q, v, and says what of the given values moved, or what stays open and what would
- * help. Returns KT_EXIT_DONE or an exit code. */
+/* Assembles the initial state into q, v, and reports which of the given values changed, or which residuals remain and
+ * what would close the loops. Returns KT_EXIT_DONE or an exit code. */
 int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v);
 
-/* The same in memory of its own, for those who do not need the state. */
+/* Assembles the initial state in temporary memory, for callers that need only the report. */
 int kt_start_tell(const kt_scene *scene, const kt_model *model);
 
-/* Says what of the values that the scene gives is not so in the assembled state: as a warning of the file at `path`
- * (NULL: in the name of the command). Returns how many are not. */
+/* Reports the given values that differ in the assembled state: as a warning about the file at `path` (NULL: as a
+ * message of the command). Returns their number. */
 int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
                        const double *v);
 
-/* The same as a list of {joint, part, from, to}. */
+/* Returns the same changes as a list of {joint, part, from, to}. */
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
 
-/* The first motion loop that follows a table of straight lines, so that its joint's speed jumps at rows; NULL: none. */
+/* Returns the name of the first motion loop that follows a table with linear interpolation, so that its joint's
+ * velocity jumps at the rows; NULL: none. */
 const char *kt_start_jumping(const kt_scene *scene);
 
-/* Says which inertias break the triangle inequality, as `inertia_check: warn` lets them. Returns how many. */
+/* Prints how many inertias violate the triangle inequality, which `inertia_check: warn` permits, and the worst of them.
+ * Returns their number. */
 int kt_start_say_inertias(const kt_scene *scene);
 
-/* Body -> the part by which its inertia breaks the triangle inequality; of those that do. */
+/* Object that maps each body whose inertia violates the triangle inequality to the relative excess. */
 json_t *kt_start_inertias(const kt_scene *scene);
 
 #endif

@@ -1,8 +1,8 @@
-/* Warnings of fixed steps: outside of a method's region of stability, or too few a period of what oscillates.
+/* Warnings about fixed steps: steps outside of a method's region of stability, or too few steps per period.
  *
- * The fastest mode is watched at the records, for a fiftieth of the run's evaluations (kt_mode_watch). At the end,
- * where its rate leaves any doubt, the modes at that state and at the last one are found in full.
- */
+ * The rate of the fastest mode is estimated at the records, for about a fiftieth of the run's evaluations
+ * (kt_mode_watch). At the end, unless this rate is clearly harmless, the modes at that state and at the last state are
+ * computed. */
 #include "run.h"
 #include "stability.h"
 
@@ -10,13 +10,13 @@
 #include <stdio.h>
 
 enum {
-    FIRST_EVALUATIONS = 60, /* that the watch may take of a run however short */
-    PART = 50,              /* of a run's evaluations that the watch may take */
-    COORDINATES_MOST = 60,  /* of which modes are found in full */
-    FOLLOWED_STEPS = 10000, /* of a motion that an unstable run has not shown */
+    FIRST_EVALUATIONS = 60, /* evaluations that the watch may use in any run, however short */
+    PART = 50,              /* the watch may use 1/PART of the run's evaluations */
+    COORDINATES_MOST = 60,  /* velocity coordinates, up to which modes are computed */
+    FOLLOWED_STEPS = 10000, /* adaptive steps of the motion that replaces an unstable run */
 };
 
-#define DOUBT 2.0 /* estimates of rates err downwards */
+#define DOUBT 2.0 /* safety factor: the estimated rates err downwards */
 
 kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
     const kt_run *run = outcome->run;
@@ -43,11 +43,11 @@ void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_rec
         kt_mode_watch_add(watch, record->time, record->q, record->v);
 }
 
-/* ---- what may be wrong ------------------------------------------------------------------------------------------- */
+/* ---- possible faults of the step --------------------------------------------------------------------------------- */
 
 enum { DIRECTIONS = 5 };
 
-/* Modes of this rate that decay, oscillate, and all between. */
+/* Fills in eigenvalues of this magnitude, from undamped oscillation to pure decay. */
 static void fan_out(double rate, kt_complex *lambda) {
     for (int i = 0; i < DIRECTIONS; i++) {
         const double angle = acos(0.0) * (1.0 + (double)i / (DIRECTIONS - 1));
@@ -55,7 +55,7 @@ static void fan_out(double rate, kt_complex *lambda) {
     }
 }
 
-/* Whether a mode of up to this rate might be amplified, or sampled too coarsely. */
+/* Returns whether a mode with a rate of up to this might be amplified, or sampled too coarsely. */
 static bool is_in_doubt(const kt_run *run, const kt_method *method, double rate) {
     kt_complex lambda[DIRECTIONS];
     kt_stability stability;
@@ -65,7 +65,7 @@ static bool is_in_doubt(const kt_run *run, const kt_method *method, double rate)
            kt_stability_period_error(&stability, lambda[0], run->step) > KT_SAMPLING_ERROR;
 }
 
-/* ---- words ------------------------------------------------------------------------------------------------------- */
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
 
 static void advise(kt_outcome *outcome, double step) {
     outcome->advised_step = outcome->advised_step > 0.0 ? fmin(outcome->advised_step, step) : step;
@@ -115,8 +115,8 @@ static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const 
         method->name, outcome->run->step, sampling->samples, mode, at.time, sampling->error);
 }
 
-/* Of a large scene, or where the modes cannot be found, the rate alone is known. Returns whether that is enough to
- * warn. */
+/* Warns by the rate alone, for large scenes or if the modes cannot be computed: the step must be unstable for modes of
+ * every direction. Returns whether it has warned. */
 static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest) {
     kt_complex lambda[DIRECTIONS];
     char remedy[128];
@@ -138,7 +138,7 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     return true;
 }
 
-/* Modes need LAPACK, which cannot be loaded, or memory: the doubt stays, and is told. */
+/* The modes cannot be computed without LAPACK or memory: warns that the stability is unknown. */
 static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest,
                           const kt_error *error) {
     const kt_warning warning = {.code = "unknown_stability",
@@ -170,8 +170,8 @@ static kt_simulation_options follow_options(void) {
     return options;
 }
 
-/* The modes at the start of the motion itself and where it has the fastest, by adaptive steps; how far these come does
- * not matter. */
+/* Adds the modes at the start of the motion and at its state with the fastest mode, computed with adaptive steps. The
+ * motion need not reach the end of the run. */
 static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_run run = *outcome->run;
     const kt_simulation_options options = follow_options();
@@ -209,7 +209,7 @@ static bool is_unstable(const kt_outcome *outcome, const kt_method *method, cons
 static void warn_by(kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum) {
     kt_step_limit limit;
     if (is_unstable(outcome, method, spectrum, &limit)) {
-        limit.mode = kt_spectrum_limit(spectrum, method, outcome->run->duration, 0.0).mode; /* that bounds the step */
+        limit.mode = kt_spectrum_limit(spectrum, method, outcome->run->duration, 0.0).mode; /* the limiting mode */
         warn_of_instability(outcome, method, spectrum, &limit);
     }
     const kt_sampling sampling = kt_spectrum_sampling(spectrum, method, outcome->run->step);
@@ -217,8 +217,8 @@ static void warn_by(kt_outcome *outcome, const kt_method *method, const kt_spect
         warn_of_samples(outcome, method, spectrum, &sampling);
 }
 
-/* States of a run that was not stable, and of one that did not come to its end most of all, are none of the motion's:
- * what the motion itself says goes first. */
+/* The states of an unstable run, and above all of one that ended early, do not belong to the true motion; the modes of
+ * the latter are therefore used first. */
 static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt_mode_watch *watch) {
     const kt_simulation *simulation = outcome->simulation;
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
@@ -244,7 +244,7 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
         warn_by(outcome, method, own);
     else if (!found && !warn_of_rate(outcome, method, &fastest) &&
              (error.code == KT_ERROR_UNSUPPORTED || error.code == KT_ERROR_MEMORY))
-        warn_of_doubt(outcome, method, &fastest, &error); /* else the loops are singular, or as the run itself says */
+        warn_of_doubt(outcome, method, &fastest, &error); /* else the loops are singular, or the run reports it */
     kt_spectrum_free(own);
     kt_spectrum_free(motion);
 }
@@ -262,7 +262,7 @@ void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch) {
         warn_of_modes(outcome, method, watch);
 }
 
-/* ---- velocities put right ---------------------------------------------------------------------------------------- */
+/* ---- velocity corrections ---------------------------------------------------------------------------------------- */
 
 void kt_watch_correction(kt_outcome *outcome) {
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
@@ -273,7 +273,7 @@ void kt_watch_correction(kt_outcome *outcome) {
 }
 
 void kt_warn_of_correction(kt_outcome *outcome) {
-    const char *jumping = kt_start_jumping(outcome->scene); /* has been told, and explains it */
+    const char *jumping = kt_start_jumping(outcome->scene); /* this has been reported and explains the correction */
     kt_watch_correction(outcome);
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
     const bool driven = outcome->energy.energetics == KT_ENERGY_SUPPLIED;

@@ -1,4 +1,4 @@
-/* What a run came to: its summary as JSON, and a few lines for people. */
+/* The results of a run: the summary as JSON, and a short report for the terminal. */
 #include "json.h"
 #include "run.h"
 
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* "BODY.MARKER": [x, y, z], world. */
+/* Object that maps "BODY.MARKER" to [x, y, z] in the world frame. */
 static json_t *list_markers(const kt_model *model, const kt_data *data) {
     json_t *object = json_object();
     for (int body = 0; body < kt_model_body_count(model); body++)
@@ -72,7 +72,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
     kt_mobility dof = kt_model_mobility(model);
-    /* Where the run failed there may be no acceleration; the rest is there all the same. */
+    /* After a failed run the acceleration may not exist; the other values do. */
     bool has_acceleration = kt_simulation_acceleration(outcome->simulation, a, error) == KT_OK;
     if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
         return NULL;
@@ -120,11 +120,11 @@ int kt_summary_write(const kt_outcome *outcome, const char *path) {
     return kt_json_write(root, path);
 }
 
-/* ---- for people ------------------------------------------------------------------------------------------------- */
+/* ---- report on the terminal -------------------------------------------------------------------------------------- */
 
 static const char *plural(long long count) { return count == 1 ? "" : "s"; }
 
-/* "3 bodies, 1 loop, 1 degree of freedom" */
+/* Prints "3 bodies, 1 loop, 1 degree of freedom". */
 static void say_size(const kt_outcome *outcome) {
     int bodies = kt_model_body_count(outcome->model) - 1, loops = kt_loop_count(outcome->model);
     kt_mobility dof = kt_model_mobility(outcome->model);

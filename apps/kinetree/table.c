@@ -1,4 +1,4 @@
-/* CSV files, read into columns. */
+/* Reads CSV files into columns. */
 #include "table.h"
 
 #include "command.h"
@@ -44,7 +44,7 @@ int kt_list_read(const char *command, const char *name, const char *list, double
 
 /* ---- tables ------------------------------------------------------------------------------------------------------ */
 
-/* All of a file, terminated; NULL where it cannot be read or held. */
+/* Returns the content of a file, zero-terminated; NULL if it cannot be read or memory is insufficient. */
 static char *read_all(FILE *file) {
     size_t room = 65536, size = 0;
     char *text = malloc(room);
@@ -72,7 +72,7 @@ static int say_no_memory(void) {
     return KT_EXIT_SCENE;
 }
 
-/* Cuts the header into names. Returns where the lines begin. */
+/* Splits the header into names. Returns the start of the lines below it. */
 static char *read_names(kt_table *table) {
     char *end = table->text + strcspn(table->text, "\n"), *lines = *end != '\0' ? end + 1 : end;
     *end = '\0';
@@ -92,7 +92,7 @@ static char *read_names(kt_table *table) {
     return lines;
 }
 
-/* One line into row `row`; returns the next one, or NULL after saying what is wrong. */
+/* Reads one line into row `row`. Returns the start of the next line, or NULL after printing the error. */
 static const char *read_line(const char *path, kt_table *table, size_t row, size_t most, const char *at) {
     for (int column = 0; column < table->columns; column++) {
         char *end;

@@ -5,27 +5,26 @@
 #include <stddef.h>
 
 typedef struct kt_table {
-    char *text;    /* the header, cut into names */
-    char **names;  /* `columns` */
-    double *cells; /* column by column; NaN where there is no number */
+    char *text;    /* content of the file; the header is split into names */
+    char **names;  /* `columns` pointers into text */
+    double *cells; /* column-major; NaN if a cell is not a number */
     int columns;
     size_t rows;
 } kt_table;
 
-/* Reads a file ("-": standard input) whose first line names its columns. Returns -1 to go on, and then it is released
- * with kt_table_free, or KT_EXIT_SCENE after saying what is wrong where. */
+/* Reads a file ("-": standard input) whose first line names its columns. Returns -1 on success, and then the caller
+ * releases the table with kt_table_free, or KT_EXIT_SCENE after printing the error with its location. */
 int kt_table_read_file(const char *path, kt_table *table);
 void kt_table_free(kt_table *table);
 
-/* A column; NULL: there is none of this name. */
+/* Returns a column of `rows` numbers; NULL: there is none of this name. */
 const double *kt_table_column(const kt_table *table, const char *name);
 
-/* Cuts the next word off a list with commas; NULL at its end. */
+/* Cuts the next word off a comma-separated list; NULL at its end. */
 char *kt_next_word(char **rest);
 
-/* A list of at most `most` numbers above zero; says what is wrong as option `name` of `command`. Returns how many, or
- * -1.
- */
+/* Parses a list of at most `most` positive numbers; errors are reported for option `name` of `command`. Returns the
+ * number of numbers, or -1 on errors. */
 int kt_list_read(const char *command, const char *name, const char *list, double *numbers, int most);
 
 #endif

@@ -1,4 +1,4 @@
-/* Contacts and joint limits that act in a state, and warnings of those that a scene starts beyond. */
+/* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. */
 #include "touch.h"
 
 #include "kinetree/descriptor.h"
@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- one of them ------------------------------------------------------------------------------------------------- */
+/* ---- one contact or limit ---------------------------------------------------------------------------------------- */
 
 kt_touch_name kt_name_touch(const kt_effect *effect) {
     const bool is_contact = effect->type == KT_EFFECT_CONTACT;
@@ -35,7 +35,7 @@ static kt_vec3 plane_normal(const kt_model *model, const kt_data *data, const kt
     const kt_end *plane = &effect->between[1];
     kt_mat3 turn = kt_mat3_identity();
     if (kt_rotation_evaluate(&plane->rotation, &turn, NULL) != KT_OK)
-        return kt_vec3_make(0.0, 0.0, 0.0); /* the description has been checked */
+        return kt_vec3_make(0.0, 0.0, 0.0); /* not reached: the description has been checked */
     return kt_mat3_apply(kt_body_pose(model, data, body_of(model, plane)).rotation,
                          kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
 }
@@ -62,9 +62,9 @@ kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect
     return touch;
 }
 
-/* ---- the start --------------------------------------------------------------------------------------------------- */
+/* ---- initial state ----------------------------------------------------------------------------------------------- */
 
-/* What has to be known of a start to warn of it. */
+/* Data for the warnings about an initial state. */
 typedef struct start {
     kt_warnings *warnings;
     const kt_scene *scene;
@@ -74,7 +74,7 @@ typedef struct start {
     double weight; /* of all bodies, N */
 } start;
 
-/* Whether a body of the description can move against the world. */
+/* Returns whether a body of the description can move relative to the world. */
 static bool is_moving(const kt_description *d, const kt_body *body) {
     for (int depth = 0; depth <= d->body_count && body != NULL; depth++) {
         const kt_body *parent = NULL;
@@ -88,7 +88,8 @@ static bool is_moving(const kt_description *d, const kt_body *body) {
     return false;
 }
 
-/* The most that the weights of all bodies can turn a joint with, where they are: m g times their distances from it. */
+/* Upper bound of the moment of all weights about a joint in any direction of gravity: the sum of m g times the distance
+ * from it, N m. */
 static double moment_of_weights(const start *s, const char *joint) {
     const kt_description *d = &s->scene->description;
     const kt_vec3 axis = kt_body_pose(s->model, s->data, kt_body_find(s->model, joint)).position;
@@ -105,7 +106,8 @@ static double moment_of_weights(const start *s, const char *joint) {
     return sum;
 }
 
-/* What a stop bears at rest is hardly more than twice the weight of all, or than twice what that turns it with. */
+/* Warns of a limit with more than twice the force that weights can cause at rest: the weight of all bodies (prismatic
+ * joint), or the moment of their weights about the joint (revolute joint). */
 static int warn_of_limit(const start *s, const kt_touch *touch) {
     const kt_effect *effect = touch->effect;
     const char *unit = touch->is_length ? "m" : "rad", *beyond = touch->is_below ? "lower" : "upper";
@@ -126,7 +128,7 @@ static void warn_of_contact(const start *s, const kt_touch *touch) {
     const kt_vec3 n = touch->normal;
     char remedy[200];
     snprintf(remedy, sizeof remedy, "Start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]", touch->depth,
-             n.x + 0.0, n.y + 0.0, n.z + 0.0); /* no -0 */
+             n.x + 0.0, n.y + 0.0, n.z + 0.0); /* adding 0.0 avoids -0 */
     const kt_warning warning = {
         .code = "starts_in_contact", .time = 0.0, .value = touch->depth, .unit = "m", .remedy = remedy};
     kt_warn(
@@ -147,7 +149,7 @@ static void warn_of_contacts(const start *s, const kt_touch *deepest, int count,
             count, kt_name_touch(deepest->effect).text, deepest->depth, force, s->weight, energy);
 }
 
-/* Contacts that bear no more than twice the weight of all bodies may well be at rest so. */
+/* Warns of contacts with more than twice the weight of all bodies together; with less, the scene may be at rest. */
 static int warn_of_all_contacts(const start *s) {
     const kt_description *d = &s->scene->description;
     kt_touch deepest = {.effect = NULL};

@@ -1,9 +1,9 @@
-/* Trees as text, readable for one body and for a hundred thousand.
+/* Prints trees as text that is readable for one body and for a hundred thousand.
  *
- * A body stands under its parent, indented by one more place. Two things are abridged: a long run of bodies that each
- * carry just one shows its first two and its last; a body with many children shows the first ones. Then the tree is cut at
- * the deepest level that keeps it within LINES_MAX lines; levels count branchings, not the bodies of a run.
- */
+ * A body is printed below its parent, indented by one more level. Two things are abridged: of a long run of bodies with
+ * one child each, only the first two and the last are shown; of a body with many children, only the first ones. Then
+ * the tree is cut at the deepest level that keeps it within LINES_MAX lines; levels count branchings, not the bodies of
+ * a run. */
 #include "tree.h"
 
 #include "command.h"
@@ -25,15 +25,15 @@ static const kt_glyphs ascii = {"|- ", "`- ", "|  ", "   ", ": "};
 
 typedef struct kt_drawing {
     const kt_model *model;
-    int *child, *next; /* first child; next brother; -1: none */
+    int *child, *next; /* first child; next sibling; -1: none */
     int *children;     /* number of children */
-    int *below;        /* bodies under this one */
+    int *below;        /* bodies in the subtree below this one */
     int deepest;       /* level below which the tree is cut */
-    bool is_cut;       /* something was below it */
+    bool is_cut;       /* something below the deepest level was left out */
     bool silent;       /* only count lines */
     int lines;
     const kt_glyphs *glyphs;
-    char *indent; /* what stands before a line, under way */
+    char *indent; /* prefix of the current line */
     size_t used, room;
     bool failed;
 } kt_drawing;
@@ -77,7 +77,7 @@ static void show_more(kt_drawing *d, const char *format, ...) {
     putchar('\n');
 }
 
-/* Indents by one more place. */
+/* Indents by one more level. */
 static void push(kt_drawing *d, const char *glyph) {
     size_t length = strlen(glyph);
     if (d->silent || d->failed)
@@ -96,9 +96,10 @@ static void push(kt_drawing *d, const char *glyph) {
     d->used += length;
 }
 
-/* ---- the walk ---------------------------------------------------------------------------------------------------- */
+/* ---- traversal --------------------------------------------------------------------------------------------------- */
 
-/* The last body of the run that begins at `body`: all before it have one child. *length: how many bodies. */
+/* Returns the last body of the run that begins at `body`, in which all bodies before it have one child. *length: number
+ * of bodies. */
 static int end_of_run(const kt_drawing *d, int body, int *length) {
     *length = 1;
     for (; d->children[body] == 1; ++*length)
@@ -147,7 +148,7 @@ static void draw_children(kt_drawing *d, int body, int level) {
         show_more(d, "%d children more, %d bodies in all", count - shown, left);
 }
 
-/* The deepest level with which the drawing stays within LINES_MAX lines. */
+/* Finds the deepest level with which the drawing stays within LINES_MAX lines. */
 static void choose_depth(kt_drawing *d) {
     int best = 0;
     d->silent = true;
@@ -179,7 +180,8 @@ int kt_tree_draw(const kt_model *model) {
         d.child[body] = d.next[body] = -1;
         d.children[body] = d.below[body] = 0;
     }
-    /* From the last on: a parent comes before its children, so what is below a body is known when its turn comes. */
+    /* Backwards: parents have lower indices than their children, so that a subtree is complete when its root is
+     * reached. */
     for (int body = (int)count - 1; body > 0; body--) {
         int parent = kt_body_parent(model, body);
         d.next[body] = d.child[parent];

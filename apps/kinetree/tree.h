@@ -4,7 +4,7 @@
 
 #include "kinetree/model.h"
 
-/* Draws on standard output, abridged to about a hundred lines. Returns 0, or -1 where there is no memory. */
+/* Prints the tree on standard output, abridged to about a hundred lines. Returns 0, or -1 if memory is insufficient. */
 int kt_tree_draw(const kt_model *model);
 
 #endif

@@ -1,4 +1,5 @@
-/* What 'kinetree help TYPE' shows, and the page of all types: both are made of the descriptors that scenes are read by. */
+/* Prints 'kinetree help TYPE' and the page of all types. Both are generated from the descriptors by which scenes are
+ * read. */
 #include "types.h"
 
 #include "kinetree/descriptor.h"
@@ -15,7 +16,7 @@ typedef struct family {
     const char *about;        /* lines of Markdown */
     const kt_descriptor *(*describe)(int type);
     int first, count;
-    const void *(*standard)(void); /* the struct that items start from */
+    const void *(*standard)(void); /* the struct with the defaults of an item */
 } family;
 
 static const kt_descriptor *joint(int type) { return kt_joint_descriptor((kt_joint_type)type); }
@@ -63,7 +64,7 @@ static const family families[] = {
 
 enum { FAMILY_COUNT = sizeof families / sizeof *families };
 
-/* ---- a key in words ---------------------------------------------------------------------------------------------- */
+/* ---- description of keys ----------------------------------------------------------------------------------------- */
 
 typedef struct phrase {
     char text[128];
@@ -76,7 +77,7 @@ static const char *name_of(const kt_key *key) {
 
 static bool is_angle(kt_coordinate_kind kind) { return kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS; }
 
-/* Of the coordinates of a joint: "rad", "[m, m, rad]"; empty where there is a quaternion, whose parts have none. */
+/* Unit of the coordinates of a joint: "rad", "[m, m, rad]". The elements of a quaternion have none. */
 static phrase unit_of_coordinates(int type, bool of_rate) {
     phrase unit = {""};
     const int count = kt_joint_coordinate_kind((kt_joint_type)type, 1) != KT_COORDINATE_NONE ? KT_JOINT_NQ_MAX : 1;
@@ -141,14 +142,14 @@ static phrase default_of(const family *f, const kt_key *key) {
     case KT_KEY_POSITION:
     case KT_KEY_VELOCITY:
         return (phrase){"0"};
-    default: /* has a default in words, or is needed */
+    default: /* the default is described in words, or the key is required */
         return shown;
     }
 }
 
 /* ---- a type ------------------------------------------------------------------------------------------------------ */
 
-/* "5 equations", "1 degree of freedom" */
+/* Describes "5 equations", "1 degree of freedom". */
 static phrase size_of(const family *f, int type) {
     phrase shown = {""};
     if (f->describe == joint) {
@@ -169,7 +170,7 @@ static phrase size_of(const family *f, int type) {
     return shown;
 }
 
-/* Each line of a text after `before`. */
+/* Prints each line of a text after the prefix `before`. */
 static void print_lines(const char *before, const char *text) {
     while (*text != '\0') {
         const size_t length = strcspn(text, "\n");

@@ -6,13 +6,14 @@
 
 #include <stdbool.h>
 
-/* All that a type of this name is, for a terminal: a joint and a loop may have the same. False if there is none. */
+/* Prints everything about the types of this name (a joint and a loop may share one) for a terminal. Returns false if
+ * there is none. */
 bool kt_types_print(const char *name);
 
 /* Compares a name with those of all types. */
 void kt_types_try(kt_nearest *nearest);
 
-/* All types as a page in Markdown. */
+/* Prints the page of all types in Markdown. */
 void kt_types_print_page(void);
 
 #endif

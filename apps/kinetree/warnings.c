@@ -1,4 +1,4 @@
-/* Warnings, printed and listed. */
+/* Prints and lists warnings. */
 #include "warnings.h"
 
 #include "json.h"
@@ -17,7 +17,7 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
     else if (!warnings->quiet && !warning->is_said)
         kt_say("warning: %s. %s", what, warning->remedy);
     if (warnings->list == NULL)
-        warnings->list = json_array(); /* where there is no memory, writing the summary says so */
+        warnings->list = json_array(); /* if memory is insufficient, writing the summary reports it */
     json_t *one = json_object();
     json_object_set_new(one, "code", json_string(warning->code));
     json_object_set_new(one, "what", json_string(what));

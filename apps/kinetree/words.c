@@ -1,4 +1,4 @@
-/* Words to the user. Data go to standard output, words to standard error. */
+/* Messages to the user, on standard error. Data are written to standard output. */
 #include "command.h"
 
 #include "base/escape.h"
@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { LONGEST = 4096 }; /* words: no list is longer */
+enum { LONGEST = 4096 }; /* bytes of a message; no list is longer */
 
 void kt_say(const char *format, ...) {
     char words[LONGEST], shown[LONGEST + 512];
@@ -81,8 +81,8 @@ int kt_finish_output(int code) {
 }
 
 bool kt_speaks_utf8(int descriptor) {
-    /* The first that is set and not empty decides, as for setlocale; that itself is not called, for numbers must be
-     * read and written with a point. */
+    /* The first variable that is set and not empty decides, as for setlocale. setlocale itself is not called, because
+     * numbers must be read and written with a decimal point. */
     static const char *const variables[] = {"LC_ALL", "LC_CTYPE", "LANG"};
     if (!isatty(descriptor))
         return false;
