@@ -14,11 +14,11 @@
  *         kt_scene_free(&scene);
  *     }
  *
- * The format is version 1 of scene-files.md, with the types of types.md. What these pages leave open is settled here:
+ * The format is version 1 of scene-files.md, with the types of types.md. They leave these details open:
  * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
  *   merge keys are refused, so that a small file cannot stand for a large one; nesting ends at 32 levels.
- * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, idle
- *   leading zeros (017), underscores and quotes are refused. The process's locale plays no part.
+ * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, needless
+ *   leading zeros (017), underscores and quotes are refused. The process's locale has no influence.
  * - An angle may end in ` deg` or ` rad`, and so may an initial angular rate (then per second); a length
  *   may not.
  * - Text that YAML reads as a number, boolean or null needs quotes.
@@ -26,9 +26,9 @@
  * - Com and inertia are those of the shape where `mass` and `shape` are both given and `com` or `inertia` is not.
  * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
  * - Loops have a `name`; effects may have one. Rolling without the contact has `holonomic: false`.
- * - A distance loop without a length keeps that of the given positions, before loops are closed; a spring without a length
- *   is unstretched at the start, where they have been closed.
- * - Where `simulate` or `output`, or one of their keys, is missing, kt_run_default stands.
+ * - A distance loop without a length has that of the given positions, before loops are closed; a spring without a
+ *   length is unstretched at the start, after they have been closed.
+ * - If `simulate` or `output`, or one of their keys, is missing, the values of kt_run_default apply.
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
@@ -45,7 +45,7 @@ extern "C" {
 /* Lines and columns of the items of a scene in its file. */
 typedef struct kt_scene_marks kt_scene_marks;
 
-/* What a scene file says. All strings and arrays that reading puts in it belong to it (or are static). */
+/* The contents of a scene file. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
     kt_description description;  /* the mechanism */
     kt_run run;                  /* `simulate` and `output` */
@@ -53,7 +53,7 @@ typedef struct kt_scene {
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
 } kt_scene;
 
-/* No mechanism, and kt_run_default. */
+/* Returns a scene with an empty mechanism and kt_run_default. */
 KT_API kt_scene kt_scene_default(void);
 
 /* Called once for each fault of a file, in the order of lines and columns. fault->where is "FILE:LINE:COLUMN", both
@@ -61,31 +61,32 @@ KT_API kt_scene kt_scene_default(void);
 typedef void kt_scene_report(void *user, const kt_error *fault);
 
 /* Reads a scene from a regular file (`path`), or from `size` bytes of text (`path` is then only its name in messages;
- * NULL: "scene"). The file's form and the mechanism are both checked, and every fault of both is reported in one go;
- * only YAML's own syntax ends the reading at the first, and of more than 1000 faults the rest is counted. A fault that
- * follows from another one is not reported. report may be NULL.
- * On success *scene is filled, to be released with kt_scene_free; on failure it is untouched. Errors, *error being the
- * first fault: KT_ERROR_FILE (the file cannot be read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL (the mechanism, as
- * kt_description_check), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT.
- * Time and memory grow in proportion to the size of the file. */
+ * NULL: "scene"). The file's form and the mechanism are both checked, and every fault of both is reported in one call;
+ * only an error in YAML's own syntax ends the reading at once, and faults beyond 1000 are only counted. A fault that
+ * follows from another one is not reported. report may be NULL. On success *scene is filled, to be released with
+ * kt_scene_free; on failure it is untouched. Errors, *error being the first fault: KT_ERROR_FILE (the file cannot be
+ * read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL (the mechanism, as kt_description_check), KT_ERROR_MEMORY,
+ * KT_ERROR_ARGUMENT. Time and memory grow in proportion to the size of the file. */
 KT_API KT_CHECKED kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user,
                                           kt_error *error);
 KT_API KT_CHECKED kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene,
                                            kt_scene_report *report, void *user, kt_error *error);
 
-/* Puts the place in the file before a fault that shows only in kt_model_compile: where "body 'crank'" or "loop 'close'"
- * becomes "FILE:LINE:COLUMN", and the message begins with what it was. False, with the error untouched, where that is
- * no body or loop of the scene, or the scene was not read. Allocates nothing. O(bodies + loops). */
+/* Adds the position in the file to a fault that only kt_model_compile finds: error->where, "body 'crank'" or "loop
+ * 'close'", becomes "FILE:LINE:COLUMN", and its former text begins the message. Returns false, with the error
+ * untouched, if that is no body or loop of the scene, or if the scene was not read. Allocates nothing. O(bodies +
+ * loops). */
 KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 
-/* Releases what reading took, and makes *scene that of kt_scene_default. NULL is allowed. */
+/* Releases the memory that reading took, and sets *scene to kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);
 
 /* Writes a scene, read or made by the caller, as a scene file: SI units and radians, defaults left out, numbers with as
- * many digits as read back to the same bits. Reading what was written gives the same description and run to the bit
- * (of each struct the members of its type; a parent, or the body of an end, that is "world" comes back as NULL), and
- * writing that gives the same bytes. The scene is checked first and nothing is written of one that is wrong: errors of
- * kt_description_check, KT_ERROR_ARGUMENT (the run), KT_ERROR_UNSUPPORTED; KT_ERROR_FILE where the stream fails. */
+ * many digits as are needed to read back the same bits. Reading what was written gives the same description and run to
+ * the bit (of each struct the members of its type; a parent, or the body of an end, that is "world" comes back as
+ * NULL), and writing that gives the same bytes. The scene is checked first, and nothing is written if it has a fault.
+ * Errors: those of kt_description_check, KT_ERROR_ARGUMENT (the run), KT_ERROR_UNSUPPORTED, KT_ERROR_FILE (the stream
+ * fails). */
 KT_API KT_CHECKED kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error);
 
 #ifdef __cplusplus

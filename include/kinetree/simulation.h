@@ -1,4 +1,4 @@
-/* The clock: how a mechanism is run, steps, records, checkpoints.
+/* Simulation: the settings of a run, steps, records and checkpoints.
  *
  *     static int print_record(const kt_record *record, void *user) {
  *         return fprintf((FILE *)user, "%g s: %g\n", record->time, record->q[0]) < 0;
@@ -14,8 +14,8 @@
  *         status = kt_simulation_run(simulation, print_record, stdout, &error);
  *     kt_simulation_free(simulation);
  *
- * In control code: kt_simulation_init in memory of one's own, then, with no allocation from there on,
- * kt_simulation_set_torque, kt_simulation_advance and kt_simulation_sense in turn.
+ * Control code calls kt_simulation_init in its own memory, and then kt_simulation_set_torque, kt_simulation_advance and
+ * kt_simulation_sense in turn, which allocate nothing.
  *
  * A simulation belongs to one thread at a time; any number of them may share a model.
  */
@@ -33,7 +33,7 @@
 extern "C" {
 #endif
 
-/* ---- how a scene is run ------------------------------------------------------------------------------------------ */
+/* ---- the settings of a run --------------------------------------------------------------------------------------- */
 
 /* The names of kt_reduction and kt_metric. X(id, name in scene files) */
 #define KT_REDUCTION_LIST(X)                                                                                           \
@@ -44,13 +44,13 @@ extern "C" {
     X(KT_METRIC_IDENTITY, identity)                                                                                    \
     X(KT_METRIC_MASS, mass)
 
-/* What is recorded, as bits, in the order in which records are written. X(id, bit, name in scene files)
+/* The quantities that are recorded, as bits, in the order in which records are written. X(id, bit, name in scene files)
  *
- * KT_RECORD_BALANCE asks for the energies and for the works of effects, of torques and wrenches that are set, and of
- * driven loops, which are then integrated with the motion, by the same method, as two equations more. These two have no
- * part in the choice of steps: the motion has the same bits whether its balance is kept or not, and a balance that
- * drifts shows how well the steps, chosen for the motion, follow the powers. A run that does not ask for it pays
- * nothing. */
+ * KT_RECORD_BALANCE requests the energies, and the works of effects, of torques and wrenches that are set, and of
+ * driven loops. The works are integrated with the motion, by the same method, as two additional equations. These two do
+ * not affect the step size: the motion has the same bits with and without a balance, and a drift of the balance shows
+ * how accurately the steps, chosen for the motion, integrate the powers. A run without a balance has no additional
+ * cost. */
 #define KT_RECORD_LIST(X)                                                                                              \
     X(KT_RECORD_POSITION, 1, position)         /* q */                                                                 \
     X(KT_RECORD_VELOCITY, 2, velocity)         /* v */                                                                 \
@@ -61,7 +61,7 @@ extern "C" {
     X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
     X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */
 
-/* Bits of what is recorded. */
+/* The bits of the quantities that are recorded. */
 enum {
     KT_RECORD_DEFAULT = 0, /* position, velocity, energy, and constraint where there are loops */
 #define KT_RECORD_ENUM(id, bit, name) id = bit,
@@ -71,7 +71,7 @@ enum {
 
 /* A marker of a body, by names. */
 typedef struct kt_marker_pair {
-    const char *body, *marker; /* of the body; of the marker */
+    const char *body, *marker; /* names of the body and of the marker */
 } kt_marker_pair;
 
 /* The `simulate` and `output` parts of a scene. */
@@ -80,9 +80,9 @@ typedef struct kt_run {
     const char *integrator;     /* a name that kt_method_find knows */
     double step;                /* s; > 0: fixed step, and the tolerances are not read */
     double relative, absolute;  /* tolerances of an adaptive method, of the numbers of q and v */
-    kt_formulation formulation; /* absolute: of a model that was compiled for it (kt_model_options) */
-    kt_reduction reduction;     /* this, metric and plan are for kt_model_options: a simulation does what its model was
-                                   compiled for */
+    kt_formulation formulation; /* absolute: the model must have been compiled for it (kt_model_options) */
+    kt_reduction reduction;     /* this, metric and plan are values for kt_model_options: a simulation uses those that
+                                   its model was compiled with */
     kt_metric metric;           /* as reduction */
     kt_plan plan;               /* as reduction */
     double interval;            /* s between records; 0: about 1000 records */
@@ -91,24 +91,24 @@ typedef struct kt_run {
     int marker_count;              /* length of markers */
 } kt_run;
 
-/* 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
+/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
 /* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
 #define KT_DURATION_LEAST 1e-280
 
-/* Whether the times and tolerances of a run can be kept: finite and not negative, the duration 0 or not below
- * KT_DURATION_LEAST, a step that is not lost in the rounding of the times it leads to, no more records than can be
- * counted (2^53), and for an adaptive step a relative tolerance that is 0 or not below the rounding of numbers
- * (KT_TOLERANCE_LEAST). A simulation makes this check as well. Errors: KT_ERROR_ARGUMENT, where: "duration", "step",
- * "interval" or "tolerance". Cost: a few comparisons. */
+/* Checks the times and tolerances of a run: they are finite and not negative, the duration is 0 or not below
+ * KT_DURATION_LEAST, a step is not lost in the rounding of the times that it leads to, there are no more records than
+ * can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding level of
+ * numbers (KT_TOLERANCE_LEAST). kt_simulation_init makes this check as well. Errors: KT_ERROR_ARGUMENT, where:
+ * "duration", "step", "interval" or "tolerance". Cost: a few comparisons. */
 KT_API kt_status kt_run_check(const kt_run *run, kt_error *error);
 
-/* What a run records of this model: run->record, or what KT_RECORD_DEFAULT stands for. */
+/* Returns the bits of what a run records of this model: run->record, or those that KT_RECORD_DEFAULT stands for. */
 KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
 
-/* The name of a choice in scene files ("tree", "qr", "identity"; "energy" for one bit); NULL for a value that is
- * none. */
+/* Returns the name of a choice in scene files ("tree", "qr", "identity"; "energy" for one bit); NULL for any other
+ * value. */
 KT_API const char *kt_formulation_name(kt_formulation formulation);
 KT_API const char *kt_reduction_name(kt_reduction reduction);
 KT_API const char *kt_metric_name(kt_metric metric);
@@ -117,12 +117,12 @@ KT_API const char *kt_record_name(unsigned bit);
 
 /* ---- the plan ---------------------------------------------------------------------------------------------------- */
 
-/* When a step of the plan is taken. */
+/* When a step of the plan is executed. */
 typedef enum kt_phase {
     KT_PHASE_EVALUATION = 0, /* at every evaluation of accelerations */
     KT_PHASE_STEP,           /* after every step */
     KT_PHASE_RECORD,         /* at every record */
-    KT_PHASE_COUNT           /* how many */
+    KT_PHASE_COUNT           /* the number of phases */
 } kt_phase;
 
 /* One step of the plan: a kernel and the number of items that it works on; or a kernel that this scene leaves out, and
@@ -138,74 +138,76 @@ typedef struct kt_plan_step {
 /* The most steps that a plan has. */
 enum { KT_PLAN_STEPS_MAX = 48 /* the length of an array for kt_plan_steps */ };
 
-/* What a run of this model computes, in the order in which it does; steps has KT_PLAN_STEPS_MAX places. Returns their
- * number. run may be NULL: the defaults. O(bodies + loops depth + effects). */
+/* Lists what a run of this model computes, in the order of execution; steps has room for KT_PLAN_STEPS_MAX entries.
+ * Returns their number. If run is NULL, the defaults apply. O(bodies + loops depth + effects). */
 KT_API int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps);
 
 /* ---- the simulation ---------------------------------------------------------------------------------------------- */
 
-/* A mechanism in motion: its state, its clock, and all that a step writes. */
+/* A mechanism in motion: its state, its time, and all memory that a step writes. */
 typedef struct kt_simulation kt_simulation;
 
 /* An instant at which the caller's right-hand side is evaluated. Everything in it belongs to the simulation. */
 typedef struct kt_instant {
-    const kt_model *model;     /* what is stepped: in the absolute formulation kt_model_absolute of the caller's */
+    const kt_model *model;     /* the model that is integrated: in the absolute formulation kt_model_absolute of the
+                                  caller's */
     kt_data *data;             /* scratch, of that model */
     double t;                  /* s */
     const double *q, *v;       /* nq positions, nv velocities, of that model */
     const double *tau;         /* nv: torques that are set, without the effects'; NULL: none */
-    const kt_wrench *external; /* one a body: wrenches that are set; NULL: none */
+    const kt_wrench *external; /* one for each body: wrenches that are set; NULL: none */
 } kt_instant;
 
-/* v' = a (nv) instead of kt_acceleration_evaluate, at any stage of a step, of its arguments alone. `rate` (nv) comes
- * filled with v and may be changed: positions move as q' = kt_position_rate(q, rate), v follows a. Returns 0; > 0:
- * a cannot be computed here, a smaller step may help; < 0: stop. The message in *error, if it writes one, is reported.
- * */
+/* Computes v' = a (nv) in place of kt_acceleration_evaluate at any stage of a step, as a function of its arguments
+ * alone. `rate` (nv) contains v on entry and may be changed: q' = kt_position_rate(q, rate), and v' = a. Returns 0; > 0
+ * if a cannot be computed here but a smaller step may help; < 0 to stop. If it writes a message to *error, that message
+ * is reported. */
 typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt_error *error, void *user);
 
-/* Moves the state q (nq), v (nv), which are at->q and at->v, as kt_state_project does: after each accepted step, and
- * for records between steps. *changed is false on entry. Returns as a right-hand side does. */
+/* Projects the state q (nq), v (nv), which are at->q and at->v, in place of kt_state_project; it is called after each
+ * accepted step, and for records between steps. *changed is false on entry. Returns the same values as a right-hand
+ * side. */
 typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
 
-/* What a scene file does not say. */
+/* Options of a simulation that a scene file does not contain. */
 typedef struct kt_simulation_options {
-    const kt_method *method; /* a table of the caller's instead of run->integrator; NULL: none */
-    double initial_step;     /* s, adaptive; 0: found */
+    const kt_method *method; /* the caller's method instead of run->integrator; NULL: none */
+    double initial_step;     /* s, adaptive; 0: estimated */
     double max_step;         /* s, adaptive; 0: no limit */
     uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
-    bool unprojected; /* nothing is projected and loops drift open: shows what projection costs, and what it is worth */
-    bool kinematics;  /* a record's data answer the queries of kinematics, as they do where run has markers */
+    bool unprojected; /* no projection, so that loops drift open: to measure the cost and the benefit of projection */
+    bool kinematics;  /* a record's data hold the kinematics for queries, as they do if run has markers */
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
-                                         those of the engine's all the same, and the start is assembled by the engine */
+                                         still those of the engine's equations, and the engine assembles the initial
+                                         state */
     kt_projection
-        *projection; /* the caller's way back to the loops; NULL: the engine's. Not called where unprojected */
+        *projection; /* the caller's projection onto the loops; NULL: the engine's. Not called if unprojected */
     void *user;      /* for both */
 } kt_simulation_options;
 
-/* All zero: the engine's own equations and projection, no limits. */
+/* Returns options that are all zero: the engine's own equations and projection, no limits. */
 KT_API kt_simulation_options kt_simulation_options_default(void);
 
-/* Bytes that a simulation takes: its data, its integrator, its state; 0 if run or options are wrong, which
- * kt_simulation_init then reports. If `run` or `options` are NULL, the defaults apply. */
+/* Returns the number of bytes that a simulation takes: its data, its integrator, its state; 0 if run or options are
+ * wrong, which kt_simulation_init then reports. If `run` or `options` are NULL, the defaults apply. */
 KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 
 /* Initialises a simulation in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled.
- * The model must outlive it, and so must a table of the caller's; all else in run and options is read here and never
- * again. Nothing is to be released.
- * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a step that is needed, times that are not finite, a formulation
- * that the model was not compiled for), KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do
- * not close).
+ * The model and a method of the caller's must outlive it; everything else in run and options is read only here. Nothing
+ * needs to be released. Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite, a
+ * formulation that the model was not compiled for), KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT
+ * (loops that do not close).
  *
- * In the absolute formulation all that goes in and comes out is in the model's own coordinates all the same: states,
- * torques, records, reactions. Angles count whole turns, if no joint turns by half a turn more or less in a step than
- * its rates at both ends say. Only energies and constraint residuals are those of the free bodies, where joints are
- * loops too. */
+ * In the absolute formulation, too, all inputs and outputs are in the model's own coordinates: states, torques,
+ * records, reactions. Angles count whole turns, provided that in every step each joint turns by the mean of its rates
+ * at both ends to within half a turn. Only energies and constraint residuals are those of the free bodies, whose joints
+ * are loops, too. */
 KT_API KT_CHECKED kt_status kt_simulation_init(const kt_model *model, const kt_run *run,
                                                const kt_simulation_options *options, void *memory, size_t size,
                                                kt_simulation **simulation, kt_error *error);
 
-/* The same in memory of its own, released with kt_simulation_free. */
+/* Does the same in memory that it allocates, which kt_simulation_free releases. */
 KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt_run *run,
                                                  const kt_simulation_options *options, kt_simulation **simulation,
                                                  kt_error *error);
@@ -217,146 +219,149 @@ KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
 
-/* Starts again at time t from q (nq) and v (nv), which are projected: quaternions to unit norm, loops closed. Counts
- * return to zero, torques and wrenches are kept. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of
- * zeros, naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
+/* Restarts at time t from q (nq) and v (nv), which are projected: quaternions to unit norm, loops closed. Counts return
+ * to zero; torques and wrenches remain. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros,
+ * naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
 
-/* Torques and forces of the joints (nv, in the order of velocities; NULL: none), held constant from the next step on
- * until they are set again. A recorder may set them, too. Errors: KT_ERROR_NOT_FINITE naming the joint; those set
- * before then stay. O(nv). */
+/* Sets the torques and forces of the joints (nv, in the order of velocities; NULL: none), which are constant from the
+ * next step on until they are set again. A recorder may set them, too. Errors: KT_ERROR_NOT_FINITE naming the joint;
+ * those set before then remain in force. O(nv). */
 KT_API KT_CHECKED kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error);
 
-/* Wrenches on the bodies (kt_model_body_count entries, entry 0 ignored; NULL: none): moment about the body frame's
- * origin and force, world axes; held as the torques are. Errors: KT_ERROR_NOT_FINITE naming the body. */
+/* Sets the wrenches on the bodies (kt_model_body_count entries, entry 0 ignored; NULL: none): moment about the body
+ * frame's origin and force, world axes; they are constant as the torques are. Errors: KT_ERROR_NOT_FINITE naming the
+ * body. */
 KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches,
                                                        kt_error *error);
 
-/* One accepted step towards t_limit and not beyond it; t_limit is HUGE_VAL where there is none. With a fixed step,
- * steps end at multiples of it, and a t_limit between two multiples is a stop of its own. On failure the state is to
- * the bit what it was. Errors, each naming the time and, where one is to blame, the body: KT_ERROR_NOT_FINITE,
- * KT_ERROR_SINGULAR, KT_ERROR_STEP (too small, no progress, or max_steps used up), KT_ERROR_ARGUMENT (t_limit is not
- * after the current time), KT_ERROR_EFFECT, KT_ERROR_CALLBACK, and KT_ERROR_CONSTRAINT, naming the loops that do not
- * close. Where loops change with time and cannot be closed from now on (out of reach, or contradicting each other) it
- * is this, with the gaps that are left a step later, or where steps are not fixed an interval between records; finding
- * that takes at most 800 steps of closing loops more, once, as the step fails. */
+/* Takes one accepted step towards t_limit and not beyond it; t_limit = HUGE_VAL sets no limit. With a fixed step, steps
+ * end at multiples of it, and additionally at a t_limit between two multiples. On failure the state keeps its bits.
+ * Errors, each naming the time and, if one is at fault, the body: KT_ERROR_NOT_FINITE, KT_ERROR_SINGULAR, KT_ERROR_STEP
+ * (too small, no progress, or max_steps used up), KT_ERROR_ARGUMENT (t_limit is not after the current time),
+ * KT_ERROR_EFFECT, KT_ERROR_CALLBACK, and KT_ERROR_CONSTRAINT, naming the loops that do not close. If loops change with
+ * time and cannot be closed from now on (out of reach, or contradicting each other), the error is this one, with the
+ * gaps that remain one step later, or with an adaptive step one interval between records later; finding them takes at
+ * most 800 additional closing steps, once, when the step fails. */
 KT_API KT_CHECKED kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
 /* Steps until t_end exactly. On failure the state is that of the last step that succeeded. Errors: as for a step. */
 KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error);
 
-/* The acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
+/* Computes the acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
-/* Works since the start or the last kt_simulation_set_state, J: what effects have turned into heat; what effects that
- * drive, torques, wrenches and driven loops have supplied. */
+/* Works since the start or the last kt_simulation_set_state, J: the work that effects have dissipated, and the work
+ * that driving effects, torques, wrenches and driven loops have supplied. */
 typedef struct kt_work {
     double dissipated, supplied; /* J */
 } kt_work;
 
-/* Works up to the present time; NaN where KT_RECORD_BALANCE is not asked for. */
+/* Returns the works up to the present time; NaN unless KT_RECORD_BALANCE is requested. */
 KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
-/* What a recorder is given; valid during the call. Between the ends of steps q and v are interpolated and projected. */
+/* The record that a recorder receives; valid during the call. Between the ends of steps q and v are interpolated and
+ * projected. */
 typedef struct kt_record {
     int64_t index;   /* k */
     double time;     /* k * interval; the last one is the duration */
     const double *q; /* nq */
     const double *v; /* nv */
 
-    /* What is asked for; NULL or NaN where it is not. */
+    /* Requested quantities; NULL or NaN if they are not requested. */
     const double *a;                 /* nv; acceleration */
     double kinetic, potential;       /* J; energy, balance */
     kt_work work;                    /* since the start; balance. kinetic + potential + work.dissipated - work.supplied
                                         is constant, up to the error of the integration */
     kt_residual constraint;          /* constraint */
-    const kt_wrench *reactions;      /* one a body, as kt_joint_reactions has them; reaction */
-    const kt_wrench *loop_reactions; /* one a loop, as kt_reaction_evaluate has them; reaction */
-    const double *multipliers;       /* one an equation, as kt_multiplier_evaluate has them; reaction or multiplier */
+    const kt_wrench *reactions;      /* one for each body, as in kt_joint_reactions; reaction */
+    const kt_wrench *loop_reactions; /* one for each loop, as in kt_reaction_evaluate; reaction */
+    const double *multipliers;       /* one for each equation, as in kt_multiplier_evaluate; reaction or multiplier */
     const kt_data *data; /* kinematics of q and v (and a, where it is given) for kt_body_pose, kt_point_position and
-                            their like; energy, reaction or kinematics */
+                            similar queries; energy, reaction or kinematics */
 } kt_record;
 
-/* Returns 0 to go on, anything else to stop. */
+/* Returns 0 to continue, anything else to stop. */
 typedef int kt_recorder(const kt_record *record, void *user);
 
-/* The number of records of a whole run: at k * interval, k = 0, 1, ..., while that is before the duration, and one at
- * the duration. An interval that divides the duration up to rounding is taken to divide it. */
+/* Returns the number of records of a whole run: at k * interval, k = 0, 1, ..., while that is before the duration, and
+ * one at the duration. An interval that divides the duration up to rounding is taken to divide it. */
 KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
 
-/* Runs from the current time to the duration and hands a record to `record` at each of their times from then on. Steps
+/* Runs from the current time to the duration and passes a record to `record` at each record time from then on. Steps
  * are not shortened for records: these come from the method's dense output. May be called again after an error or a
- * recorder that stopped: it goes on with the record after the last one handed over.
- * On failure all records up to the time reached have been handed over, but for those within a last step that ends where
- * there is no acceleration any more, which dense output needs. Errors: as for a step; KT_ERROR_CALLBACK where the
- * recorder stopped. */
+ * recorder that stopped: it continues with the record after the last one handed over. On failure all records up to the
+ * time reached have been handed over, except those within a last step at whose end the acceleration, which dense output
+ * needs, cannot be computed. Errors: as for a step; KT_ERROR_CALLBACK if the recorder stopped. */
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 
-/* What sensors show: a record of the current time, under the torques and wrenches that the next step will have. It
- * holds what run and options ask of records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and loops
- * with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the places, velocities
- * and (with either) accelerations of points, which kt_point_position and its like read from record->data. Its index is
- * -1. All that it points to is the simulation's and valid until the next call that takes it and is not const. Errors:
- * as for a step; *record is then untouched.
+/* Sensor values: writes a record of the current time, under the torques and wrenches that the next step will have. It
+ * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and
+ * loops with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the positions,
+ * velocities and (with either) accelerations of points, which kt_point_position and its like read from record->data.
+ * Its index is -1. All that it points to belongs to the simulation and is valid until the next call that takes a
+ * simulation that is not const. Errors: as for a step; *record is then untouched.
  *
  *     kt_simulation_set_torque, kt_simulation_sense, kt_simulation_advance    in turn
  *
- * computes no evaluation more than without sensors: the accelerations are those that the step ended with (fsal), or
- * else those that the next one begins with and then need not find again; the rest follows from what that evaluation or
+ * needs no more evaluations than without sensors: the accelerations are those that the step ended with (fsal), or else
+ * those that the next step begins with and then does not compute again; the rest follows from what that evaluation or
  * the projection left in memory. Torques that are set only after sensing make the next step begin with an evaluation of
  * its own: one more a step, unless the method ends its steps with one (fsal) and the projection moved nothing. One more
  * is also made for reactions in planar loops, and for all reactions where a balance or KT_RECORD_CONSTRAINT is recorded
- * or the right-hand side is the caller's. No bit of the motion changes by sensing. (An adaptive method forgets its last
- * error when torques change; that sensing under torques that never come into force makes it do, too.)
+ * or the right-hand side is the caller's. No bit of the motion changes by sensing. (An adaptive method discards its
+ * last error estimate when torques change; sensing under torques that never come into force has the same effect.)
  *
- * Accelerations are those of the motion, zero at rest. An accelerometer shows kt_point_acceleration less
- * kt_model_gravity, in its body's axes. In the absolute formulation sensors show the model's own bodies and joints,
- * whose kinematics are then swept once more. Not for recorders, whose record it would overwrite. */
+ * Accelerations are those of the motion, zero at rest. An accelerometer measures kt_point_acceleration minus
+ * kt_model_gravity, in its body's axes. In the absolute formulation the record describes the model's own bodies and
+ * joints, whose kinematics are then computed additionally. A recorder must not call this function, which would
+ * overwrite its record. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
-/* How far the velocities in loops were off after a step, before the projection put them right: the largest change of
- * one since the start. Fixed steps that fit the motion keep it far below the velocities themselves; one of a tenth of
- * them or more means that the steps are much too long, that a step has leapt over a dead point of the drives, where no
- * velocities fit them, or that the speed of a drive jumps. */
+/* The largest change of a velocity in the loops by the projection after a step, since the start. Fixed steps that
+ * resolve the motion keep it far below the velocities themselves; a change of a tenth of them or more means that the
+ * steps are much too long, that a step has jumped over a dead point of the drives, where no velocities satisfy the
+ * equations, or that the speed of a drive jumps. */
 typedef struct kt_velocity_correction {
-    double share; /* over the largest velocity in the loops since the start, both in radians, or in lengths of the
-                     mechanism; 0: there are no loops */
+    double share; /* that change, divided by the largest velocity in the loops since the start, both in radians or
+                     lengths of the mechanism per second; 0: there was no change */
     double time;  /* s, of the end of that step; NaN: there was none */
     int body;     /* the joint of this body moves at that velocity; 0: none */
 } kt_velocity_correction;
 
-/* The largest since the start, or the last kt_simulation_set_state. Nothing with a projection of the caller's, and
- * where unprojected. O(bodies). */
+/* Returns the largest correction since the start, or the last kt_simulation_set_state; it is 0, at the time NaN, with a
+ * projection of the caller's and if unprojected. O(bodies). */
 KT_API kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *simulation);
 
-/* What has been done since the start. */
+/* Counts of the computations since the start. */
 typedef struct kt_simulation_counts {
     uint64_t steps;           /* accepted */
-    uint64_t rejected;        /* tries that failed */
+    uint64_t rejected;        /* attempted steps that failed */
     uint64_t evaluations;     /* of the right-hand side; those for records' accelerations are not counted */
-    uint64_t factorizations;  /* of loop matrices: one a group at each evaluation and each projection */
-    kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts what ended at its
-                                 cap, estimates of the decay (rkc2, rkc4; kt_integrator_counts) among them */
+    uint64_t factorizations;  /* of loop matrices: one for each group at each evaluation and each projection */
+    kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts those that ended at
+                                 their limit, including estimates of the decay (rkc2, rkc4; kt_integrator_counts) */
 } kt_simulation_counts;
 
-/* What has been done since the start, or the last kt_simulation_set_state. */
+/* Returns the counts since the start, or the last kt_simulation_set_state. */
 KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation);
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
-/* Bytes of a checkpoint: one flat block without pointers that memcpy may copy and a file may keep, for the same model,
- * run and options, the same version and machine. */
+/* Returns the number of bytes of a checkpoint: one flat block without pointers that memcpy may copy and a file may
+ * keep, for the same model, run and options, the same version and machine. */
 KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 
 /* Writes a checkpoint into `block`, which is aligned as a double is. Equal states give equal bytes. */
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
-/* Restores a checkpoint: all that follows has the same bits as without the break. Errors: KT_ERROR_ARGUMENT for a
- * block of another model or method, or that is no checkpoint, KT_ERROR_NOT_FINITE; the simulation is then as before. */
+/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. Errors:
+ * KT_ERROR_ARGUMENT for a block of another model or method, or that is no checkpoint, KT_ERROR_NOT_FINITE; the
+ * simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
 
 #ifdef __cplusplus

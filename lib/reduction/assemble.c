@@ -2,17 +2,18 @@
  *
  * With d = u - u_given, |d|^2 is minimised subject to phi(u) = 0. If the given state is far from closed, the loops are
  * closed first (levenberg_marquardt.c). The search then follows the manifold: the tangential part of d, (1 - A+ A) d,
- * is what can still be reduced, and where it vanishes d is normal to the manifold. For a step -d the least solution of
+ * is what can still be reduced, and where it vanishes d is normal to the manifold. The step is d_new - d, where d_new
+ * is the least solution of
  *   A d_new = A d - phi
- * minus d is that part. Steps are scaled after Barzilai & Borwein (1988) and shortened until |d| falls; fixed
- * coordinates have no column in A.
+ * If phi = 0, it is minus that part. Steps are scaled after Barzilai & Borwein (1988) and shortened until |d| falls;
+ * fixed coordinates have no column in A.
  *
- * Velocities are linear: A dv = b' - A v, dv least.
+ * The velocity equations are linear: dv is the least solution of A dv = b' - A v.
  *
- * Fixed are the coordinates to be held and, as long as each group closes without them, those whose value the
- * description gives. In a group that does not close in this way the given ones are released, and then all of its
- * coordinates are weighted alike: moving the given ones least would lead to the boundary of what can be reached, a
- * singular position.
+ * The fixed coordinates are those to be held and, as long as each group closes without moving them, those whose value
+ * the description gives. In a group that does not close in this way the given ones are released, and then all of its
+ * coordinates have equal weights: moving the given ones least would lead to the boundary of the reachable positions,
+ * which is a singular position.
  */
 #include "reduction/levenberg_marquardt.h"
 
@@ -47,7 +48,7 @@ static void aim_nearest(const kt_model *model, const kt_data *data, const double
     }
 }
 
-/* ---- what is fixed ----------------------------------------------------------------------------------------------- */
+/* ---- fixed coordinates ------------------------------------------------------------------------------------------- */
 
 /* The coordinates to be held, by positions or velocities. */
 static const bool *held_of(const kt_model *model, unsigned given) {
@@ -103,17 +104,17 @@ static void close_around_given(const kt_model *model, kt_data *data, double t, c
 
 /* ---- positions --------------------------------------------------------------------------------------------------- */
 
-/* An assembly under way: from `given` to q; d = q - given. */
+/* The state of an assembly that starts at `given` and has reached q; d = q - given. */
 typedef struct approach {
     const kt_model *model;
     kt_data *data;
     double t;
     const double *given;
     const bool *fixed;
-    double *q, *d, *way; /* way: the step that the linearisation asks for */
+    double *q, *d, *way; /* way: the step of the linearised problem */
 } approach;
 
-/* The step from q towards the nearest state; returns false if it cannot be computed. */
+/* Computes the step from q towards the nearest state; returns false if it cannot be computed. */
 static bool look_ahead(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
@@ -129,8 +130,8 @@ static bool look_ahead(const approach *a) {
     return true;
 }
 
-/* Takes the largest tried part of the step that brings q nearer to `given`; returns false if none does. Close to the
- * solution rounding hides the gain, and the whole step is accepted. */
+/* Takes the largest of the tried fractions of the step that brings q nearer to `given`; returns false if none does.
+ * Close to the solution rounding errors hide the decrease of |d|, and the whole step is accepted. */
 static bool go(const approach *a, double part) {
     const size_t nv = a->model->n.v;
     double *near = a->data->near_q, *step = a->data->moved_v;
@@ -167,7 +168,7 @@ static void come_nearer(const approach *a, double *before) {
     double part = 1.0;
     for (uint32_t i = 0; look_ahead(a); i++) {
         const double most = reach(a);
-        if (i) { /* the Barzilai-Borwein factor: it makes the step vanish if it goes on changing as it did */
+        if (i) { /* the Barzilai-Borwein factor: the next step would vanish if the step kept changing at this rate */
             double change = 0.0;
             for (size_t k = 0; k < nv; k++)
                 change += before[k] * (before[k] - a->way[k]);
@@ -216,8 +217,8 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
 /* ---- velocities -------------------------------------------------------------------------------------------------- */
 
 /* Changes v by the least step that satisfies the velocity equations; fixed coordinates do not change. *violation is the
- * remaining violation, *speed the largest term met, whose rounding error that may be. Returns false if a number is not
- * finite. */
+ * remaining violation, *speed the largest term of the equations, of which it may be a rounding error. Returns false if
+ * a number is not finite. */
 static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                              const bool *fixed, kt_violation *violation, double *speed) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
@@ -249,7 +250,7 @@ static bool group_fits(const kt_model *model, const kt_data *data, size_t g, con
     return violation.slip <= KT_CLOSED_STEP * speed;
 }
 
-/* As close_around_given, for velocities. */
+/* Does for velocities what close_around_given does for positions. */
 static bool move_around_given(const kt_model *model, kt_data *data, double t, const double *q, double *v, bool *fixed) {
     double *given = data->moved_v, speed;
     kt_violation violation;
@@ -284,7 +285,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
-        return KT_OK; /* relative also to the speeds of fixed coordinates */
+        return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
     (void)kernels->look(model, data, t, q, v, data->fixed, &violation);
     kt_velocity_gaps_share(model, data);
     return kt_open_loops_error(model, data, t,

@@ -11,8 +11,7 @@
 #include "reduction/kernel.h"
 #include "reduction/rows.h"
 
-/* ---- the recursion -------------------------------------------------------------------------------------------------
- */
+/* ---- the recursion ----------------------------------------------------------------------------------------------- */
 
 void KT_KERNEL(kt_spatial_pose)(const kt_model *model, kt_data *data, const double *q, size_t end) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -186,8 +185,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
     return KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, step) == 0;
 }
 
-/* ---- reactions -----------------------------------------------------------------------------------------------------
- */
+/* ---- reactions --------------------------------------------------------------------------------------------------- */
 
 /* A' lambda = M x + F' A - (tau - h) */
 static void multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {

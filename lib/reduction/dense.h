@@ -13,8 +13,7 @@
 
 #include "reduction/reduce.h"
 
-/* From this number of coordinates on, loops run along columns, which the processor's vectors process several at once.
- * */
+/* From this number of coordinates on, loops run along columns, so that vector instructions process several entries. */
 enum { KT_SHORT = 9 };
 
 /* y = a x for an m x n matrix */
@@ -90,8 +89,8 @@ KT_INLINE void kt_group_weigh(const kt_group_work *w, const double *x, double *y
             y[i] = kt_dense_dot(w->mass + (size_t)i * (size_t)m, x, m);
 }
 
-/* The lower triangle of N' M N. The rounding error of entry cc is proportional to size[c]: n' M n may be the remainder
- * of terms n_i^2 M_ii that cancel. */
+/* Computes the lower triangle of N' M N. The rounding error of entry cc is proportional to size[c]: n' M n may be the
+ * remainder of terms n_i^2 M_ii that cancel. */
 KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
     const int m = w->m;
     double *half = w->half; /* M n */
@@ -107,9 +106,9 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
     }
 }
 
-/* y (free) and K (gain) from the factored equations with right-hand side `right`; returns false if N' M N is singular.
- * `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls it with its own functions,
- * which are then inlined. */
+/* Computes y (free) and K (gain) from the factored equations with right-hand side `right`; returns false if N' M N is
+ * singular. `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls it with its own
+ * functions, which are then inlined. */
 KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank, int width) {
     const int m = w->m, dofs = m - rank;
     double *size = w->work, *z = w->work + m, *half = w->half;

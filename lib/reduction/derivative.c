@@ -12,8 +12,9 @@
  *     R1' y = E                                                of the independent equations
  *     (Q2' M Q2) z = -Q2' (D + M Q1 y)
  * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
- * Only the forces of a caller's own effects are differenced: central differences of order eight in steps of KT_STEP,
- * which leave h^8 / 630 times the ninth derivative, and rounding errors of some eps / h of the forces.
+ * Only the forces of a caller's own effects are differentiated numerically, by central differences of order eight with
+ * the step h = KT_STEP: the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some
+ * eps / h of the forces.
  */
 #include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
@@ -77,9 +78,10 @@ static bool has_own_effects(const kt_model *model) {
     return false;
 }
 
-/* ---- what is differenced ----------------------------------------------------------------------------------------- */
+/* ---- numerical differences --------------------------------------------------------------------------------------- */
 
-/* f (n): the joint forces of all effects, or of a caller's own, including J' times their wrenches. */
+/* Computes f (n): the joint forces of all effects, or if `own` of a caller's own alone, including J' times their
+ * wrenches. */
 static kt_status sum_effects(work *w, const double *q, const double *v, bool own, double *f, kt_error *error) {
     const double *tau = NULL;
     const kt_wrench *external = NULL;
@@ -90,7 +92,7 @@ static kt_status sum_effects(work *w, const double *q, const double *v, bool own
                            : kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
     for (size_t i = 0; i < w->n && tau; i++)
         f[i] += tau[i];
-    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* gravity - J' w, less gravity */
+    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* J' w = g - (g - J' w) */
         status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? external : NULL, w->weight, error);
         for (size_t i = 0; i < w->n && status == KT_OK; i++)
             f[i] -= with ? w->weight[i] : -w->weight[i];
@@ -161,7 +163,7 @@ static kt_status factor(work *w, kt_error *error) {
     return KT_OK;
 }
 
-/* The multipliers of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
+/* Computes the multipliers of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
 static void find_multipliers(work *w, const double *f) {
     const int32_t *pivot = w->pivot;
     memset(w->lambda, 0, w->p * sizeof *w->lambda);
@@ -194,7 +196,7 @@ static bool reduce(work *w) {
     return kt_dense_cholesky(w->reduced, (int)f, NULL);
 }
 
-/* Column d becomes da; e: its p equations, or NULL (zero). */
+/* Overwrites column d, which holds D, with da. e: the p entries of E, or NULL for zero. */
 static void solve_column(work *w, double *d, const double *e) {
     const int32_t *pivot = w->pivot;
     const size_t n = w->n, rank = (size_t)w->rank;
@@ -214,7 +216,7 @@ static void solve_column(work *w, double *d, const double *e) {
     kt_dense_apply(w->basis, (int)n, (int)n, y, d);
 }
 
-/* ---- the call ---------------------------------------------------------------------------------------------------- */
+/* ---- the public function ----------------------------------------------------------------------------------------- */
 
 /* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
 static kt_status refuse_singular(const work *w, const double *q, const double *v, kt_error *error) {
@@ -232,7 +234,8 @@ static kt_status refuse_singular(const work *w, const double *q, const double *v
     return KT_OK;
 }
 
-/* Computes what belongs to the motion itself: a, lambda, M, the factors, and the tree's part of D. */
+/* Computes the quantities of the motion at which the derivatives are taken: a, lambda, M, the factors, and the tree's
+ * part of D. */
 static kt_status prepare(work *w, const double *q, const double *v, const double *tau, const kt_wrench *external,
                          kt_error *error) {
     const kt_model *model = w->model;

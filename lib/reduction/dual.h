@@ -28,7 +28,7 @@ typedef struct kt_dual_motion {
  * derivatives of b'' - A a with respect to q and v (equations x nv). */
 void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v);
 
-/* The derivative of A v - b' with respect to q (equations x nv). */
+/* Writes the derivative of A v - b' with respect to q (equations x nv) to c_q. */
 void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q);
 
 /* Effects except a caller's own: subtracts the derivatives of their joint forces from d_q and d_v. */

@@ -1,12 +1,12 @@
-/* How the forces of effects change with the state, direction by direction (support.h).
+/* Derivatives of the forces of effects with respect to the state, one direction at a time (support.h).
  *
  * The wrenches of an effect between two bodies depend only on their relative motion, and rotate with them: so the link
- * that carries both is taken to be at rest, as for loops. An effect with a single end is relative to the ground.
+ * that carries both bodies is taken to be at rest, as for loops. An effect with a single end is relative to the ground.
  */
 #include "effect/effect.h"
 #include "reduction/support.h"
 
-/* The deepest link that carries both. */
+/* The deepest common ancestor of links a and b. */
 static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
     while (a != b) {
         if (a > b)
@@ -17,7 +17,7 @@ static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
     return a;
 }
 
-/* The wrenches on the ends, as dual numbers along degree of freedom k. */
+/* Evaluates the wrenches on the ends, as dual numbers along degree of freedom k. */
 static void evaluate(const kt_support *w, const kt_effect_record *effect, int32_t k, kt_direction along,
                      kt_end_wrench pushed[2]) {
     const kt_support_dof *by = &w->x->dof[k];

@@ -1,4 +1,5 @@
-/* How the forces and the equations of loops change with the state, direction by direction (support.h).
+/* Derivatives of the forces and of the equations of loops with respect to the state, one direction at a time
+ * (support.h).
  *
  * A loop's equations depend only on the motion of its second end relative to the first: on the degrees of freedom
  * between the link that carries both, taken to be at rest, and the ends. The derivatives of its rows give those of
@@ -6,11 +7,12 @@
  *     W = sum lambda_r (moment_r + x_2 x force_r, force_r)
  * where W is the wrench on the second end; the first end receives the opposite. Those of
  *     phi' = A v - b'
- * tell how velocities follow when positions change.
+ * give the change of the velocities that a change of the positions requires.
  */
 #include "reduction/support.h"
 
-/* Along degree of freedom k: the derivative of b'' - A a into e, and the wrenches on the ends as dual numbers. */
+/* Evaluates, along degree of freedom k, the derivative of b'' - A a (e), and the wrenches on the ends as dual
+ * numbers. */
 static void evaluate(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
                      const double *lambda, double *e, kt_end_wrench pushed[2]) {
     const kt_support_dof *by = &w->x->dof[k];
@@ -54,7 +56,7 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
     }
 }
 
-/* The derivative of A v - b' along degree of freedom k, into c. */
+/* Writes the derivative of A v - b' along degree of freedom k to c. */
 static void evaluate_rates(const kt_support *w, const kt_loop_record *loop, int32_t k, double *c) {
     const kt_support_dof *by = &w->x->dof[k];
     kt_loop_row rows[KT_LOOP_ROW_MAX];

@@ -16,7 +16,7 @@ typedef struct sum {
     kt_data *data;
     double t;
     const double *q, *v;
-    kt_power *power;                /* NULL: not asked for */
+    kt_power *power;                /* NULL: powers are not summed */
     bool own;                       /* a caller's own effects alone */
     double excess;                  /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
     const kt_effect_record *failed; /* whose callback did not return 0 */
@@ -69,7 +69,7 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
     s->excess += (balance->dissipated - balance->dissipated) + (balance->supplied - balance->supplied);
 }
 
-/* The wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
+/* Computes the wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
 KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
                    const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
     if (kind->wrench) {
@@ -82,7 +82,7 @@ KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const 
     return effect->wrench(effect->user, t, end, wrench, balance);
 }
 
-/* The joint force of an effect. Returns the code of a callback, otherwise 0. */
+/* Computes the joint force of an effect. Returns the code of a callback, otherwise 0. */
 KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind, double q,
                     double v, double t, double *force, kt_effect_balance *balance) {
     if (kind->joint_force) {
@@ -174,7 +174,7 @@ KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     return true;
 }
 
-/* ---- what goes wrong --------------------------------------------------------------------------------------------- */
+/* ---- errors ------------------------------------------------------------------------------------------------------ */
 
 static const char *body_name(const kt_model *model, int32_t body) { return model->text + model->body[body].name; }
 

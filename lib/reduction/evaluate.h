@@ -9,12 +9,12 @@
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                       const double **tau, const kt_wrench **external, kt_error *error);
 
-/* The same for a caller's own effects alone. */
+/* Does the same for a caller's own effects alone. */
 KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q,
                                           const double *v, const double **tau, const kt_wrench **external,
                                           kt_error *error);
 
-/* The same for all effects, with the sums of their powers. */
+/* Does the same for all effects, and sums their powers. */
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double **tau, const kt_wrench **external,
                                         kt_power *power, kt_error *error);
@@ -22,24 +22,25 @@ KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, do
 /* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
 
-/* kt_acceleration_evaluate for a model with loops, effects not included; data->interpolated tells whether a was interpolated
+/* kt_acceleration_evaluate for a model with loops, without effects; data->interpolated says whether a was interpolated
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;
 
-/* Completes what the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), left
- * in data: the kinematics of the motion into links, and reactions (if either is not NULL). Only what an interpolation
- * near a singular position or the planar recursion does not leave in data is computed again. The bits are those of
- * kt_kinematics_update with a and of kt_reaction_evaluate. */
+/* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), from what
+ * it left in data: writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are
+ * NULL). Only what an interpolation near a singular position or the planar recursion does not leave in data is computed
+ * again. The bits are those of kt_kinematics_update with a and of kt_reaction_evaluate. */
 KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double *tau, const kt_wrench *external, const double *a,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 
-/* The multipliers that the last kt_motion_complete with reactions left in data, as kt_multiplier_evaluate. */
+/* Writes the multipliers that the last kt_motion_complete with reactions left in data, in the form of
+ * kt_multiplier_evaluate. */
 KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
                                          kt_error *error);
 
-/* kt_reaction_evaluate, with the kinematics of the motion in links. */
+/* Does the same as kt_reaction_evaluate, and writes the kinematics of the motion to links. */
 KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double *tau, const kt_wrench *external,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,

@@ -1,7 +1,7 @@
 /* One constraint group inside the articulated-body recursion.
  *
  * The backward pass reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all links
- * of the group, which include everything that hangs on them. The links of the group are then treated together as a
+ * of the group, which include all descendants outside the group. The links of the group are then treated together as a
  * mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
  *   M x + F' A + h = tau + A_g' lambda
  *   A_g x = b''                              (b'' does not depend on A: rows.h)
@@ -23,8 +23,8 @@
 
 #include <string.h>
 
-/* Accelerations A0 that the velocities alone give while the parent's is zero (in response), and the corresponding
- * wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
+/* Computes the accelerations A0 that the velocities alone give while the parent's is zero (in response), and the
+ * corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
 static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
     for (int l = 0; l < group->link_count; l++) {
         const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;
@@ -45,7 +45,7 @@ static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_
     }
 }
 
-/* Columns of M and F for the degrees of freedom of link i, whose composite is complete. */
+/* Computes the columns of M and F for the degrees of freedom of link i, whose composite inertia is complete. */
 static inline void kt_group_columns(const kt_model *model, const kt_data *data, const kt_group *group,
                                     const kt_group_work *w, int32_t i) {
     const size_t m = (size_t)w->m;
@@ -78,7 +78,7 @@ static inline void kt_group_columns(const kt_model *model, const kt_data *data, 
     }
 }
 
-/* M, F and tau - h; returns in `total` the inertia and bias wrench on the parent while x = 0: (Ic, W). */
+/* Computes M, F and tau - h; returns in `total` the inertia and bias wrench on the parent while x = 0: (Ic, W). */
 static inline void kt_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
                                      const kt_group_work *w, const double *tau, kt_articulated *total) {
     memset(total, 0, sizeof *total);
@@ -120,7 +120,7 @@ static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *
     kt_articulated_add(parent, total);
 }
 
-/* Accelerations of the group's coordinates from the parent's, into a. */
+/* Writes the accelerations of the group's coordinates, which follow from the parent's, to a. */
 static inline void kt_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
                                     const kt_group_work *w, double *a) {
     const kt_link_motion *p = &data->motion[group->parent];

@@ -40,8 +40,8 @@ KT_INLINE double kt_squares(const double *x, int from, int m) {
 }
 
 /* The reflector that maps rows j.. of column j, of squared norm norm[j], onto (R_jj, 0, ...). norm holds the squared
- * norms of the columns' rows from j on, and afterwards from j + 1 on. They are computed anew: updated ones would lose
- * their digits where the rank ends. */
+ * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
+ * would lose their digits where the rank ends. */
 KT_INLINE void kt_eliminate(const kt_group_work *w, int m, int j, double *norm) {
     double *u = w->factor + (size_t)j * (size_t)m;
     const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;

@@ -5,9 +5,9 @@
 #include "reduction/reduce.h"
 
 typedef struct kt_reduction_kernels {
-    /* Accelerations of a mechanism with loops; sets data->rank and data->near of each group. `regular`: directions that
-     * are about to be lost near a singular position are left out. Returns the link at which the reduced inertia is
-     * singular or the equations are not finite, or 0. */
+    /* Computes the accelerations of a mechanism with loops; sets data->rank and data->near of each group. `regular`:
+     * directions that are about to be lost near a singular position are left out. Returns the link at which the reduced
+     * inertia is singular or the equations are not finite, or 0. */
     size_t (*forward)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a);
     /* Fills the equations at (t, q), and `right` with -(A v + phi_t); if v is NULL, velocities are not considered.
@@ -18,16 +18,16 @@ typedef struct kt_reduction_kernels {
     bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
-    /* The least step (nv) with A step = right, as last factored: in coordinates (then only those of groups change), or
-     * in kinetic energy. Returns false if the inertia is singular. */
+    /* Computes the least step (nv) with A step = right, as last factored: in coordinates (then only those of groups
+     * change), or in kinetic energy. Returns false if the inertia is singular. */
     bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, double *step);
-    /* Multipliers of all equations for accelerations a, in the groups' work memory: those of the state of the last
-     * `forward`, whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL in the table for
-     * planar links. */
+    /* Computes the multipliers of all equations for accelerations a, in the groups' work memory: those of the state of
+     * the last `forward`, whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL in the
+     * table for planar links. */
     void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
-    /* The null spaces of the groups' equations as last factored, into their work memory; likewise NULL. */
+    /* Computes the null spaces of the groups' equations as last factored, into their work memory; likewise NULL. */
     void (*basis)(const kt_model *model, kt_data *data);
-    /* The wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
+    /* Computes the wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 } kt_reduction_kernels;
 

@@ -4,7 +4,7 @@
  * OpenBLAS starts its threads as soon as it is loaded. So that a program that never needs it has none of them, the
  * shared library does not link it: kt_lapack_open loads a module that does (lapack_load.c, lapack_table.c) when a model
  * is compiled or an analysis begins. The static library, and the shared one on systems without dlopen, link it
- * (lapack_call.c). A build without loops (KT_NO_LOOPS) does not have it, and functions that need it refuse.
+ * (lapack_call.c). A build without loops (KT_NO_LOOPS) does not contain it, and functions that need it return an error.
  */
 #ifndef KT_REDUCTION_LAPACK_H
 #define KT_REDUCTION_LAPACK_H
@@ -16,7 +16,7 @@
 /* One list gives the functions, the module's table and the calls through it: X(name, parameters, arguments).
  *
  * geqp3: A P = Q R with column pivoting; returns LAPACK's info.
- * ormqr: C = Q C or Q' C for the reflectors of geqp3; one by one where size, of `work`, is `columns` alone.
+ * ormqr: C = Q C or Q' C for the reflectors of geqp3; applied one by one if size, of `work`, is only `columns`.
  * gesvd: A (m x n) = U S V': all of U (m x m), the first min(m, n) rows of V' over A.
  * geevx: eigenvalues and the left and right vectors of A (n x n, overwritten; balanced first), as LAPACK packs them;
  *        norm: of the balanced matrix; condition: |w' x| for unit vectors of the balanced matrix; scale: n numbers.
@@ -44,8 +44,8 @@
 KT_LAPACK_LIST(KT_LAPACK_DECLARE)
 #undef KT_LAPACK_DECLARE
 
-/* Makes the functions above ready if they are not; before it they return an error. Any number of threads may call it at
- * once. Errors: KT_ERROR_UNSUPPORTED if LAPACK cannot be loaded. */
+/* Loads LAPACK unless it is loaded already; before this call the functions above return an error. Any number of threads
+ * may call it at once. Errors: KT_ERROR_UNSUPPORTED if LAPACK cannot be loaded. */
 kt_status kt_lapack_open(kt_error *error);
 
 /* What the module provides: its version, which must be the library's, and the functions. */

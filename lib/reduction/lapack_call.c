@@ -22,7 +22,7 @@ kt_status kt_lapack_open(kt_error *error) {
 
 int kt_lapack_geqp3(int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size) {
     for (int i = 0; i < n; i++)
-        pivot[i] = 0; /* every column is free to move */
+        pivot[i] = 0; /* LAPACK may permute every column */
     return LAPACKE_dgeqp3_work(LAPACK_COL_MAJOR, m, n, a, m, pivot, tau, work, size);
 }
 

@@ -1,5 +1,5 @@
-/* LAPACK for the shared library: loaded when it is first needed, from a module in the library's folder, or from where
- * the loader searches. Once loaded it stays: its threads could not be ended safely.
+/* LAPACK for the shared library: loaded when it is first needed, from a module in the library's folder or else in the
+ * loader's search path. It is never unloaded: its threads could not be ended safely.
  */
 #define _GNU_SOURCE /* dladdr */
 #include "reduction/lapack.h"
@@ -13,7 +13,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { KT_ROOM = 192 << 20 }; /* bytes that OpenBLAS is given to load in: see has_room */
+enum { KT_ROOM = 192 << 20 }; /* bytes that must be available for loading OpenBLAS: see has_room */
 
 /* The module's table, constant once it is known; every thread finds the same one. */
 static _Atomic(const kt_lapack_table *) loaded;
@@ -26,7 +26,7 @@ static _Atomic(const kt_lapack_table *) loaded;
 KT_LAPACK_LIST(KT_LAPACK_PASS)
 #undef KT_LAPACK_PASS
 
-/* The path of the module in the folder of this library; returns false if it is not there. */
+/* Writes the path of the module in the folder of this library; returns false if it is not there. */
 static bool find_beside(char *path, size_t size) {
     Dl_info own;
     if (dladdr((void *)&loaded, &own) == 0 || own.dli_fname == NULL)
@@ -39,7 +39,7 @@ static bool find_beside(char *path, size_t size) {
     return length > 0 && (size_t)length < size && access(path, F_OK) == 0;
 }
 
-/* If the process may not grow (ulimit -v), OpenBLAS asks for its buffers again and again and never returns. With one
+/* If the address space is limited (ulimit -v), OpenBLAS retries the allocation of its buffers without end. With one
  * thread it takes 120 MB (0.3.21, measured). */
 static bool has_room(void) {
     struct rlimit all, data;

@@ -1,10 +1,10 @@
 /* Assembly from a state far from closed: Levenberg-Marquardt (Marquardt 1963),
  *   (B'B + mu tr(B'B) 1) dy = -B' r
  * with mu lowered after a step that reduces |r| and raised after one that does not. Unlike a step by QR it needs no
- * rank: off the manifold redundant equations look independent, and contradictory ones have no solution. r are the
- * residuals and y the coordinates, each relative to its scale (a radian, or the length of the loops), so that
- * mechanisms of millimetres and of kilometres are closed alike; a step changes a coordinate by at most half its scale.
- * Each group is iterated independently of the others.
+ * rank: off the manifold redundant equations appear independent, and contradictory ones have no solution. r are the
+ * residuals and y the coordinates, each relative to its scale (a radian, or the length of the loops), so that the size
+ * of a mechanism, millimetres or kilometres, makes no difference; a step changes a coordinate by at most half its
+ * scale. Each group is iterated independently of the others.
  *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
@@ -119,8 +119,9 @@ static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
             gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.5 * before);
         return true;
     }
-    /* Near closure rounding hides what a damped step gains along a direction that is about to be lost: more damping would
-     * only stop there. Without any, the step closes it, if anything does. */
+    /* Near closure rounding errors hide the decrease that a damped step achieves along a direction that is about to be
+     * lost: more damping would only end the iteration there. The undamped step closes the gap along it, if any step
+     * does. */
     const bool near = before <= 1e-24 * (double)w->k, undamped = *mu <= UNDAMPED;
     *mu = near ? UNDAMPED : *mu * 10.0;
     data->settled[g] = rounding || (near && undamped) || *mu > 1e12;
@@ -141,7 +142,7 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
     return true;
 }
 
-/* Iterates until all groups are settled; q is finite and stays so. In the end the equations are those at q. */
+/* Iterates until all groups are settled; q is finite and stays so. On return the equations are those at q. */
 static void descend(const kt_model *model, kt_data *data, double t, const bool *held, double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
@@ -172,7 +173,8 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
     }
 }
 
-/* Groups that are not closed are reset to their start and displaced by `size` of their units. */
+/* Resets the groups that are not closed to their positions in `from`, displaced by up to scatter[start] of their
+ * units. */
 static void start_elsewhere(const kt_model *model, kt_data *data, const bool *held, const double *from, int start,
                             double *q) {
     memset(data->delta, 0, model->n.v * sizeof(double));
@@ -201,7 +203,7 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
     double least = (double)INFINITY;
     int best = 0;
     memcpy(from, q, model->n.q * sizeof *q);
-    for (int start = 0; start <= STARTS; start++) { /* after the last one the best again, so that its gap is reported */
+    for (int start = 0; start <= STARTS; start++) { /* the last pass repeats the best start, to report its gap */
         if (start)
             start_elsewhere(model, data, held, from, start < STARTS ? start : best, q);
         if (!begin(model, data, t, held, q))

@@ -52,8 +52,8 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
-/* Needs the multipliers and the links' poses. Adds to bodies (one wrench a body, about its origin); writes loops (one
- * wrench a loop, on the second end at the first end's point). */
+/* Requires the multipliers and the links' poses. Adds to bodies (one wrench for each body, about its origin); writes
+ * loops (one wrench for each loop, on the second end about the first end's point). */
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];

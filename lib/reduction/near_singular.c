@@ -5,7 +5,7 @@
  * left by rounding and the distance x to the position, a motion at speed v seems to accelerate sideways by
  * 2 c v^2 / x^3. So near a singular position (KT_NEAR_SINGULAR) the acceleration is interpolated from six neighbouring
  * states of the motion. Let (q, v)(s) be any smooth family of states on the manifold with (q, v)(0) the given one: then
- * a(s) is smooth, and a(0) is wanted. The states are q (+) s v and v, both projected, for s = -3, -2, -1, 1, 2 and 3
+ * a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3, -2, -1, 1, 2 and 3
  * times h:
  *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20      a6: the sixth derivative
  * with h such that the fastest coordinate moves by 0.02 of its unit: the error is 3e-12 a6, and rounding errors at the
@@ -59,8 +59,8 @@ static bool is_clear(const kt_model *model, const kt_data *data) {
     return true;
 }
 
-/* The acceleration at the neighbouring state dt away along the motion, into `out`. Returns false if the acceleration
- * cannot be computed there. */
+/* Computes the acceleration at the neighbouring state dt away along the motion, into `out`. Returns false if the
+ * acceleration cannot be computed there. */
 static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
@@ -78,7 +78,7 @@ static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
            is_clear(model, data);
 }
 
-/* The acceleration from six neighbouring states; returns false if one of them cannot be computed. */
+/* Interpolates the acceleration from six neighbouring states; returns false if one of them cannot be computed. */
 static bool interpolate(const crossing *c, double dt, double *a) {
     static const double node[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
     static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
@@ -94,8 +94,8 @@ static bool interpolate(const crossing *c, double dt, double *a) {
     return true;
 }
 
-/* The velocities of the coordinates that move, into `direction`. Returns the largest of these speeds relative to its
- * unit, and in *pull the largest acceleration. */
+/* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
+ * its unit, and in *pull the largest acceleration, relative to its unit, too. */
 static double choose_direction(const crossing *c, const double *a, double *direction, double *pull) {
     const kt_model *model = c->model;
     double speed = 0.0;

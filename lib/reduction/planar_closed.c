@@ -27,8 +27,7 @@ static void fill_moving(const kt_model *model, kt_data *data, size_t g, const do
     fill_group(model, data, g, true, q, v, t);
 }
 
-/* ---- the recursion in the planes ----------------------------------------------------------------------------------
- */
+/* ---- the recursion in the planes --------------------------------------------------------------------------------- */
 
 static void pose(const kt_model *model, kt_data *data, const double *q) {
     kt_planar_motion *motion = data->planar;
@@ -39,7 +38,7 @@ static void pose(const kt_model *model, kt_data *data, const double *q) {
                        &motion[k]);
 }
 
-/* Velocities from given poses, and what else kt_planar_articulated_motion sets. */
+/* Computes velocities from given poses, and everything else that kt_planar_articulated_motion sets. */
 static void move(const kt_model *model, kt_data *data, const double *v) {
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
@@ -51,7 +50,8 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
     }
 }
 
-/* One group in the backward pass; `top` is its parent's planar index. On the ground this gives its accelerations. */
+/* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
+ * accelerations. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
                         const double *tau, double *a) {
     const kt_group *group = &model->group[g];
@@ -69,8 +69,8 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t
     return true;
 }
 
-/* The same for a group of one pin, whose equations have not been filled; returns false if it needs the general method.
- */
+/* Does the same for a group of one pin, whose equations have not been filled; returns false if it needs the general
+ * method. */
 static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
                       const double *v, const double *tau, double *a) {
     const kt_group *group = &model->group[g];
@@ -91,8 +91,8 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
     }
 }
 
-/* What groups need besides the arguments of the recursion. If v is not NULL, groups of one pin are solved in closed
- * form for these velocities; otherwise they have been factored like all others. */
+/* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
+ * in closed form for these velocities; otherwise they have been factored like all others. */
 typedef struct closure {
     const kt_model *model;
     kt_data *data;

@@ -11,8 +11,9 @@
 
 enum { KT_PLANAR_WIDTH = 3 };
 
-/* Accelerations A0 that the velocities alone give while the parent's is zero (in response->bias_linear), and the
- * corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus gravity. */
+/* Computes the accelerations A0 that the velocities alone give while the parent's is zero (in response->bias_linear),
+ * and the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus
+ * gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         double ax, double ay) {
     const int32_t *index = model->group_link + group->link, count = group->link_count,
@@ -49,8 +50,8 @@ KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data,
     return u[0] * fx + u[1] * fy;
 }
 
-/* The columns of M, and if the parent (top) accelerates of F, for the degree of freedom of the link with planar index
- * k, whose composite c is complete. */
+/* Computes the column of M, and if the parent (top) accelerates that of F, for the degree of freedom of the link with
+ * planar index k, whose composite inertia c is complete. */
 KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
                                       int32_t k, const kt_planar_inertia *c) {
     const kt_planar_link *link = &model->planar[k];
@@ -87,7 +88,8 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
     coupling[2] = fy;
 }
 
-/* M, F and tau - h; if the parent accelerates, `total` is the inertia and bias wrench on it while x = 0: (Ic, W). */
+/* Computes M, F and tau - h; if the parent accelerates, `total` is the inertia and bias wrench on it while x = 0: (Ic,
+ * W). */
 static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
                                             const kt_group_work *w, int32_t top, const double *tau,
                                             kt_planar_inertia *total) {
@@ -128,7 +130,8 @@ static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar
     kt_planar_add(parent, total);
 }
 
-/* Accelerations of the group's coordinates from those of the parent, which has the planar index `top`, into a. */
+/* Writes the accelerations of the group's coordinates, which follow from those of the parent with the planar index
+ * `top`, to a. */
 static inline void kt_planar_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
                                            const kt_group_work *w, int32_t top, double *a) {
     const int m = w->m;

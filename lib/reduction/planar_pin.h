@@ -1,7 +1,7 @@
 /* The smallest planar constraint group, solved in closed form: three coordinates x, and one pin that holds two points
  * together (four-bars, slider-cranks). One degree of freedom remains.
  *
- * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as the loop's rows see it: J times the lever to p2 for a
+ * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as it enters the loop's rows: J times the lever to p2 for a
  * revolute joint, the direction of a prismatic one. (The rows are taken along e1 and e2, which changes no solution.)
  * With a x b = a_x b_y - a_y b_x for vectors in the plane and A = [c_1 c_2 c_3],
  *   null vector                 n  = (c_2 x c_3, c_3 x c_1, c_1 x c_2)
@@ -106,7 +106,8 @@ KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int f
     }
 }
 
-/* Computes n and x0; returns false near a singular position. `usual` is that of the group. */
+/* Computes n and x0; returns false near a singular position. usual: the usual size of the group's last independent
+ * direction. */
 KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
     const kt_v2 *c = p->c, b = -p->drift;
     const kt_v2 squares = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
@@ -116,7 +117,7 @@ KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
     n[1] = kt_pin_cross(c[2], c[0]);
     n[2] = kt_pin_cross(c[0], c[1]);
     const double nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    /* the size of the last direction in QR is |n| over the longest row of A, which is not longer than all of A */
+    /* the size of the last direction in QR is |n| divided by the norm of the longest row of A, at most that of A */
     if (!(nn > small * small * all && nn > KT_RANK_TOLERANCE * (all * all)))
         return false;
     const double one = 1.0 / nn, bx = b[0] * one, by = b[1] * one;
@@ -151,7 +152,7 @@ KT_INLINE kt_v2 kt_pin_apply(const kt_planar_inertia *x, kt_v2 u) {
     return (kt_v2){x->xx, x->yy} * u + kt_v2_splat(x->xy) * kt_v2_swap(u);
 }
 
-/* Sums over the links: D, the virtual power of the wrenches along n, and on a moving parent the momentum p (about its
+/* Sums over the links: D, the virtual power of the wrenches along n, and if the parent moves the momentum p (about its
  * origin), Ic and W. */
 typedef struct kt_pin_sum {
     double inertia, power, carried, moment; /* `carried`: the scale that D is compared with */
@@ -246,7 +247,7 @@ KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group
     return true;
 }
 
-/* As kt_planar_group_respond. */
+/* Does the same as kt_planar_group_respond, for a group of one pin. */
 KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const kt_group *group, int32_t top,
                               double *a) {
     const kt_planar_motion *up = &data->planar[top];

@@ -1,4 +1,4 @@
-/* The equations of a group's loops in a plane: A', phi, phi_t and b'' as in rows.h, with two numbers a vector.
+/* The equations of a group's loops in a plane: A', phi, phi_t and b'' as in rows.h, for vectors of two components.
  *
  * J u = (-u_y, u_x) is u rotated by a right angle, so that w x u = w J u. The velocities alone give no angular
  * acceleration in a plane. Let d = p2 - p1 be the vector between the ends' points, w1 and w2 the ends' angular
@@ -75,7 +75,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
     end->linear[1] = ay - w * w * end->arm[1];
 }
 
-/* What the rows of a loop have in common. */
+/* The quantities that the rows of a loop share. */
 typedef struct kt_planar_relative {
     double d[2], rate[2], linear[2]; /* d; d'; a2 - a1 */
     double seen[2];                  /* a2 - a1 - 2 w1 J u + w1^2 d */
@@ -206,7 +206,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
     return count;
 }
 
-/* Before ranks are known, void rows have indices too: all or none. */
+/* Before ranks are known, void rows have indices, too: either all void rows of a loop have one, or none has. */
 KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
     if (!flat->void_count || slot[flat->row[flat->count].row] < 0)
         return;
@@ -219,7 +219,7 @@ KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop 
     }
 }
 
-/* A' of one path. (ax, ay) is the vector from the origin of the end's link to the second end's point. */
+/* Writes A' of one path. (ax, ay) is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
                                    double ax, double ay) {
@@ -262,7 +262,7 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
     kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm[0], end[1].arm[1]);
 }
 
-/* As kt_rows_fill. */
+/* Does the same as kt_rows_fill, in the plane. */
 KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
                                    bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];

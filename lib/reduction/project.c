@@ -104,7 +104,7 @@ static kt_closure push_velocities(const kt_model *model, kt_data *data, bool reg
     return KT_CLOSURE_DONE;
 }
 
-/* Needs the equations and their violations in `right`. */
+/* Requires filled equations and their violations in `right`. */
 static kt_closure close_velocities(const kt_model *model, kt_data *data, double *v, bool *changed,
                                    kt_violation *violation) {
     if (violation->slip <= KT_CLOSED * violation->speed)
@@ -151,11 +151,11 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
                : KT_CLOSURE_OPEN;
 }
 
-/* A dead point: where one direction of a group is lost, and what its drives ask for is asked along that direction, no
- * velocities fit, and on the way there they grow like 1 / sqrt(t* - t), until rounding lets a step leap to where the
- * drives push back again. Where a motion goes through a singular position its velocities stay finite, and what is asked
- * for along the lost direction vanishes with its size. So near the position (KT_DEAD) the rates of the drives are held
- * against what the other directions alone can follow. */
+/* At a dead point one direction of a group is lost, and the drives prescribe a rate along it. No velocities satisfy the
+ * equations there. Towards it they grow like 1 / sqrt(t* - t), until rounding errors let a step jump to positions where
+ * the drives move the mechanism back again. If a motion passes through a singular position instead, its velocities stay
+ * finite, and the prescribed rate along the lost direction vanishes with the size of that direction. So near the
+ * position (KT_DEAD) the rates of the drives are compared with those that the other directions alone can follow. */
 static bool is_dead(const kt_group_work *w, const double *missed) {
     double most = 0.0, rate = 0.0;
     for (int r = 0; r < w->k; r++) {
@@ -165,8 +165,8 @@ static bool is_dead(const kt_group_work *w, const double *missed) {
     return most > KT_DEAD_SHARE * rate;
 }
 
-/* Whether a direction of a group is all but lost, as last factored with all directions counted. Of groups that have no
- * equations but those of positions it is not asked: a search for positions ahead tells where they end
+/* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations
+ * are all holonomic are not tested: for them a search for later positions finds where the motion ends
  * (simulation/fail.c). */
 static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
@@ -174,8 +174,8 @@ static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
            (data->rank[g] < group->rank[KT_ROWS_ALL] || data->last[g] < KT_DEAD * group->usual[KT_ROWS_ALL]);
 }
 
-/* Needs the equations as a projection leaves them; where this is a dead point, `right` has what cannot be followed, and
- * zeros in other groups. */
+/* Whether the state is a dead point. Requires the equations as a projection leaves them; at a dead point `right` then
+ * holds the rates that cannot be followed, and zeros in other groups. */
 static bool is_dead_point(const kt_model *model, kt_data *data) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
@@ -201,8 +201,7 @@ static bool is_dead_point(const kt_model *model, kt_data *data) {
     return dead;
 }
 
-/* ---- messages ------------------------------------------------------------------------------------------------------
- */
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
 
 /* The gap of one loop as last filled: its largest residual, or if `moving` its largest `right`; relative to its scale
  * in *relative. */
@@ -223,7 +222,7 @@ static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_r
     return largest;
 }
 
-/* "0.12 m", "34 deg", "0.12 m and 34 deg": how far a loop is open, lengths and angles each by their largest. */
+/* "0.12 m", "34 deg", "0.12 m and 34 deg": how far a loop is open, by the largest length and the largest angle. */
 typedef struct gap_text {
     char text[64];
 } gap_text;
@@ -314,8 +313,7 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
                         others ? " and others" : "");
 }
 
-/* ---- calls ---------------------------------------------------------------------------------------------------------
- */
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
 
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error) {
@@ -376,7 +374,8 @@ static void remember(kt_data *data) {
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
                            bool *moved, kt_error *error) {
     kt_violation violation;
-    /* What the data were used for before must not decide: a dead point is looked for where this projection factors. */
+    /* The result must not depend on earlier uses of the data: a dead point is sought only in groups that this
+     * projection factors. */
     if (model->driven)
         memset(data->near, 0, model->n.group * sizeof *data->near);
     kt_closure closure =

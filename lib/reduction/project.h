@@ -16,8 +16,9 @@
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
 
-/* A direction below this part of its usual size, and what of the drives' rates the other directions then miss: a dead
- * point (project.c). The motion would have to be KT_DEAD_SHARE / KT_DEAD = 1000 times as fast as usual. */
+/* A state is a dead point (project.c) if a direction of a group is smaller than the fraction KT_DEAD of its usual size,
+ * and the other directions miss more than the fraction KT_DEAD_SHARE of the drives' rates. To follow them, the motion
+ * would have to be 1000 times as fast as usual, KT_DEAD_SHARE / KT_DEAD. */
 #define KT_DEAD 1e-4
 #define KT_DEAD_SHARE 0.1
 
@@ -29,15 +30,15 @@ typedef enum kt_closure {
     KT_CLOSURE_DEAD
 } kt_closure;
 
-/* Scales quaternions to unit norm; those within rounding of it keep their bits (another division would only make them
- * wander). Returns false if one is zero or not finite. */
+/* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
+ * drift). Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);
 
-/* What a state that is not finite is refused with: the number that is to blame, or that a number is huge. */
+/* Returns the error of a state that is not finite: it names the number at fault, or says that a number is too large. */
 kt_status kt_state_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
 
-/* kt_state_project and kt_state_assemble of a model with loops, in place; `given`: the positions as they were given. `input`
- * is for messages. */
+/* The in-place forms of kt_state_project and kt_state_assemble for a model with loops; `given` are the positions before
+ * the assembly. `input` is used in messages. */
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
                            bool *moved, kt_error *error);
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
@@ -61,8 +62,8 @@ bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double 
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error);
 
-/* What velocities are apart by where all equations give way alike, into `right`: as factored, one of some that
- * contradict each other would have it all. */
+/* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
+ * several that contradict each other would have all of it. */
 void kt_velocity_gaps_share(const kt_model *model, const kt_data *data);
 
 /* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
@@ -70,7 +71,7 @@ void kt_velocity_gaps_share(const kt_model *model, const kt_data *data);
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
                               kt_error *error);
 
-/* The state q, v as it is assembled at the start; untouched where that cannot be done. */
+/* Assembles the initial state into q and v; leaves them untouched if that fails. */
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
 
 #endif

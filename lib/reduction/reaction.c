@@ -32,7 +32,7 @@ static void load(const kt_model *model, kt_data *data, double t, const double *q
     kernels->react(model, data, t, data->loaded, data->loop_wrench);
 }
 
-/* The first wrench that is not finite; count: none. */
+/* Returns the index of the first wrench that is not finite, or count if there is none. */
 static size_t find_not_finite(const kt_wrench *wrenches, size_t count) {
     size_t i = 0;
     while (i < count && kt_vec3_is_finite(wrenches[i].moment) && kt_vec3_is_finite(wrenches[i].force))
@@ -79,7 +79,7 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, con
                            : status;
 }
 
-/* The multiplier of an equation of a loop; zero for equations that no group keeps. */
+/* The multiplier of an equation of a loop; zero for equations that no group contains. */
 static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
     const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
     return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;

@@ -1,4 +1,5 @@
-/* What the files of the reduction share: a group's matrices, and the kinds of factorisation of its equations.
+/* Declarations that the files of the reduction share: a group's matrices, and the kinds of factorisation of its
+ * equations.
  *
  * A group has k equations A x = b in the m coordinates x of its links. All matrices are column-major.
  */
@@ -43,7 +44,7 @@ typedef struct kt_group_work {
      * choice is the same at all stages of a step: at stages, off the manifold, each choice gives another acceleration,
      * and a method of any order would fall to the second. The weights are powers of two, so that nothing is rounded. */
     const double *weight;
-    double least; /* the least size that the largest direction counts as */
+    double least; /* lower bound of the size that the largest direction counts as */
 #define KT_GROUP_DECLARE(name, count, meaning) double *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
@@ -52,8 +53,8 @@ typedef struct kt_group_work {
 /* From this number of coordinates on LAPACK factors faster than a plain loop (bench/scaling). */
 enum { KT_LARGE = 40 };
 
-/* Numbers that LAPACK wants as workspace for an m x k matrix: enough for dgeqp3, dgesvd and dormqr (which asks for 65 x
- * 64 more where it works in blocks) in blocks of 32. */
+/* The number of doubles that LAPACK needs as workspace for an m x k matrix: enough for dgeqp3, dgesvd and dormqr (which
+ * needs 65 x 64 more where it works in blocks) in blocks of 32. */
 static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
 }
@@ -90,7 +91,7 @@ static inline bool kt_group_is_planar(const kt_model *model, const kt_group *gro
     return (size_t)model->group_link[group->link] >= model->n.spatial;
 }
 
-/* How much the equations are violated: the largest of all. */
+/* The largest violations of the equations. */
 typedef struct kt_violation {
     double position; /* m or rad, over holonomic equations */
     double gap;      /* the same, each relative to its scale: decides about closure */
@@ -111,7 +112,7 @@ static inline void kt_group_position_residuals(const kt_group_work *w, kt_violat
     for (int r = 0; r < w->k; r++) {
         const double x = fabs(w->residual[r]);
         violation->gap = fmax(violation->gap, x / w->scale[r]);
-        if (x > violation->position || isnan(x)) /* a NaN is not lost */
+        if (x > violation->position || isnan(x)) /* keeps a NaN */
             violation->position = x;
     }
 }
@@ -147,7 +148,7 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
 /* x (m): a solution of the independent equations of A x = b (k). */
 typedef void kt_particular(const kt_group_work *w, int rank, const double *b, double *x);
 
-/* Lays a group's matrices out; returns the numbers that they take. */
+/* Lays a group's matrices out; returns the number of doubles that they take. */
 size_t kt_group_layout(kt_group *group);
 
 /* w->basis: m x (m - rank), A basis = 0. */

@@ -1,9 +1,9 @@
 /* The equations of a group's loops in its coordinates: A', phi, phi_t and b''.
  *
  * The ends are computed from the loop's ancestor along its two paths, so that no digits are lost far from the world's
- * origin, and no motion that carries the whole loop enters. The entry of a row with the wrench (n, f) on the second
- * end, about its point, for a degree of freedom with angular velocity s and velocity u of that point is n . s + f . u,
- * with the opposite sign on the first path.
+ * origin, and motions of the loop as a whole do not enter. The entry of a row with the wrench (n, f) on the second end,
+ * about its point, for a degree of freedom with angular velocity s and velocity u of that point is n . s + f . u, with
+ * the opposite sign on the first path.
  */
 #ifndef KT_REDUCTION_ROWS_H
 #define KT_REDUCTION_ROWS_H
@@ -74,7 +74,7 @@ KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
                 p->sign * (kt_v4_dot(p->rows[r].moment, s) + kt_v4_dot(p->rows[r].force, u));
 }
 
-/* A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
+/* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                             const kt_loop_record *loop, int k, const int32_t *slot, const kt_loop_row *rows, int count,
                             kt_v4 arm) {
@@ -139,8 +139,8 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
     w->right[slot] = -row.drift;
 }
 
-/* A', phi and phi_t of a group, with the scales of the residuals, and if `moving` b''. Needs the links' poses, and if
- * `moving` velocities and c. */
+/* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and
+ * if `moving` velocities and c. */
 static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
                                 bool moving, const double *q, const double *v, double t) {
     const kt_group *group = &model->group[g];

@@ -1,5 +1,5 @@
-/* States of a whole mechanism: quaternions have unit norm, and where there are loops they are closed: after a step by a
- * projection (project.c), at the start by an assembly (assemble.c). */
+/* States of a whole mechanism: quaternions have unit norm, and loops are closed, after a step by a projection
+ * (project.c) and at the start by an assembly (assemble.c). */
 #include "reduction/project.h"
 
 #include "dynamics/dynamics.h"
@@ -35,8 +35,8 @@ kt_status kt_state_refuse_not_finite(const kt_model *model, double t, const kt_i
     return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
 }
 
-/* How far the velocities in loops were off before the projection: with steps that fit the motion, by the error of a step;
- * where a step has led over a dead point, by as much as they are. */
+/* Measures the error of the velocities in loops before the projection. With steps that resolve the motion it is the
+ * error of a step; after a step across a dead point it is as large as the velocities themselves. */
 static void measure_correction(const kt_model *model, kt_data *data, const double *from, const double *to) {
     data->correction = data->fastest = 0.0;
     for (size_t i = 0; i < model->n.group_v; i++) {

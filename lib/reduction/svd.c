@@ -1,4 +1,4 @@
-/* Singular values: A' = U S V', A = V S U' (Golub & Kahan 1965).
+/* Singular value decomposition: A' = U S V', A = V S U' (Golub & Kahan 1965).
  *
  *   particular:  x = U1 S1^-1 V1' b, the least solution
  *   basis:       U2

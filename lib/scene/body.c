@@ -1,4 +1,4 @@
-/* Bodies: the list, and what each of them is. */
+/* Bodies: the list, and the keys of each. */
 #include "scene/part.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@ static bool same_mass(const kt_field *field, const void *object, const void *sta
     return !body->com_of_shape && !body->inertia_of_shape && kt_number_same(field, object, standard);
 }
 
-/* Whether `mass` and `shape` are both written, so that a com or an inertia that is not would be the shape's. */
+/* Whether `mass` and `shape` are both written, so that a com or an inertia that is not written would be the shape's. */
 static bool shape_has_mass(const kt_body *body, const kt_body *standard) {
     bool has_mass =
         body->com_of_shape || body->inertia_of_shape || !kt_same_bits(&body->mass, &standard->mass, sizeof body->mass);

@@ -1,4 +1,4 @@
-/* The faults that kt_description_check finds, reported at their places in the file.
+/* The faults that kt_description_check finds, reported at their positions in the file.
  *
  * A fault comes with the item and the key that it is about. The item's node is known, and the key is looked up in it,
  * so that nothing is stored for the many keys that are right. A fault that follows from one of form, which has been
@@ -50,7 +50,8 @@ static kt_node *child(kt_node *node, int sub) {
     return found;
 }
 
-/* Follows "joint.axis" from the item as far as the file goes. also: what the last word may be written as; or NULL. */
+/* Follows a path such as "joint.axis" from the item as far as the file contains it. also: another spelling of the last
+ * word, or NULL. */
 static kt_node *follow(kt_node *node, const char *field, const char *also, int sub) {
     while (*field != '\0') {
         size_t length = strcspn(field, ".");
@@ -80,7 +81,7 @@ static bool is_reference(const kt_place *place, const kt_key *key) {
            key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
 }
 
-/* Whether a field names a body of which too little could be read to say that the name is wrong. */
+/* Whether a field names a body of which too little could be read to decide that the name is wrong. */
 static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *node) {
     if (!is_reference(place, key))
         return false;
@@ -125,8 +126,8 @@ static bool leans_on_faulty(const kt_place *place, const kt_node *item) {
     return false;
 }
 
-/* Whether the fault is, or may come from, one of form. A key that stands there and can be read speaks for itself; one
- * that does not may stand there misspelt. */
+/* Whether the fault is, or may come from, one of form. A key that is present and can be read is itself at fault; one
+ * that is absent may be present but misspelt. */
 static bool is_known(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *item,
                      const kt_node *node) {
     static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
@@ -162,7 +163,7 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
     (void)kt_fault_put(r, error->code, node->line, node->column, "%s%s", where.text, error->message);
 }
 
-/* Whether the file says what the tree and its loops are: a key that is misspelt may have said more. */
+/* Whether the file defines the tree and its loops completely: a misspelt key may have defined more of them. */
 static bool is_tree_known(const kt_reader *r) {
     for (const kt_node *node = r->root->of.first; node != NULL; node = node->next)
         if (node->faulty)
@@ -171,8 +172,8 @@ static bool is_tree_known(const kt_reader *r) {
            !kt_node_is_faulty(kt_node_find(r->root, "loops"));
 }
 
-/* Faults that only the whole mechanism shows are reported by its compilation. If there are other faults, so that there will be
- * none, they are looked for here, as long as there is room for more faults. It takes the memory of a compilation. */
+/* Faults that only the whole mechanism shows are reported by its compilation. If other faults prevent the compilation,
+ * they are searched for here, as long as there is room for more faults. This takes the memory of a compilation. */
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_checking c = {r, description};
     kt_error error;

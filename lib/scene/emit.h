@@ -1,4 +1,4 @@
-/* YAML in the layout of scene-files.md, to a stream. All of it needs the C locale in force. */
+/* YAML in the layout of scene-files.md, to a stream. All functions require the C locale. */
 #ifndef KT_SCENE_EMIT_H
 #define KT_SCENE_EMIT_H
 
@@ -12,12 +12,12 @@ enum { KT_EMIT_DEPTH_MAX = 16 };
 
 typedef struct kt_emit_level {
     bool list; /* else a mapping */
-    bool flow; /* [a, b] or {a: b} in one line; else a line each */
+    bool flow; /* [a, b] or {a: b} in one line; else one line for each item */
     int count; /* items or keys so far */
     int indent;
 } kt_emit_level;
 
-/* A struct of zeros writes nothing: it finds what cannot be written. */
+/* An emitter of zeros writes nothing: it only finds what cannot be written. */
 typedef struct kt_emitter {
     FILE *stream;   /* NULL: none */
     kt_error fault; /* the first thing that cannot be written */
@@ -26,21 +26,21 @@ typedef struct kt_emitter {
     kt_emit_level levels[KT_EMIT_DEPTH_MAX];
 } kt_emitter;
 
-/* Notes what cannot be written; the first counts. */
+/* Records what cannot be written; the first such fault is kept. */
 void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
 
-/* A mapping, or a list, up to its end. Within a flow level everything is flow. The outermost mapping is a block. */
+/* Begin a mapping or a list, and end it. Within a flow level everything is flow. The outermost mapping is a block. */
 void kt_emit_map(kt_emitter *e, bool flow);
 void kt_emit_list(kt_emitter *e, bool flow);
 void kt_emit_end(kt_emitter *e);
 
-/* In a mapping: a key, before its value; one that opens a section, after a blank line; one that is somebody's name, in
- * quotes where it needs them. */
+/* Write a key of a mapping, before its value: a plain one; one that opens a section, after a blank line; one that is a
+ * name, in quotes where it needs them. */
 void kt_emit_key(kt_emitter *e, const char *key);
 void kt_emit_section(kt_emitter *e, const char *key);
 void kt_emit_name(kt_emitter *e, const char *name);
 
-/* Values. A text gets quotes where YAML would read it as something else; a word never. */
+/* Write values. A text gets quotes where YAML would read it as something else; a word never does. */
 void kt_emit_text(kt_emitter *e, const char *text);
 void kt_emit_word(kt_emitter *e, const char *word);
 void kt_emit_pair(kt_emitter *e, const char *body, const char *marker); /* BODY.MARKER; valid names need no quotes */

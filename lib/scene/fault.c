@@ -35,7 +35,7 @@ void kt_phrase_add(kt_phrase *phrase, const char *format, ...) {
 
 /* ---- the list of faults ------------------------------------------------------------------------------------------ */
 
-/* Room for one fault more; NULL where there is none, or where enough have been reported. */
+/* Returns room for one more fault; NULL if there is no memory, or if enough have been reported. */
 static kt_fault *next_fault(kt_reader *r) {
     if (r->fault_count == KT_FAULT_COUNT_MAX) {
         r->fault_dropped++;
@@ -95,7 +95,7 @@ void kt_fault_sort(kt_reader *r) {
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-/* Adds what is between the innermost noun and here, and says whether it added anything. */
+/* Adds the path from the innermost noun to this scope, and returns whether it added anything. */
 static bool add_path(kt_phrase *phrase, const kt_scope *scope) {
     if (scope == NULL || scope->noun != NULL)
         return false;
@@ -139,7 +139,7 @@ bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *n
     return false;
 }
 
-/* What a scalar is, and how to mend it, where a number was wanted. */
+/* Describes a scalar that stands where a number was expected, and how to mend it. */
 static void describe_scalar(kt_phrase *phrase, const kt_node *node) {
     double value;
     const char *text = node->of.text;

@@ -1,5 +1,5 @@
-/* Mappings by table: one list of keys reads, writes, compares and suggests. Where a mapping has types, its keys are those
- * of the table and those of the type's descriptor. */
+/* Mappings by tables: one list of keys serves reading, writing, comparing and suggesting. If a mapping has types, its
+ * keys are those of the table and those of the type's descriptor. */
 #include "scene/number.h"
 #include "scene/reader.h"
 
@@ -48,7 +48,7 @@ int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_
 
 /* ---- the fields of a mapping ------------------------------------------------------------------------------------- */
 
-/* Those of the table, and those of a type. */
+/* The fields of the table, and those of a type. */
 typedef struct kt_fields {
     kt_field field[KT_TABLE_COUNT_MAX];
     int count;
@@ -100,7 +100,7 @@ static void list_fields(kt_fields *fields, const kt_table *table, int type) {
         add_type(fields, table, type);
 }
 
-/* Of a mapping whose type is not known: the keys of all types. */
+/* Lists the keys of all types, for a mapping whose type is not known. */
 static void list_all_fields(kt_fields *fields, const kt_table *table) {
     list_fields(fields, table, -1);
     for (int type = table->types->first; type < table->types->count; type++)
@@ -125,7 +125,7 @@ static int type_of(const kt_table *table, const void *object) {
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
-/* One reading of a mapping. */
+/* The state of reading a mapping. */
 typedef struct kt_reading {
     kt_reader *r;
     const kt_scope *scope;
@@ -165,7 +165,7 @@ static void report_unknown(kt_reading *reading, kt_node *key) {
     kt_fault_at(r, KT_ERROR_SCENE, reading->scope, key, "unknown key %s; %s", kt_name_quote(word).text, mend.text);
 }
 
-/* Reports a key that other types have; false where none has it. */
+/* Reports a key that other types have; returns false if none has it. */
 static bool report_misplaced(const kt_reading *reading, kt_node *key) {
     const kt_table *table = reading->table;
     const kt_choice *types = table->types;
@@ -249,7 +249,8 @@ static void report_missing(const kt_reading *reading, kt_node *map) {
                 missing.text, count > 1 ? "are" : "is", mend.text);
 }
 
-/* The type decides which other keys there are and what they mean, wherever it stands. */
+/* The type is read first, wherever it stands in the mapping: it decides which other keys there are and what they
+ * mean. */
 static void read_type(kt_reading *reading, const kt_node *map) {
     const kt_table *table = reading->table;
     reading->type_is_known = table->types == NULL;

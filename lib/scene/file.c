@@ -16,7 +16,7 @@ static kt_status refuse(kt_error *error, const char *path, int number) {
     return kt_error_set(error, KT_ERROR_FILE, path, "cannot be read: %s", reason);
 }
 
-/* What a path leads to that is no regular file; a socket could not be opened. */
+/* The kind of a file that is not a regular one; a socket could not have been opened. */
 static const char *kind_of(mode_t mode) {
     return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a pipe" : "a device";
 }
@@ -33,7 +33,7 @@ static kt_status check_kind(const char *path, int file, kt_error *error) {
     return KT_OK;
 }
 
-/* Up to the end of the file, wherever that is: it may grow, and some report no size. */
+/* Reads up to the end of the file without relying on its size: the file may grow, and some report no size. */
 static kt_status read_all(const char *path, int file, char **text, size_t *size, kt_error *error) {
     size_t room = 1 << 16, length = 0;
     char *bytes = malloc(room);

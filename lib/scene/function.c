@@ -77,7 +77,7 @@ static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE, KT_FUN
                                                         KT_FUNCTION_TABLE};
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
 
-/* The one form that the mapping has; NONE after reporting what is wrong. */
+/* Returns the one form that the mapping has; NONE after reporting what is wrong. */
 static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
     int found = -1;
     for (int i = 0; i < FORM_COUNT; i++) {

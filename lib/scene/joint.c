@@ -25,7 +25,7 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
 }
 
 /* The index of the quaternion among the positions; -1 if there is none. Positions and velocities before it are written
- * apart from it. */
+ * separately. */
 static int quaternion_of(const kt_joint *joint) {
     const int nq = position_counts[joint->type];
     return nq > velocity_counts[joint->type] ? nq - 4 : -1;
@@ -33,7 +33,7 @@ static int quaternion_of(const kt_joint *joint) {
 
 /* ---- positions --------------------------------------------------------------------------------------------------- */
 
-/* A quaternion as a list or as any rotation. */
+/* Reads a quaternion, written as a list or as any rotation. */
 static bool read_orientation(kt_reader *r, const kt_scope *scope, kt_node *node, double q[4]) {
     if (node->kind == KT_NODE_LIST)
         return kt_read_quaternion(r, scope, node, q);
@@ -90,7 +90,7 @@ static bool same_rates(const kt_field *field, const void *object, const void *st
 
 static const kt_kind kind_turn = {read_turn, write_turn, same_turn}, kind_rates = {read_rates, write_rates, same_rates};
 
-/* What is given is written, zero or not. */
+/* A given part is written, zero or not. */
 static bool is_given(const kt_joint *joint, unsigned part) { return (joint->given & part) != 0; }
 
 static bool same_place(const kt_field *field, const void *object, const void *standard) {
@@ -105,7 +105,7 @@ static bool same_angular(const kt_field *field, const void *object, const void *
     return !is_given(object, KT_GIVEN_ANGULAR) && same_rates(field, object, standard);
 }
 
-/* Of a joint with three positions and a quaternion. */
+/* The fields of the position of a joint with three positions and a quaternion. */
 #define AT(member) .offset = offsetof(kt_joint, member)
 static const kt_field free_position_fields[] = {
     {.key = "position", .kind = &kt_kind_vector, AT(position[0]), .same = same_place},
@@ -196,7 +196,8 @@ static void write_velocity(kt_emitter *e, const kt_field *field, const void *obj
         write_coordinates(e, joint->velocity, velocity_counts[joint->type]);
 }
 
-/* All coordinates at rest are zeros, those that a type does not have too. A quaternion of zeros is not given. */
+/* By default all coordinates are zeros, including those that the type does not have. A quaternion of zeros is not
+ * given. */
 static bool same_position(const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;

@@ -1,5 +1,5 @@
-/* The keys of joints, shapes, loops and effects: how each kind of key is read, written and compared. What a number may be
- * written as follows from the key's unit. */
+/* The keys of joints, shapes, loops and effects: how each kind of key is read, written and compared. The key's unit
+ * decides how a number may be written. */
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -7,8 +7,8 @@
 
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
-/* Of "rad|m" the first if the joint that the item acts in, which has been read before, is one of rotation. Within a
- * function of time y stands for the unit of its value. */
+/* The quantity of a key's number. Of "rad|m" it is the first if the joint that the item acts in, which has been read
+ * before, rotates. Within a function of time, y stands for the unit of its value. */
 static kt_quantity quantity_of(const kt_reader *r, const kt_field *field) {
     const kt_key *key = field->detail;
     const char *unit = key->unit, *second = strchr(unit, '|');
@@ -26,7 +26,7 @@ static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return kt_read_number(r, scope, node, quantity_of(r, field), kt_field_in(object, field));
 }
 
-/* Where there is no distance it is the initial one, which reading begins with. */
+/* If the key is missing, the distance is the initial one, which is the default before reading. */
 static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     ((kt_effect *)object)->initial_length = false;
     return read_number(r, scope, node, field, object);
@@ -51,7 +51,7 @@ static bool same_six(const kt_field *field, const void *object, const void *stan
     return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 6 * sizeof(double));
 }
 
-/* Where the default is zero, zero means that no axis is given; to write it is a slip. */
+/* If the default is zero, zero means that no axis is given; to write it is a mistake. */
 static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_key *key = field->detail;
     const kt_vec3 *axis = kt_field_in(object, field), before = *axis;
@@ -96,7 +96,7 @@ static bool same_frame(const kt_field *field, const void *object, const void *st
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
-/* A body and its point are one end, and two keys. A marker of the end is the point already. */
+/* A body and its point are one end, but two keys. If the end has a marker, that is the point. */
 static void write_body(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     kt_end end;
@@ -109,7 +109,7 @@ static bool read_body(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return kt_read_end(r, scope, node, kt_field_in(object, field));
 }
 
-/* A vector; or a marker, MARKER or BODY.MARKER, of the body that the other key has named. */
+/* Reads a vector; or a marker, MARKER or BODY.MARKER, of the body that the other key has named. */
 static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_end *on = &((kt_effect *)object)->between[0], point;
     (void)field;
@@ -150,7 +150,8 @@ static void write_joint(kt_emitter *e, const kt_field *field, const void *object
     kt_kind_name.write(e, field, object, standard);
 }
 
-/* Joints named twice are left to kt_description_check. What the terms add up to is an angle where one of them turns. */
+/* Joints named twice are left to kt_description_check. The sum of the terms is an angle if one of their joints
+ * rotates. */
 static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_loop *loop = object;

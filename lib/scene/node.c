@@ -1,4 +1,4 @@
-/* YAML to nodes: libyaml's events, with what a scene has no use for refused.
+/* YAML to nodes, from libyaml's events; what a scene does not use is refused.
  *
  * Text is checked before libyaml sees it: UTF-8 and characters (for a line and a column in the message, and because
  * libyaml would guess UTF-16), and directives (it compares each with all before it). Aliases and anchors are refused:
@@ -39,13 +39,13 @@ bool kt_node_is_faulty(const kt_node *node) {
 
 /* ---- YAML's own errors in plain words --------------------------------------------------------------------------------
  *
- * libyaml names what its grammar missed ("did not find expected key"), which says little to the author of the file. Here
- * each such text has what it mostly means and how to mend it, at the place that the author should look at: the offending
- * token, or the beginning of what was left open. */
+ * libyaml names what its grammar missed ("did not find expected key"), which says little to the author of the file.
+ * This table gives for each such text its usual meaning and remedy, and the position at which the author should look:
+ * the offending token, or the beginning of what was left open. */
 
 typedef enum kt_spot {
     SPOT_PROBLEM, /* where libyaml stopped */
-    SPOT_CONTEXT, /* where that which it was reading begins */
+    SPOT_CONTEXT, /* where the construct that it was reading begins */
     SPOT_BOTH     /* the first, with the line of the second (%u) in the message */
 } kt_spot;
 
@@ -106,7 +106,7 @@ static bool report_at(kt_reader *r, yaml_mark_t mark, const char *message) {
     return kt_fault_put(r, KT_ERROR_SCENE, (uint32_t)mark.line + 1, (uint32_t)mark.column + 1, "%s", message);
 }
 
-/* A character that begins nothing: a tab, or one that YAML keeps for itself (@ ` and, here, %). */
+/* Reports a character that cannot begin a token: a tab, or one that YAML reserves (@ ` and, here, %). */
 static void report_no_token(kt_reader *r, const yaml_parser_t *parser) {
     char character = (char)*parser->buffer.pointer;
     yaml_mark_t mark = parser->problem_mark;
@@ -117,7 +117,7 @@ static void report_no_token(kt_reader *r, const yaml_parser_t *parser) {
                            "a value cannot begin with '%c'; put the text in quotes", character);
 }
 
-/* "... in line %u ...", with the number in place of the %u. */
+/* Reports "... in line %u ...", with the number in place of the %u. */
 static void report_with_line(kt_reader *r, const kt_syntax *syntax, const yaml_parser_t *parser) {
     const char *hole = strstr(syntax->message, "%u");
     kt_phrase phrase = {.length = 0};
@@ -284,7 +284,7 @@ static void check_properties(kt_builder *b, yaml_mark_t mark, const yaml_char_t 
         (void)fault_at_mark(b->r, mark, "tags ('!...') are not part of a scene file; remove this one");
 }
 
-/* Adds what an event brings; false to stop. */
+/* Adds the node of an event to the tree; returns false to stop. */
 static bool take_event(kt_builder *b, const yaml_event_t *event) {
     yaml_mark_t mark = event->start_mark;
     switch (event->type) {

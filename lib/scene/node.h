@@ -27,7 +27,7 @@ enum {
     KT_NODE_COUNT_MAX = 1 << 23 /* 32 bytes each */
 };
 
-/* The value of the first such key of a mapping; NULL where there is none. O(number of keys). */
+/* Returns the value of the first such key of a mapping; NULL if there is none. O(number of keys). */
 kt_node *kt_node_find(const kt_node *map, const char *key);
 
 /* Whether a fault has been reported at this node or below it. NULL has none. */
@@ -35,8 +35,8 @@ bool kt_node_is_faulty(const kt_node *node);
 
 typedef struct kt_reader kt_reader;
 
-/* Reads text as one YAML document into *root. Every fault of form is reported; false where there is no tree to go on
- * with. Memory: at most KT_NODE_COUNT_MAX nodes and the text once more. */
+/* Reads text as one YAML document into *root. Every fault of form is reported; returns false if there is no tree to
+ * continue with. Memory: at most KT_NODE_COUNT_MAX nodes and the text once more. */
 bool kt_node_parse(kt_reader *reader, const char *text, size_t size, kt_node **root);
 
 #endif

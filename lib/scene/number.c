@@ -27,7 +27,7 @@ static const char *skip_digits(const char *c) {
     return c;
 }
 
-/* The end of the number that text begins with; text itself where it begins with none. */
+/* Returns the end of the number that text begins with, or text itself if it begins with none. */
 static const char *skip_number(const char *text) {
     const char *whole = skip_sign(text);
     const char *c = skip_digits(whole);
@@ -55,7 +55,7 @@ static bool is_hex(const char *text) {
     return c[2 + strspn(c + 2, "0123456789abcdefABCDEF")] == '\0';
 }
 
-/* Whole numbers that begin with an idle zero, such as 017. */
+/* Whole numbers with a needless leading zero, such as 017. */
 static bool is_octal(const char *text) {
     const char *c = skip_sign(text);
     return c[0] == '0' && c[1] != '\0' && *skip_digits(c) == '\0';

@@ -1,4 +1,4 @@
-/* Numbers and angles as a scene file writes them. All of it needs the C locale in force (kt_scene_parse sees to it). */
+/* Numbers and angles as a scene file writes them. All functions require the C locale, which kt_scene_parse sets. */
 #ifndef KT_SCENE_NUMBER_H
 #define KT_SCENE_NUMBER_H
 
@@ -13,7 +13,7 @@ typedef enum kt_scalar {
     KT_SCALAR_NUMBER,     /* decimal and finite */
     KT_SCALAR_ANGLE,      /* a number with `deg` or `rad` */
     KT_SCALAR_NOT_FINITE, /* .inf, .nan */
-    KT_SCALAR_INF_WORD,   /* inf, nan, infinity: text to YAML, though no number was meant otherwise */
+    KT_SCALAR_INF_WORD,   /* inf, nan, infinity: text to YAML, but presumably meant as a number */
     KT_SCALAR_TOO_LARGE,  /* beyond the range of double */
     KT_SCALAR_HEX,        /* 0x1F, 0o17 */
     KT_SCALAR_OCTAL       /* 017: eight to YAML 1.1, ten to YAML 1.2 */
@@ -24,11 +24,11 @@ typedef enum kt_scalar {
  * subnormal or zero. */
 kt_scalar kt_scalar_classify(const char *text, double *value);
 
-/* x degrees in radians: x pi / 180 with one rounding but for ties, so that 180 deg, 90 deg and 60 deg are the doubles
- * nearest to pi, pi/2 and pi/3. */
+/* Converts x degrees to radians: x pi / 180 with one rounding except at ties, so that 180 deg, 90 deg and 60 deg are
+ * the doubles nearest to pi, pi/2 and pi/3. */
 double kt_radians(double degrees);
 
-/* The shortest of %.15g, %.16g and %.17g that reads back to the same bits; `text` has KT_NUMBER_SIZE bytes. */
+/* Writes the shortest of %.15g, %.16g and %.17g that reads back to the same bits; `text` has KT_NUMBER_SIZE bytes. */
 enum { KT_NUMBER_SIZE = 32 };
 void kt_number_format(char *text, double value);
 

@@ -1,4 +1,4 @@
-/* The parts of a scene: a table each. */
+/* The parts of a scene: a table for each. */
 #ifndef KT_SCENE_PART_H
 #define KT_SCENE_PART_H
 
@@ -12,7 +12,8 @@ extern const kt_table kt_initial_table;
 extern const kt_kind kt_kind_simulate; /* of its kt_run */
 extern const kt_table kt_output_table; /* likewise */
 
-/* The items of a list: how many, and the nodes in an array. False without one, after reporting why. */
+/* Finds the items of a list: their number, and their nodes in an array. Returns false, after reporting why, if the node
+ * is no list. */
 bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
                    int *count);
 
@@ -20,20 +21,18 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
 int kt_find_body(const kt_reader *r, const char *name);
 int kt_find_marker(const kt_reader *r, int body, const char *name);
 
-/* Whether markers or joint of a body could not be read: then nothing that refers to them can be judged. */
+/* Whether markers or joint of a body could not be read: then references to them cannot be checked. */
 bool kt_body_is_hidden(const kt_reader *r, int body);
 
 /* Fills *names, in the pool, with the names of bodies (scope 0) and of the markers of body i (scope i + 1). False
  * where there is no memory. */
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count);
 
-/* Whether a method chooses its steps by itself. */
-
 /* The unit of a scalar joint's position; that of an angle where there is no such joint. */
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
 
-/* Checks the description, and reports its faults where they stand in the file; those that follow from a fault that has
- * been reported already are left out. */
+/* Checks the description, and reports its faults at their positions in the file; those that follow from a fault that
+ * has been reported already are left out. */
 void kt_check_description(kt_reader *r, const kt_description *description);
 
 /* Whether a run can be written and read again; says why not. */

@@ -1,4 +1,4 @@
-/* Memory that is taken in small pieces and given back in one. */
+/* Memory that is allocated in small pieces and released all at once. */
 #ifndef KT_SCENE_POOL_H
 #define KT_SCENE_POOL_H
 
@@ -12,8 +12,8 @@ typedef struct kt_pool {
     size_t used;      /* bytes taken of the newest */
 } kt_pool;
 
-/* `count` pieces of `size` bytes, zeroed, aligned for any type; NULL where there is no memory. O(1) but for the zeros.
- */
+/* Takes `count` pieces of `size` bytes, zeroed, aligned for any type; returns NULL if there is no memory. O(1) except
+ * for the zeros. */
 void *kt_pool_take(kt_pool *pool, size_t count, size_t size);
 
 /* A terminated copy of `length` bytes; NULL where there is no memory. */

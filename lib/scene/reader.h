@@ -1,4 +1,4 @@
-/* What the readers of a scene's parts share: faults, scopes, tables of keys. */
+/* Declarations that the readers of a scene's parts share: faults, scopes, tables of keys. */
 #ifndef KT_SCENE_READER_H
 #define KT_SCENE_READER_H
 
@@ -17,10 +17,10 @@ typedef struct kt_fault {
     const char *message;
     kt_status code;
     uint32_t line, column;
-    uint32_t order; /* of its finding */
+    uint32_t order; /* number of the fault in the order of discovery */
 } kt_fault;
 
-/* Of a file with more faults than these the rest is only counted. */
+/* Faults of a file beyond this number are only counted. */
 enum { KT_FAULT_COUNT_MAX = 1000 };
 
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
@@ -28,15 +28,15 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 struct kt_reader {
     kt_pool keep;       /* what the scene holds in the end */
     kt_pool scratch;    /* nodes, messages */
-    bool out_of_memory; /* then nothing else counts */
-    int64_t effort;     /* what may still be spent on looking for the names that were meant */
+    bool out_of_memory; /* then all other results are void */
+    int64_t effort;     /* operations that remain for finding the names to suggest */
 
     kt_fault *faults;
     size_t fault_count, fault_room, fault_dropped;
 
     const kt_description *description; /* once the bodies are read */
     kt_names names;                    /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
-    bool names_are_known;              /* no body's name is unreadable */
+    bool names_are_known;              /* the name of every body could be read */
     int quantity;                      /* kt_quantity of the values of the function that is being read */
     int joint_quantity;                /* kt_quantity of the position of the joint that the item acts in */
 
@@ -44,33 +44,33 @@ struct kt_reader {
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes; /* as the arrays of the description */
 };
 
-/* Where the reader is, from the inside out: for the beginning of a message. A body, loop or effect has a noun and
- * begins a message ("body 'crank': "), a key or an item of a list follows ("joint.axis: "). */
+/* The reader's position in the file, linked from the inside out, for the beginning of a message. A body, loop or effect
+ * has a noun and begins a message ("body 'crank': "), a key or an item of a list follows ("joint.axis: "). */
 typedef struct kt_scope {
     const struct kt_scope *outer;
     const char *key;  /* a key; NULL: an item of a list */
     int index;        /* of an item, from 0 */
-    const char *noun; /* NULL, or what this is */
-    const char *list; /* of what has a noun: the section that it is an item of */
-    const char *name; /* of what has a noun; NULL: not known, and list[index] says which */
+    const char *noun; /* NULL, or the kind of item */
+    const char *list; /* with a noun: the section that the item is in */
+    const char *name; /* with a noun; NULL: not known, and the message says list[index] */
 } kt_scope;
 
-/* Reports a fault at a node, which becomes faulty. The message is what the scope and the format make. Of a node that is
- * faulty already nothing is reported. Returns false. */
+/* Reports a fault at a node, which becomes faulty. The message is made of the scope and the format. Nothing is reported
+ * at a node that is faulty already. Returns false. */
 bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *node, const char *format, ...)
     KT_PRINTF(5, 6);
 
-/* The same by line and column, whatever has been reported there. */
+/* Reports a fault by line and column, even if one has been reported there. */
 bool kt_fault_put(kt_reader *r, kt_status code, uint32_t line, uint32_t column, const char *format, ...)
     KT_PRINTF(5, 6);
 
-/* Notes that memory has run out. Returns false. */
+/* Records that memory has run out. Returns false. */
 bool kt_reader_out_of_memory(kt_reader *r);
 
 /* Sorts the faults by line and column. */
 void kt_fault_sort(kt_reader *r);
 
-/* "expected X, found Y" with what the node holds, and how to mend it where that is known. Returns false. */
+/* Reports "expected X, found Y" with what the node contains, and how to mend it if that is known. Returns false. */
 bool kt_fault_expected(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected);
 
 /* A growing text for messages. */
@@ -87,11 +87,11 @@ typedef struct kt_field kt_field;
 
 /* How values of one kind are read, written and compared. `object` is the struct that the field lies in. */
 typedef struct kt_kind {
-    /* Reads a node into the object; reports what is wrong and then leaves the object alone and returns false. */
+    /* Reads a node into the object; reports what is wrong and then leaves the object untouched and returns false. */
     bool (*read)(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
     void (*write)(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
-    /* Whether the field may be left out: what it holds, to the bit, is what reading gives where its key is missing.
-     * NULL: never. */
+    /* Whether the field may be left out: it has the same bits as after reading a mapping without its key. NULL:
+     * never. */
     bool (*same)(const kt_field *field, const void *object, const void *standard);
 } kt_kind;
 
@@ -141,13 +141,13 @@ static inline const void *kt_field_of(const void *object, const kt_field *field)
 #define KT_COUNT_OF(array) ((int)(sizeof(array) / sizeof *(array)))
 
 /* Reads a mapping into an object that holds the defaults. Unknown, repeated, misplaced and missing keys are reported.
- * Fields are read in the order of the table, whatever that of the file. False where the node is no mapping. */
+ * Fields are read in the order of the table, not of the file. Returns false if the node is no mapping. */
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object);
 
 /* Writes the mapping: the fields that differ from those of `standard`. */
 void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard);
 
-/* Whether the mapping would be written empty. */
+/* Whether the mapping would be written without any key. */
 bool kt_table_same(const kt_table *table, const void *object, const void *standard);
 
 /* How a key of a type is read, written and compared. */
@@ -159,7 +159,7 @@ kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_n
 /* Whether a field may be left out. */
 bool kt_field_same(const kt_field *field, const void *object, const void *standard);
 
-/* What a word stands for, or -1 after reporting it. */
+/* Returns the value that a word stands for, or -1 after reporting a fault. */
 int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice);
 
 #endif

@@ -111,7 +111,7 @@ static const kt_rotation_type form_types[] = {
 };
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields)};
 
-/* The one form that the mapping has; NONE after reporting that there is none, or more than one. */
+/* Returns the one form that the mapping has; NONE after reporting that there is none, or more than one. */
 static kt_rotation_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
     kt_rotation_type type = KT_ROTATION_NONE;
     const char *first = NULL;
@@ -185,7 +185,7 @@ void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
     case KT_ROTATION_QUATERNION:
         write_form(e, "quaternion", rotation, 4);
         break;
-    case KT_ROTATION_NONE: /* left out before it comes here */
+    case KT_ROTATION_NONE: /* it is left out and never written */
     case KT_ROTATION_RPY:
         write_form(e, "rpy", rotation, 3);
         break;
@@ -211,7 +211,7 @@ void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
     kt_emit_end(e);
 }
 
-/* Of the values only those of the type count. */
+/* Only the values that the type has are compared. */
 bool kt_same_rotation(const kt_rotation *a, const kt_rotation *b) {
     static const size_t counts[] = {
         [KT_ROTATION_NONE] = 0,   [KT_ROTATION_QUATERNION] = 4, [KT_ROTATION_RPY] = 3,        [KT_ROTATION_EULER] = 3,

@@ -1,7 +1,7 @@
-/* Scene files: the whole of one, from text to description and back.
+/* Whole scene files, from text to description and back.
  *
- * Numbers are read and written in the C locale, whatever that of the process, by switching this thread's (uselocale)
- * for as long as the call works; reports come after it has been switched back.
+ * Numbers are read and written in the C locale, independently of that of the process: this thread's locale is switched
+ * (uselocale) during the call, and faults are reported after it has been switched back.
  */
 #include "kinetree/scene.h"
 
@@ -16,7 +16,7 @@
 
 /* ---- the top of the file ----------------------------------------------------------------------------------------- */
 
-/* Checked before anything else is read. */
+/* Reads nothing: check_version has checked the version before anything else is read. */
 static bool read_version(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)r;
     (void)scope;
@@ -54,7 +54,7 @@ static const kt_field fields[] = {
 };
 static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
-/* Of another version nothing else can be said. */
+/* A file of another version is not read any further. */
 static bool check_version(kt_reader *r, kt_node *root) {
     double value;
     kt_node *version = kt_node_find(root, "kinetree");
@@ -87,14 +87,14 @@ static void read_scene(kt_reader *r, const char *text, size_t size, kt_scene *sc
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-/* "FILE:LINE:COLUMN". Of a long file name the beginning is cut, for the end tells more. */
+/* "FILE:LINE:COLUMN". The beginning of a long file name is cut, since its end identifies the file better. */
 static void make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
     enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
     size_t length = strlen(path);
     const char *dots = "";
     if (length > PATH_MAX_SHOWN) {
         path += length - PATH_MAX_SHOWN;
-        while (((unsigned char)*path & 0xC0U) == 0x80U) /* not within a character */
+        while (((unsigned char)*path & 0xC0U) == 0x80U) /* do not cut within a character */
             path++;
         dots = "...";
     }
@@ -125,8 +125,8 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
 
 /* ---- places of bodies and loops --------------------------------------------------------------------------------------
  *
- * Some faults show only when the scene is compiled. The nodes are freed by then; the line and column of each body and loop
- * are kept. */
+ * Some faults are found only when the scene is compiled. The nodes are freed by then, so the line and column of each
+ * body and loop are stored. */
 
 typedef struct kt_mark {
     uint32_t line, column;
@@ -137,7 +137,7 @@ struct kt_scene_marks {
     const kt_mark *bodies, *loops; /* as the arrays of the description */
 };
 
-/* Of each item the place of a key that the faults are about, or of the item where the key is not there. */
+/* For each item, the position of the key that the faults are about, or of the item if the key is missing. */
 static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count, const char *key) {
     kt_mark *marks = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *marks);
     for (int i = 0; marks != NULL && i < count; i++) {
@@ -159,7 +159,7 @@ static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
     return (marks->path != NULL && marks->bodies != NULL && marks->loops != NULL) || kt_reader_out_of_memory(r);
 }
 
-/* The mark of what is named as in "body 'crank'"; NULL where the scene has none of that name. */
+/* Returns the mark of the item that `where` names, such as "body 'crank'"; NULL if the scene has none of that name. */
 static const kt_mark *find_mark(const kt_scene *scene, const char *where) {
     const kt_description *description = &scene->description;
     char text[KT_WHERE_SIZE];
@@ -254,7 +254,7 @@ void kt_scene_free(kt_scene *scene) {
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-/* First without a stream, so that nothing is written of a scene that cannot be. */
+/* Emits first without a stream, so that nothing is written if the scene cannot be. */
 static kt_status emit(const kt_scene *scene, FILE *stream, kt_error *error) {
     const kt_scene standard = kt_scene_default();
     kt_emitter trial = {.stream = NULL}, emitter = {.stream = stream};

@@ -120,7 +120,7 @@ static const kt_field effect_fields[] = {
 static const kt_table effect_table = {
     .fields = effect_fields, .count = 2, .flow = true, .types = &effect_types, .describe = describe_effect};
 
-/* A length that is not there is the initial one; types that have none have no initial one. */
+/* A missing length is the initial one; types without a length have no initial length. */
 static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_effect *effect) {
     effect->initial_length = true;
     r->joint_quantity = KT_QUANTITY_ANGLE;

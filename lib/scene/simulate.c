@@ -1,4 +1,4 @@
-/* How a scene is run, and what is recorded. */
+/* The sections `simulate` and `output`: the settings of a run, and what it records. */
 #include "scene/part.h"
 
 #include <math.h>
@@ -97,7 +97,7 @@ static void write_tolerance(kt_emitter *e, const kt_field *field, const void *ob
         kt_table_write(e, &tolerance_table, run, standard);
 }
 
-/* Of a fixed step there is none. */
+/* A run with a fixed step has no tolerance. */
 static bool same_tolerance(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     const kt_run *run = object, *rest = standard;
@@ -134,7 +134,7 @@ static const kt_field simulate_fields[] = {
 };
 static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
 
-/* A method without an error estimate needs a step and can do nothing with a tolerance. */
+/* A method without an error estimate needs a step and cannot use a tolerance. */
 static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
     kt_node *step = kt_node_find(node, "step"), *tolerance = kt_node_find(node, "tolerance");
     kt_node *integrator = kt_node_find(node, "integrator");
@@ -158,7 +158,8 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
                     adaptive);
 }
 
-/* What no run could keep, at the key that asks for it, one after the other; the interval is not among them. */
+/* Reports the limits that no run could satisfy, one after the other, each at its key; the interval is not among
+ * them. */
 static void check_limits(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
     const kt_run standard = kt_run_default();
     kt_run left = *run;
@@ -234,7 +235,7 @@ static bool same_record(const kt_field *field, const void *object, const void *s
 
 static const kt_kind kind_record = {read_record, write_record, same_record};
 
-/* Of a marker that does not exist: which was meant. */
+/* Reports a marker that does not exist, and suggests the one that was probably meant. */
 static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_end *end, int body) {
     const kt_description *d = r->description;
     kt_nearest nearest = kt_nearest_make(body < 0 ? end->body : end->marker, &r->effort);
@@ -328,7 +329,7 @@ const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(
 
 /* ---- the check of a run that a caller made -------------------------------------------------------------------------
  *
- * Reading what is written must not find fault with it. */
+ * What is written must be readable again without faults. */
 
 static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
 static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }

@@ -22,7 +22,7 @@ static const char *expected_number(kt_quantity quantity) {
     return "a number";
 }
 
-/* A text that was meant as a number: says how to write it. */
+/* Reports a text that was meant as a number, and says how to write it. */
 static bool fault_no_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity) {
     const char *text = node->of.text;
     kt_name_text quoted = kt_name_quote(text);

@@ -4,22 +4,22 @@
 
 #include "scene/reader.h"
 
-/* What a number measures: which units and values it may have. */
+/* The quantity that a number measures: which units and values it may have. */
 typedef enum kt_quantity {
     KT_QUANTITY_NUMBER = 0,
     KT_QUANTITY_POSITIVE, /* > 0 */
     KT_QUANTITY_ANGLE,    /* also "30 deg" */
-    KT_QUANTITY_RATE      /* of an angle: also "30 deg", a second */
+    KT_QUANTITY_RATE      /* of an angle: also "30 deg", per second */
 } kt_quantity;
 
-/* Each reads a node, reports what is wrong with it, and leaves *out alone where it returns false. */
+/* Each function reads a node, reports what is wrong with it, and leaves *out untouched if it returns false. */
 bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
 /* A list of exactly `count` numbers (at most 9), of one quantity or, `quantities` not NULL, of one each. */
 bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                      const kt_quantity *quantities, double *out);
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
-/* Free text; the name of something, where `expected` says of what ("a name"). Kept with the scene. Whether a name is
- * one is left to kt_description_check. */
+/* Free text; the name of something, where `expected` says of what ("a name"). Kept with the scene. kt_description_check
+ * decides whether a name is valid. */
 bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out);
 bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected, const char **out);
 /* A quaternion, normalised; one that is of unit norm to rounding keeps its bits. */
@@ -29,7 +29,7 @@ bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out
 /* A function of time; `quantity` is that of its values. */
 bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out);
 
-/* Scales q to unit norm unless it has it to rounding, so that doing it again changes no bit. */
+/* Scales q to unit norm unless it has it to rounding, so that a second call changes no bit. */
 void kt_quaternion_settle(double q[4]);
 
 void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation);
@@ -40,7 +40,7 @@ void kt_write_function(kt_emitter *e, const kt_function *function);
 bool kt_same_bits(const void *a, const void *b, size_t size);
 bool kt_same_rotation(const kt_rotation *a, const kt_rotation *b);
 
-/* For kinds of number that are read in their own way. */
+/* For kinds of numbers that have a reader of their own. */
 void kt_number_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
 bool kt_number_same(const kt_field *field, const void *object, const void *standard);
 

@@ -1,6 +1,6 @@
 /* A tree's coordinates and those of its free bodies.
  *
- * Of a joint between bodies p and c, whose frame J stands on p, the relative motion is, in the axes of J,
+ * The relative motion of a joint between bodies p and c, whose frame J is fixed to p, is in the axes of J
  *     x = R_J' (x_c - x_J),                          R = R_J' R_c
  *     w = R_J' (w_c - w_p),                          u = R_J' (v_c - v_p - w_p x d),                 d = x_c - x_p
  *     w' = R_J' (w_c' - w_p' - w_p x (w_c - w_p)),   u' = R_J' (a_c - a_p - w_p' x d - w_p x (w_p x d) - 2 w_p x R_J u)
@@ -77,7 +77,7 @@ void kt_absolute_spread(const kt_model *tree, const kt_data *data, const double 
     }
 }
 
-/* ---- and back ---------------------------------------------------------------------------------------------------- */
+/* ---- to the tree ------------------------------------------------------------------------------------------------- */
 
 static kt_joint_motion relative_motion(const motion *p, const motion *c, const kt_pose *frame) {
     const kt_pose joint = kt_pose_compose(p->pose, *frame);
@@ -99,14 +99,14 @@ static kt_joint_motion relative_motion(const motion *p, const motion *c, const k
     return m;
 }
 
-/* Coordinates of one joint; the past is read before they are written, which may be in its place. */
+/* Computes the coordinates of one joint; the past is read before q and v are written, which may share its memory. */
 static void measure(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m,
                     const kt_absolute_past *past, double *q, double *v, double *a) {
     const kt_joint_kind *kind = kt_joint_kinds[at.type];
     double near[KT_JOINT_NQ_MAX], rate[KT_JOINT_NV_MAX], second[KT_JOINT_NV_MAX];
     memcpy(near, past->q + at.q, (size_t)at.nq * sizeof *near);
     kind->measure(&j->axes, m, near, q + at.q, rate, second);
-    if (at.nq == at.nv) { /* plain numbers: they have changed by about this, and where turns are among it, so many */
+    if (at.nq == at.nv) { /* plain numbers: this predicted change gives the number of whole turns */
         for (int k = 0; k < at.nq; k++)
             near[k] += 0.5 * past->ago * (past->v[at.v + k] + rate[k]);
         kind->measure(&j->axes, m, near, q + at.q, rate, second);
@@ -137,7 +137,7 @@ static kt_vec3 joint_point(const kt_model *absolute, const kt_absolute_joint *j,
     return kt_pose_apply(pose_of(absolute, j->parent, free_q), j->frame.position);
 }
 
-/* What tau does to the body of a joint, about the body's origin, world axes. */
+/* The wrench that tau exerts on the body of a joint, about the body's origin, world axes. */
 static kt_wrench joint_wrench(const kt_model *absolute, const kt_absolute_joint *j, const double *tau,
                               const double *free_q) {
     const kt_pose joint = kt_pose_compose(pose_of(absolute, j->parent, free_q), j->frame);

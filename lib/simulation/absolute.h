@@ -1,4 +1,4 @@
-/* Between a tree and its absolute formulation (model/absolute.h): states, forces, reactions.
+/* Conversions between a tree and its absolute formulation (model/absolute.h): states, forces, reactions.
  *
  * `tree` is a model that was compiled for the absolute formulation; q, v, a, tau and wrenches are the tree's unless
  * they are called free. A free state is one of kt_model_absolute(tree).
@@ -8,28 +8,29 @@
 
 #include "kinetree/dynamics.h"
 
-/* The free state of a tree's state, whose kinematics kt_kinematics_update has left in the tree's data. */
+/* Computes the free state of a tree's state, whose kinematics kt_kinematics_update has left in the tree's data. */
 void kt_absolute_spread(const kt_model *tree, const kt_data *data, const double *q, const double *v, double *free_q,
                         double *free_v);
 
-/* The tree's state some time ago: which of the numbers that stand for the same rotation is meant follows from it, if no
- * joint has turned by half a turn more or less than its mean rate makes it. */
+/* The tree's state some time ago. It decides which of the numbers that represent the same rotation is meant, provided
+ * that each joint has turned by its mean rate to within half a turn. */
 typedef struct kt_absolute_past {
     const double *q, *v;
-    double ago; /* s; negative: it is yet to come */
+    double ago; /* s; negative for a later state */
 } kt_absolute_past;
 
-/* The tree's state in a free state, whose loops are closed. free_a and a may both be NULL. q and v may be those of the
- * past. */
+/* Computes the tree's state from a free state whose loops are closed. free_a and a may both be NULL. q and v may be
+ * those of the past. */
 void kt_absolute_gather(const kt_model *tree, const double *free_q, const double *free_v, const double *free_a,
                         const kt_absolute_past *past, double *q, double *v, double *a);
 
-/* Wrenches on the free bodies: those on the tree's (NULL: none) and what tau (NULL: zero) does in its joints. */
+/* Computes the wrenches on the free bodies: those on the tree's bodies (NULL: none) and those that tau (NULL: zero)
+ * exerts in its joints. */
 void kt_absolute_wrenches(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
                           kt_wrench *wrenches);
 
-/* Reactions in joints (as kt_joint_reactions; one a body) and in loops from those of all loops of the absolute
- * formulation, under tau (NULL: zero). */
+/* Computes the reactions in joints (as kt_joint_reactions; one for each body) and in loops from those of all loops of
+ * the absolute formulation, under tau (NULL: zero). */
 void kt_absolute_reactions(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *from,
                            kt_wrench *joints, kt_wrench *loops);
 

@@ -1,4 +1,4 @@
-/* Checkpoints: the memory of the clock and of its integrator in one flat block.
+/* Checkpoints: the memory of the simulation and of its integrator in one flat block.
  *
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
  * began, the history of the method, torques and wrenches of the last and of the next step, and in the absolute
@@ -19,7 +19,7 @@ static const char checkpoint_kind[16] = "kinetree state";
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
-/* Part by part: what, bytes. One list measures, writes and reads. */
+/* The parts: name, bytes. One list measures, writes and reads. */
 #define KT_CHECKPOINT_PARTS(X)                                                                                         \
     X(head, sizeof(kt_checkpoint_head))                                                                                \
     X(memory, sizeof(kt_simulation_memory))                                                                            \

@@ -1,4 +1,4 @@
-/* Error messages of a step, or a record, that failed: when, what is to blame, how to mend it.
+/* Error messages of a step, or a record, that failed: the time, the cause and the remedy.
  *
  * If loops change with time, there may be a time after which no position closes them: motions contradict each other, or
  * a length exceeds that of the bars between. The error of the step itself says little then: rates that grow without
@@ -19,7 +19,7 @@ bool kt_simulation_is_recoverable(kt_status status) {
            status == KT_ERROR_EFFECT;
 }
 
-/* KT_OK if the loops can be closed at a part of that time ahead. */
+/* Returns KT_OK if the loops can be closed later by the fraction `part` of that time. */
 static kt_status look_ahead(const kt_simulation *simulation, double part, kt_error *found) {
     const double t = kt_integrator_time(simulation->integrator);
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);

@@ -1,4 +1,4 @@
-/* A simulation in memory: what is asked for, sizes, and the parts of it. */
+/* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -9,14 +9,14 @@ kt_simulation_options kt_simulation_options_default(void) {
     return options;
 }
 
-/* ---- what is asked for ------------------------------------------------------------------------------------------- */
+/* ---- the request ------------------------------------------------------------------------------------------------- */
 
-/* Run and options with defaults in the place of NULL, and what follows from them. */
+/* Run and options, with defaults in place of NULL, and the values derived from them. */
 typedef struct kt_simulation_request {
     kt_run run;
     kt_simulation_options options;
     const kt_method *method;
-    const kt_model *model; /* that is to be stepped */
+    const kt_model *model; /* that is integrated */
     unsigned record;
 } kt_simulation_request;
 
@@ -130,7 +130,7 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* The initial state in y. It is the tree that is assembled, so that both formulations start alike. */
+/* Writes the initial state to y. The tree is assembled in both formulations, so that both start from the same state. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     const bool absolute = kt_simulation_is_absolute(simulation);
     double *q = absolute ? simulation->seen : simulation->y, *v = q + simulation->size.user_nq;

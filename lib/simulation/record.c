@@ -45,7 +45,7 @@ void kt_simulation_skip_records(kt_simulation *simulation) {
     int64_t k = simulation->memory.next_record;
     if (k > last || record_time(simulation, k) >= t)
         return;
-    /* Near the right one by division, and there by comparison. */
+    /* Division gives an estimate of the number, and comparisons then find it. */
     double guess = simulation->interval > 0.0 ? floor(t / simulation->interval) - 1.0 : 0.0;
     if (guess > (double)last)
         guess = (double)last;
@@ -58,7 +58,7 @@ void kt_simulation_skip_records(kt_simulation *simulation) {
 
 /* ---- one record -------------------------------------------------------------------------------------------------- */
 
-/* y at a time within the last step. */
+/* Writes the state at a time within the last step to y. */
 static kt_status read_state(kt_simulation *simulation, double t, kt_error *error) {
     bool changed;
     if (t == kt_integrator_time(simulation->integrator)) {
@@ -69,7 +69,7 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
     return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
 }
 
-/* The kinematics of the state in y, from what the data hold already. */
+/* Computes the kinematics of the state in y from what the data hold already. */
 static kt_status move(kt_simulation *simulation, double t, const double *a, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
@@ -79,7 +79,8 @@ static kt_status move(kt_simulation *simulation, double t, const double *a, kt_e
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
-/* Kinematics, and what is read from them. Energies are those of what is stepped. */
+/* Computes the kinematics and the quantities that follow from them. Energies are those of the model that is
+ * integrated. */
 static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
@@ -105,8 +106,8 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     return kt_kinematics_update(simulation->face, simulation->user_data, record->q, record->v, record->a, error);
 }
 
-/* All that is asked for of the state in y, whose accelerations are in `a`, where `accelerated`; data hold of it what
- * `cached` says. The kinematics come last: they stay in the data. */
+/* Computes the requested quantities of the state in y. Its accelerations are in `a` if `accelerated`; data hold the
+ * results that `cached` names. The kinematics are computed last, so that they stay in the data. */
 static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
@@ -119,7 +120,7 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
 
-/* Everything that is asked for, of the state in y at any time. */
+/* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     simulation->cached = KT_CACHED_NOTHING;
@@ -131,7 +132,7 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     return status;
 }
 
-/* A record of no state yet. */
+/* A record without a state. */
 static kt_record empty_record(int64_t index, double time) {
     kt_record record = {0};
     record.index = index;
@@ -150,7 +151,7 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     if (status == KT_OK) {
         status = evaluate_record(simulation, &record, &from);
         if (status != KT_OK)
-            simulation->cause = from; /* which names the body */
+            simulation->cause = from; /* it names the body */
     }
     if (status != KT_OK)
         return kt_simulation_fail(simulation, &from, error);
@@ -178,7 +179,7 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
     kt_integrator *integrator = simulation->integrator;
     kt_status status = KT_OK;
     /* A record at the very start belongs to the step that begins there, and so do its torques; one within the last step
-     * belongs to that. */
+     * belongs to that step. */
     if (simulation->memory.next_record < simulation->record_count &&
         record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
         kt_error from = {0};
@@ -199,12 +200,12 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
 
 /* ---- the present state, for sensors ------------------------------------------------------------------------------ */
 
-/* A record of now, made of what the last step has left and what the next one needs. After a step the integrator may
- * know f(t, y) (the last stage of a method with fsal); if not, it is evaluated now, as the first stage of the next
- * step, which finds it there. The data then hold what that evaluation went through, from which kinematics and reactions
- * follow; or they hold the poses that the projection ended with. */
+/* A record of the present state uses what the last step has left and what the next one needs. After a step the
+ * integrator may know f(t, y) (the last stage of a method with fsal); if not, it is evaluated now, as the first stage
+ * of the next step, which finds it there. The data then hold the intermediate results of that evaluation, from which
+ * kinematics and reactions follow; or they hold the poses that the projection ended with. */
 
-/* The accelerations of the present state in `a`. */
+/* Computes the accelerations of the present state into `a`. */
 static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     const double *slope;
     kt_status status = kt_simulation_inputs_commit(simulation, from);
@@ -218,7 +219,8 @@ static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     return KT_OK;
 }
 
-/* The same where records within the last step are yet to be handed over: these need the integrator as it is. */
+/* Does the same if records within the last step have not been handed over yet: these need the integrator's memory
+ * unchanged. */
 static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *from) {
     const double t = kt_integrator_time(simulation->integrator);
     simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;
@@ -237,7 +239,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
         status =
             owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);
     else if (simulation->cached == KT_CACHED_EVALUATION)
-        simulation->cached = KT_CACHED_NOTHING; /* of some stage of the last step */
+        simulation->cached = KT_CACHED_NOTHING; /* data are those of some stage of the last step */
     if (status == KT_OK)
         status = report(simulation, accelerates, record, from);
     kt_simulation_inputs_use(simulation);
@@ -252,7 +254,7 @@ kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_e
     const kt_status status = sense(simulation, &now, &from);
     if (status != KT_OK) {
         if (simulation->cause.code == KT_OK)
-            simulation->cause = from; /* which names the body */
+            simulation->cause = from; /* it names the body */
         return kt_simulation_fail(simulation, &from, error);
     }
     *record = now;

@@ -1,4 +1,4 @@
-/* How a scene is run: defaults, limits and names. */
+/* The settings of a run: defaults, limits and names. */
 #include "kinetree/simulation.h"
 
 #include <float.h>
@@ -15,8 +15,7 @@ kt_run kt_run_default(void) {
 
 static bool not_negative(double x) { return isfinite(x) && x >= 0.0; }
 
-/* Steps lead to times up to the duration, to which a step below this adds nothing that is its own (integrator/step.c).
- */
+/* The times of a run reach the duration; a smaller step would be lost in their rounding (integrator/step.c). */
 static double least_step(double duration) { return 16.0 * DBL_EPSILON * duration; }
 
 static kt_status check_step(const kt_run *run, kt_error *error) {

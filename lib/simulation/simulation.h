@@ -19,7 +19,7 @@ typedef struct kt_corrections {
     int64_t v;                  /* the velocity with `most` */
 } kt_corrections;
 
-/* All that decides what comes next and is not in the integrator; part of a checkpoint. */
+/* All values that determine the further run and are not in the integrator; they are part of a checkpoint. */
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
     kt_input_flags now;  /* what the step that ended at the current time had */
@@ -30,7 +30,7 @@ typedef struct kt_simulation_memory {
     kt_corrections corrections;
 } kt_simulation_memory;
 
-/* What data hold of the present state, so that it need not be computed again. */
+/* The results of the present state that data hold, so that they need not be computed again. */
 typedef enum kt_cached {
     KT_CACHED_NOTHING = 0,
     KT_CACHED_POSES,      /* the poses, from the projection or from kinematics */
@@ -60,27 +60,27 @@ typedef enum kt_cached {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t work;    /* where in y the works are, dissipated and supplied: nq + nv, or 1 if nothing moves */
-    size_t n;       /* of the integrator: work, or work + 2 where a balance is kept */
+    size_t work;    /* index in y of the works, dissipated and supplied: nq + nv, or 1 if nothing moves */
+    size_t n;       /* of the integrator: work, or work + 2 if a balance is computed */
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
-    size_t rate;                                          /* 0 but with a right-hand side of the caller's */
-    size_t seen, shown, pushed, free_reaction, user_data; /* 0 but in the absolute formulation */
+    size_t rate;                                          /* 0 without a right-hand side of the caller's */
+    size_t seen, shown, pushed, free_reaction, user_data; /* 0 except in the absolute formulation */
 } kt_simulation_sizes;
 
 struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
-    const kt_model *model;     /* what is stepped: the face, or its absolute formulation */
-    const kt_model *face;      /* the caller's, in whose coordinates all goes in and comes out */
-    kt_data *data, *user_data; /* scratch; one where the models are one */
+    const kt_model *model;     /* the model that is integrated: the user model, or its absolute formulation */
+    const kt_model *face;      /* the user model, in whose coordinates inputs and outputs are expressed */
+    kt_data *data, *user_data; /* scratch; the same if the models are the same */
     kt_integrator *integrator;
     const double *tau;         /* inputs of the last step: nv, or NULL */
-    const kt_wrench *external; /* one a body, or NULL */
+    const kt_wrench *external; /* one for each body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
-    bool closes_loops;                /* a projection takes more than a look at quaternions, and so overwrites data */
+    bool closes_loops;                /* a projection does more than renormalise quaternions: it overwrites data */
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
     kt_projection *projection;        /* the caller's, or NULL */
     void *user;                       /* of these two */
@@ -90,10 +90,10 @@ struct kt_simulation {
     unsigned record; /* KT_RECORD_ bits to compute */
     bool kinematics; /* a record's data are updated */
     kt_simulation_memory memory;
-    kt_cached cached;    /* what data hold of the present state */
-    const double *slope; /* as the integrator was given it by the last evaluation */
+    kt_cached cached;    /* the results of the present state that data hold */
+    const double *slope; /* y' as the last evaluation returned it to the integrator */
     kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
-    bool ahead;          /* it failed beyond the present state, at which every step begins: a smaller step may help */
+    bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 
@@ -101,7 +101,7 @@ static inline bool kt_simulation_is_balanced(const kt_simulation *simulation) {
     return simulation->size.n > simulation->size.work;
 }
 
-/* The works in a state y; NaN where they are not kept. */
+/* The works in a state y; NaN if they are not computed. */
 static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
     kt_work none = {(double)NAN, (double)NAN};
     if (!kt_simulation_is_balanced(simulation))
@@ -114,10 +114,11 @@ static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
     return KT_HAS_LOOPS && simulation->model != simulation->face;
 }
 
-/* The callbacks of the integrator. */
+/* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
-/* The accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns as a callback does. */
+/* Computes the accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns the values of a
+ * callback. */
 KT_CHECKED int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                                         const kt_wrench *external, double *a, kt_error *error);
 
@@ -128,21 +129,22 @@ void kt_simulation_inputs_use(kt_simulation *simulation);
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
-/* The next five know about the absolute formulation, and do next to nothing in the other (user_model.c).
- * Forces in the face's terms become wrenches on free bodies at their positions q. */
+/* The next five functions serve the absolute formulation, and do almost nothing in the other one (user_model.c).
+ *
+ * Converts forces on the user model to wrenches on the free bodies at their positions q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
-/* Follows a step of length `ago`. */
+/* Updates the tree's state after a step of length `ago`, s. */
 void kt_simulation_sync(kt_simulation *simulation, double ago);
-/* What asks for reactions at each record. */
+/* The bits that request reactions at each record. */
 enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
 
-/* A state near the current time, and accelerations (or NULL), in the face's coordinates. */
+/* Converts a state near the current time, and accelerations (or NULL), to the user model's coordinates. */
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
                           const double **v, const double **exported_a);
-/* The free state y of a closed state of the face (absolute formulation only). */
+/* Computes the free state y of a closed state of the user model (absolute formulation only). */
 KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                                 double *y, kt_error *error);
-/* The reactions and multipliers of a record; leaves the kinematics of its motion in data. */
+/* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Puts inputs that were set since the last step into force for the next one. */
@@ -151,17 +153,17 @@ KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_e
 /* Adds the iterations since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
-/* One step; the records are left alone. */
+/* Takes one step; records are not handed over. */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
 /* The body whose joint the component `at` of the state y belongs to; 0: none. */
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 
-/* Whether a smaller step may lead around an error. */
+/* Whether a smaller step may avoid an error. */
 bool kt_simulation_is_recoverable(kt_status status);
 
-/* Reports an error of the integrator or of a callback with the time in front. kt_simulation_fail_step is for steps, and
- * adds what may help. */
+/* Reports an error of the integrator or of a callback, preceded by the time. kt_simulation_fail_step is for steps, and
+ * adds a remedy. */
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 

@@ -1,15 +1,15 @@
-/* The clock's steps.
+/* The steps of a simulation.
  *
  * The state is y = (q, v), and the right-hand side is
  *
- *     q' = E(q) v        kt_position_rate: the identity but for quaternions, p' = p o (0, w) / 2
+ *     q' = E(q) v        kt_position_rate: the identity except for quaternions, p' = p o (0, w) / 2
  *     v' = a(t, q, v)    kt_acceleration_evaluate, or the caller's
  *
- * Where a balance is kept, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
+ * If a balance is computed, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
  * (kt_power_evaluate).
  *
  * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
- * step both are put right [MSD 7.55 to 7.58], which moves the state by no more than that error and so keeps the
+ * step both are corrected [MSD 7.55 to 7.58], which changes the state by no more than that error and so keeps the
  * method's order.
  */
 #include "algebra/lane.h"
@@ -38,8 +38,8 @@ static int report_callback(int result, const char *what, kt_error *made, kt_erro
     return result;
 }
 
-/* v' at (t, y) into `a`, and in *rate the velocities that q' follows: those of y, or the caller's. `power` is known
- * where this is expanded in find_slope: a run that keeps no balance does not even ask whether. */
+/* Writes v' at (t, y) to `a`, and points *rate at the velocities that give q': those of y, or the caller's. `power` is
+ * known at compilation where this is inlined in find_slope: a run without a balance does not even test it. */
 KT_INLINE int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                          const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
     const kt_model *model = simulation->model;
@@ -70,9 +70,9 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
     return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
 }
 
-/* ---- what the integrator calls ----------------------------------------------------------------------------------- */
+/* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
-/* y' for the integrator; `power` is evaluated, too, unless NULL. */
+/* Computes y' for the integrator, and `power` unless it is NULL. */
 KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
     const double *rate;
     const int result = accelerate(simulation, t, y, simulation->tau, simulation->external, &rate,
@@ -141,7 +141,7 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
-/* Of the engine's own projection, after a step. */
+/* Stores the correction that the engine's own projection has made after a step. */
 static void remember_correction(kt_simulation *simulation, double t) {
     kt_corrections *corrections = &simulation->memory.corrections;
     const kt_data *data = simulation->data;
@@ -154,7 +154,7 @@ static void remember_correction(kt_simulation *simulation, double t) {
 }
 
 /* y is finite: the integrator has checked that. At a dead point of its drives a motion ends: smaller steps would only
- * come nearer, and in the end leap over it. */
+ * come nearer to it, and finally jump over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
@@ -253,7 +253,7 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
     return KT_OK;
 }
 
-/* ---- what has been done ------------------------------------------------------------------------------------------ */
+/* ---- counts ------------------------------------------------------------------------------------------------------ */
 
 void kt_simulation_count(kt_simulation *simulation) {
     kt_iterations *most = &simulation->memory.iterations;

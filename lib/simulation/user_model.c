@@ -1,7 +1,7 @@
 /* The coordinates, forces and reactions of the user model in the absolute formulation.
  *
  * `seen` is the tree's state at the current time. It is written after each step from that of the step before, so that
- * angles count whole turns; it is the one thing that a checkpoint holds besides the free state.
+ * angles count whole turns; a checkpoint contains it in addition to the free state.
  */
 #include "reduction/evaluate.h"
 #include "simulation/absolute.h"
@@ -67,7 +67,7 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
                                                 data->kinematics, joints, loops, error)
                            : kt_motion_evaluate(simulation->model, data, t, q, v, tau, external, data->kinematics,
                                                 joints, loops, error);
-    if (status == KT_OK) /* of the absolute formulation's loops the tree's come first */
+    if (status == KT_OK) /* the tree's loops come first among those of the absolute formulation */
         status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
     if (status == KT_OK && absolute)
         kt_absolute_reactions(simulation->face, q, simulation->tau, simulation->free_reaction, simulation->reaction,
