@@ -18,10 +18,10 @@
  * The norm of a difference between two states is the largest over all joints of
  *
  *     an angle        the difference on the circle, at most half a turn, rad; the angle of a screw joint, which
- *                     determines a length, in full;
- *     a quaternion    the angle of the rotation between the two, rad;
+ *                     determines a length, in full
+ *     a quaternion    the angle of the rotation between the two, rad
  *     a length        over the scene's length scale, the largest edge of the box that contains the joints, markers and
- *                     centre of mass during the motion; in a scene without angles, in metres.
+ *                     centre of mass during the motion; in a scene without angles, in metres
  *
  * The norm of velocities uses the rates of these. An error is the largest at any record; errors at the end are reported
  * separately.
