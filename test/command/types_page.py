@@ -1,6 +1,6 @@
 """The page of all types is what the command makes of the descriptors, and each scene on it is right and runs.
 
-types.py COMMAND PAGE
+types_page.py COMMAND PAGE
 """
 import concurrent.futures
 import pathlib
