@@ -110,9 +110,8 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
 
 /* ---- probe.c ----------------------------------------------------------------------------------------------------- */
 
-/* The length of a probe: dq, dv, a (nv each), then the velocities of the markers (3 each); there is room for 6 numbers
- * per marker. */
-static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv + 6 * markers; }
+/* The length of a probe: dq, dv, a (nv each), then the velocities of the markers (3 each). */
+static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv + 3 * markers; }
 
 /* Projects the state at the distance `step` along l->direction onto the manifold and writes the probe there. */
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);

@@ -160,7 +160,7 @@ KT_TEST(summary_tells_the_end_and_the_cost) {
     kt_check_text("reduction", json_string_value(kt_json_find(root, "method.reduction")), "qr");
     kt_check_text("plan", json_string_value(kt_json_find(root, "method.plan")), "planar");
     kt_check_above("evaluations", kt_json_at(root, "cost.evaluations"), 32.0);
-    kt_check_above("CPU time", kt_json_at(root, "cost.cpu_seconds"), 1e-9);
+    kt_check_true("CPU time", kt_json_at(root, "cost.cpu_seconds") > 0.0);
     kt_check_equal_int("keys at the top", (long long)json_object_size(root), 14);
     json_decref(root);
 }
@@ -332,7 +332,7 @@ KT_TEST(balance_is_recorded_and_summed_up) {
         kt_check_near("6 N along the way", kt_csv_number(ran.err, line, supplied),
                       6.0 * kt_csv_number(ran.err, line, position), 1e-12);
         kt_check_near("balance", kt_csv_number(ran.err, line, balance), 0.0, 2e-11);
-        kt_check_near("velocity", kt_csv_number(ran.err, line, v), 6.0 * (1.0 - exp(-0.25 * (line - 1))), 2e-11);
+        kt_check_near("velocity", kt_csv_number(ran.err, line, v), 6.0 * (1.0 - exp(-0.25 * (line - 1))), 2e-12);
     }
     json_decref(root);
     ran = kt_shell("$K run d.yaml --quiet --out /dev/null --summary - --record energy");

@@ -272,7 +272,7 @@ KT_TEST(run_watches_the_fastest_mode_along_the_motion) {
     kt_check_near("the same of coarse steps", coarse / fine, 1.0, 0.25);
     snprintf(options, sizeof options, "--step %.17g", 0.5 * fmin(fine, coarse));
     kt_check_near("half of it is not warned of", advised_step(options, &x), 0.0, 0.0);
-    kt_check_near("and near", x, exact, 2e-4);
+    kt_check_near("and near", x, exact, 1e-8);
 }
 
 /* A crank of 1 m that starts at 60 deg and 6 rad/s turns a rocker. By euler the velocities are off by the square of the
