@@ -77,6 +77,35 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
                                                         const double *tau, const kt_wrench *external, double *da_dq,
                                                         double *da_dv, double *da_dtau, kt_error *error);
 
+/* Computes the matrices of the linearised equations of motion at a state: mass matrix, stiffness matrix and damping
+ * matrix, which the Newton iteration of an implicit method needs. Positions are in tangent coordinates (along
+ * q (+) e_j), so with f degrees of freedom all are f x f, with quaternions too; column-major.
+ *
+ * Without loops f = nv, and with the accelerations a(t, q, v, tau, external)
+ *     mass = M,   stiffness = -M da/dq,   damping = -M da/dv,
+ * which need no solve: they are the derivatives of inverse dynamics at the known a, less those of the effects' forces.
+ *
+ * With loops f = kt_mobility.minimal, and the columns of the basis Z (nv x f) are orthonormal and span the null space
+ * of the loops' Jacobian, A Z = 0:
+ *     mass = Z' M Z,   stiffness = -mass (Z' da/dq Z),   damping = -mass (Z' da/dv Z)
+ * with the exact derivatives of the accelerations that the loops constrain. A Newton iteration on v' = a with the
+ * residual r (nv) and g = gamma h is then
+ *     (mass + g damping + g^2 stiffness) x = mass Z' r,   dv = Z x + (r - Z Z' r),
+ * exact along the loops; across them, where nothing is stiff, it is a fixed-point iteration. The basis may jump from
+ * one call to the next: it belongs to the matrices of its own call.
+ *
+ * a: the accelerations of the motion there (kt_acceleration_evaluate), or NULL: they are evaluated. basis may be NULL
+ * without loops, and otherwise receives the identity there. work: memory of the caller of work_size >=
+ * kt_stiffness_work_size bytes, aligned to KT_ALIGNMENT, used only during the call. External wrenches are constant in
+ * the world frame, and t is constant. What kt_acceleration_derivatives says of effects and of dependent equations holds
+ * here, too. Errors: as kt_acceleration_derivatives; the outputs are then untouched. Cost: without loops O(nv depth)
+ * and the effects' derivatives; with loops O(nv^3). */
+KT_API size_t kt_stiffness_work_size(const kt_model *model);
+KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                                  double t, const double *q, const double *v, const double *tau,
+                                                  const kt_wrench *external, const double *a, double *basis,
+                                                  double *mass, double *stiffness, double *damping, kt_error *error);
+
 /* Powers in a motion, W: the power that effects dissipate (>= 0), and the power that is supplied by driving effects, by
  * joint forces and external wrenches that a caller gives, and by loops that change with time. With T the kinetic and V
  * the potential energy (kt_kinetic_energy; kt_potential_energy + kt_effect_energy)

@@ -52,7 +52,7 @@ typedef struct given {
     double q[KT_TREE_NQ], v[KT_TREE_NV];
 } given;
 
-static double matrix[3][MOST];
+static double matrix[4][MOST];
 static double rows[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
 static double out[KT_TREE_NV];
 static kt_wrench joints[KT_TREE_SLOTS], loops[TANGLE_LOOPS];
@@ -93,6 +93,15 @@ static kt_status acceleration_derivatives(const given *x, kt_error *e) {
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     const kt_status status = kt_acceleration_derivatives(OF(x), work, size, x->g->t, x->q, x->v, ACTING(x), matrix[0],
                                                          matrix[1], matrix[2], e);
+    free(work);
+    return status;
+}
+
+static kt_status stiffness(const given *x, kt_error *e) {
+    const size_t size = kt_stiffness_work_size(x->g->tree.model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    const kt_status status = kt_stiffness_evaluate(OF(x), work, size, x->g->t, x->q, x->v, ACTING(x), NULL, matrix[0],
+                                                   matrix[1], matrix[2], matrix[3], e);
     free(work);
     return status;
 }
@@ -156,6 +165,7 @@ static const struct {
     {"kt_dynamics_inverse_derivatives", inverse_derivatives},
     {"kt_acceleration_evaluate", accelerate},
     {"kt_acceleration_derivatives", acceleration_derivatives},
+    {"kt_stiffness_evaluate", stiffness},
     {"kt_power_evaluate", power},
     {"kt_loop_residual", measure},
     {"kt_state_project", project},

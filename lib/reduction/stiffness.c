@@ -1,0 +1,326 @@
+/* The linearised equations of motion of whole mechanisms: mass, stiffness and damping matrices.
+ *
+ * With everything on one side the equations are
+ *     r(q, v, a) = tau_tree(q, v, a) - tau - f(q, v) = 0       tau_tree: inverse dynamics with external wrenches
+ *     f = forces of effects + A' lambda
+ *     A a = b''
+ * At the a and lambda of the motion, for x any q_j or v_j,
+ *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx     at fixed a and lambda
+ *     A da = E,                 E = d(b'' - A a)/dx            at fixed a
+ * Without loops D_q = -M a_q is the stiffness matrix and D_v = -M a_v the damping matrix. With A' P = [Q1 Q2] [R1; 0],
+ * as for the accelerations themselves [MSD 7.33, 7.34],
+ *     da = Q1 y + Z z,   Z = Q2
+ *     R1' y = E                                                of the independent equations
+ *     (Z' M Z) z = -Z' (D + M Q1 y)
+ * so that along directions that the loops allow, dx = Z ds, the reduced stiffness or damping matrix is
+ *     -(Z' M Z) (Z' a_x Z) = Z' D Z + (Z' M Q1) R1^-T (E Z).
+ * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
+ * Only the forces of a caller's own effects are differentiated numerically, by central differences of order eight with
+ * the step h = KT_STEP: the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some
+ * eps / h of the forces.
+ */
+#include "reduction/stiffness.h"
+
+#include "dynamics/dynamics.h"
+#include "kinetree/joint.h"
+#include "reduction/householder.h"
+
+#include <string.h>
+
+#define KT_STEP 0.002 /* rad or m, and of their rates */
+
+KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model *model, size_t n, size_t p, size_t m)
+
+size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t) {
+    const size_t n = model->n.v, p = model->n.row;
+    if (memory)
+        *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p};
+    return place_arrays(w, memory, model, n, p, p ? n : 0);
+}
+
+static bool has_own_effects(const kt_model *model) {
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (model->batch[i].type == KT_EFFECT_CUSTOM)
+            return true;
+    return false;
+}
+
+/* ---- numerical differences --------------------------------------------------------------------------------------- */
+
+/* Computes f (n): the joint forces of all effects, or if `own` of a caller's own alone, including J' times their
+ * wrenches. */
+static kt_status sum_effects(kt_linearized *w, const double *q, const double *v, bool own, double *f, kt_error *error) {
+    const double *tau = NULL;
+    const kt_wrench *external = NULL;
+    memset(f, 0, w->n * sizeof *f);
+    if (!w->model->n.effect)
+        return KT_OK;
+    kt_status status = own ? kt_effects_apply_own(w->model, w->data, w->t, q, v, &tau, &external, error)
+                           : kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
+    for (size_t i = 0; i < w->n && tau; i++)
+        f[i] += tau[i];
+    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* J' w = g - (g - J' w) */
+        status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? external : NULL, w->weight, error);
+        for (size_t i = 0; i < w->n && status == KT_OK; i++)
+            f[i] -= with ? w->weight[i] : -w->weight[i];
+    }
+    return status;
+}
+
+/* Subtracts df from column j of D. */
+static kt_status difference(kt_linearized *w, const double *q, const double *v, size_t j, bool rate, double *d,
+                            kt_error *error) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    const size_t n = w->n;
+    memset(w->change, 0, n * sizeof *w->change);
+    for (int k = -4; k <= 4; k++) {
+        if (k == 0)
+            continue;
+        const double c = (k < 0 ? -weight[-k - 1] : weight[k - 1]) / KT_STEP;
+        memset(w->v, 0, n * sizeof *w->v);
+        w->v[j] = rate ? 0.0 : k * KT_STEP;
+        kt_position_add(w->model, q, w->v, w->q);
+        memcpy(w->v, v, n * sizeof *w->v);
+        w->v[j] += rate ? k * KT_STEP : 0.0;
+        const kt_status status = sum_effects(w, w->q, w->v, true, w->force, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t i = 0; i < n; i++)
+            w->change[i] += c * w->force[i];
+    }
+    for (size_t i = 0; i < n; i++)
+        d[j * n + i] -= w->change[i];
+    return KT_OK;
+}
+
+/* ---- the linear equations ---------------------------------------------------------------------------------------- */
+
+/* basis = Q, of A' P = Q R; pivots. */
+static kt_status factor(kt_linearized *w, kt_error *error) {
+    const size_t n = w->n, p = w->p;
+    const kt_group_work g = {
+        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
+    memset(w->basis, 0, n * n * sizeof *w->basis);
+    for (size_t i = 0; i < n; i++)
+        w->basis[i * n + i] = 1.0;
+    w->rank = kt_model_mobility(w->model).rank;
+    for (size_t r = 0; r < p; r++) {
+        for (size_t i = 0; i < n; i++)
+            w->factor[r * n + i] = w->jacobian[i * p + r];
+        w->pivot[r] = (int32_t)r;
+        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
+    }
+    for (int j = 0; j < w->rank; j++) {
+        double all;
+        const int best = kt_longest_column(w->norm, j, (int)p, &all);
+        if (!(w->norm[best] > 0.0 && isfinite(all)))
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "fewer equations of the loops are independent here than elsewhere");
+        if (best != j) {
+            const double norm = w->norm[j];
+            kt_swap_columns(&g, (int)n, j, best);
+            w->norm[j] = w->norm[best];
+            w->norm[best] = norm;
+        }
+        kt_eliminate(&g, (int)n, j, w->norm);
+    }
+    for (size_t c = 0; c < n; c++)
+        for (int j = w->rank - 1; j >= 0; j--)
+            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
+    return KT_OK;
+}
+
+/* Computes the multipliers of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
+static void find_multipliers(kt_linearized *w, const double *f) {
+    const int32_t *pivot = w->pivot;
+    memset(w->lambda, 0, w->p * sizeof *w->lambda);
+    for (int k = w->rank - 1; k >= 0; k--) {
+        double sum = 0.0;
+        for (size_t i = 0; i < w->n; i++)
+            sum += w->basis[(size_t)k * w->n + i] * f[i];
+        for (int l = k + 1; l < w->rank; l++)
+            sum -= w->factor[(size_t)l * w->n + (size_t)k] * w->lambda[pivot[l]];
+        w->lambda[pivot[k]] = sum / w->factor[(size_t)k * w->n + (size_t)k];
+    }
+}
+
+/* out = A' B for n x n matrices */
+static void multiply_transposed(size_t n, const double *a, const double *b, double *out) {
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            out[j * n + i] = kt_dense_dot(a + i * n, b + j * n, (int)n);
+}
+
+/* product = M Q, half = Q' M Q. */
+static void reduce(kt_linearized *w) {
+    const size_t n = w->n;
+    for (size_t j = 0; j < n; j++)
+        kt_dense_apply(w->mass, (int)n, (int)n, w->basis + j * n, w->product + j * n);
+    multiply_transposed(n, w->basis, w->product, w->half);
+}
+
+void kt_linearized_across(const kt_linearized *w, const double *e, double *y) {
+    for (size_t k = 0; k < (size_t)w->rank; k++) {
+        y[k] = e[w->pivot[k]];
+        for (size_t l = 0; l < k; l++)
+            y[k] -= w->factor[k * w->n + l] * y[l];
+        y[k] /= w->factor[k * w->n + k];
+    }
+}
+
+/* ---- all terms ----------------------------------------------------------------------------------------------------- */
+
+/* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
+static kt_status refuse_singular(const kt_linearized *w, const double *q, const double *v, kt_error *error) {
+    if (!KT_HAS_LOOPS || !w->model->n.group)
+        return KT_OK;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    kt_violation violation;
+    (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
+           kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
+    for (size_t g = 0; g < w->model->n.group; g++)
+        if (w->data->near[g])
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "the loops are at a singular position, or next to one, where accelerations have no "
+                                "defined derivative; take a neighbouring one");
+    return KT_OK;
+}
+
+/* The tree's part of M and D, at the accelerations of the motion. */
+static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, const kt_wrench *external,
+                           kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t size = kt_derivative_work_size(model);
+    const kt_status status = kt_dynamics_mass(model, w->data, q, w->mass, error);
+    return status == KT_OK ? kt_dynamics_inverse_derivatives(model, w->data, w->tree, size, q, v, w->a, external,
+                                                             w->d_q, w->d_v, error)
+                           : status;
+}
+
+static kt_dual_motion motion_of(const kt_linearized *w, const double *q, const double *v) {
+    return (kt_dual_motion){
+        .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
+}
+
+/* The effects' part of D. */
+static kt_status fill_effects(kt_linearized *w, const double *q, const double *v, kt_error *error) {
+    const kt_dual_motion at = motion_of(w, q, v);
+    kt_status status = KT_OK;
+    kt_dual_effects(&at, w->d_q, w->d_v);
+    for (size_t j = 0; j < w->n && status == KT_OK && has_own_effects(w->model); j++) {
+        status = difference(w, q, v, j, false, w->d_q, error);
+        if (status == KT_OK)
+            status = difference(w, q, v, j, true, w->d_v, error);
+    }
+    return status;
+}
+
+/* A, its factors, lambda, the loops' part of D, and E. */
+static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, const double *tau,
+                            const kt_wrench *external, kt_error *error) {
+    kt_status status = sum_effects(w, q, v, false, w->force, error);
+    if (status == KT_OK)
+        status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
+    if (status == KT_OK)
+        status = factor(w, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(w->model, w->data, q, v, w->a, external, w->change, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < w->n; i++)
+        w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
+    find_multipliers(w, w->change);
+    const kt_dual_motion at = motion_of(w, q, v);
+    kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
+    reduce(w);
+    return KT_OK;
+}
+
+kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
+                             const kt_wrench *external, const double *a, kt_error *error) {
+    kt_status status = KT_OK;
+    if (a)
+        memcpy(w->a, a, w->n * sizeof *w->a);
+    else
+        status = kt_acceleration_evaluate(w->model, w->data, w->t, q, v, tau, external, w->a, error);
+    if (status == KT_OK)
+        status = refuse_singular(w, q, v, error);
+    if (status == KT_OK)
+        status = fill_tree(w, q, v, external, error);
+    if (status == KT_OK && KT_HAS_LOOPS && w->p)
+        status = fill_loops(w, q, v, tau, external, error);
+    return status == KT_OK ? fill_effects(w, q, v, error) : status;
+}
+
+kt_status kt_linearized_overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "they overflow: look for a position, velocity, force or torque that is huge");
+}
+
+/* ---- the public function ----------------------------------------------------------------------------------------- */
+
+size_t kt_stiffness_work_size(const kt_model *model) { return kt_linearized_init(NULL, NULL, model, NULL, 0.0); }
+
+static bool is_finite(const kt_linearized *w) {
+    const size_t square = w->n * w->n;
+    return kt_all_finite(w->mass, square) && kt_all_finite(w->d_q, square) && kt_all_finite(w->d_v, square) &&
+           kt_all_finite(w->e_q, w->n * w->p) && kt_all_finite(w->e_v, w->n * w->p);
+}
+
+/* out = Z' D Z + (Z' M Q1) R1^-T (E Z) */
+static void write_reduced(kt_linearized *w, const double *d, const double *e, double *out) {
+    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    double *y = w->change, *dz = w->force, *ez = w->norm;
+    for (size_t c = 0; c < f; c++) {
+        const double *z = w->basis + (r + c) * n;
+        kt_dense_apply(d, (int)n, (int)n, z, dz);
+        kt_dense_apply(e, (int)w->p, (int)n, z, ez);
+        kt_linearized_across(w, ez, y);
+        for (size_t i = 0; i < f; i++) {
+            double sum = kt_dense_dot(w->basis + (r + i) * n, dz, (int)n);
+            for (size_t k = 0; k < r; k++)
+                sum += w->half[k * n + r + i] * y[k];
+            out[c * f + i] = sum;
+        }
+    }
+}
+
+static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
+    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    memcpy(basis, w->basis + r * n, n * f * sizeof *basis);
+    for (size_t c = 0; c < f; c++)
+        memcpy(mass + c * f, w->half + (r + c) * n + r, f * sizeof *mass);
+    write_reduced(w, w->d_q, w->e_q, stiffness);
+    write_reduced(w, w->d_v, w->e_v, damping);
+}
+
+static void write_tree(const kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
+    const size_t n = w->n, bytes = n * n * sizeof *mass;
+    for (size_t i = 0; i < n * n && basis; i++)
+        basis[i] = i % (n + 1) ? 0.0 : 1.0;
+    memcpy(mass, w->mass, bytes);
+    memcpy(stiffness, w->d_q, bytes);
+    memcpy(damping, w->d_v, bytes);
+}
+
+kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                                const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                const double *a, double *basis, double *mass, double *stiffness, double *damping,
+                                kt_error *error) {
+    kt_linearized w;
+    kt_status status =
+        kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
+    if (status != KT_OK)
+        return status;
+    (void)kt_linearized_init(&w, memory, model, data, t);
+    status = kt_linearized_fill(&w, q, v, tau, external, a, error);
+    if (status != KT_OK)
+        return status;
+    if (!is_finite(&w))
+        return kt_linearized_overflow(error);
+    if (w.p)
+        write_closed(&w, basis, mass, stiffness, damping);
+    else
+        write_tree(&w, basis, mass, stiffness, damping);
+    return KT_OK;
+}
