@@ -2,6 +2,8 @@
 #include "accuracy.h"
 #include "output.h"
 
+#include "kinetree/study.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -251,8 +253,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     if (has_loops) {
         add(variants, &count, &base, "without projection")->simulation.unprojected = true;
         for (int i = 0; i < 3; i++)
-            if (i != (int)base.model.reduction)
-                add(variants, &count, &base, reductions[i])->model.reduction = (kt_reduction)i;
+            if (i != (int)findings->scene->run.reduction)
+                add(variants, &count, &base, reductions[i])->model.reduction = kt_reduction_method_of((kt_reduction)i);
         const bool is_mass = base.model.metric == KT_METRIC_MASS;
         add(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
             is_mass ? KT_METRIC_IDENTITY : KT_METRIC_MASS;

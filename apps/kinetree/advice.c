@@ -4,6 +4,7 @@
 #include "advice.h"
 
 #include "kinetree/descriptor.h"
+#include "kinetree/study.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -24,7 +25,7 @@ static bool closes(const kt_scene *scene, const kt_description *description) {
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_data *data = NULL;
-    options.reduction = scene->run.reduction;
+    options.reduction = kt_reduction_method_of(scene->run.reduction);
     options.plan = scene->run.plan;
     if (kt_model_compile(description, &options, &model, NULL) != KT_OK)
         return false;

@@ -1,6 +1,8 @@
 /* Reads and compiles scenes for the subcommands, and prints their errors. */
 #include "start.h"
 
+#include "kinetree/study.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -113,7 +115,7 @@ static void tell_all(const kt_scene *scene, kt_error *found) {
 int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
-    options.reduction = scene->run.reduction;
+    options.reduction = kt_reduction_method_of(scene->run.reduction);
     options.metric = scene->run.metric;
     options.formulation = scene->run.formulation;
     options.plan = scene->run.plan;

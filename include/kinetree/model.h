@@ -35,12 +35,9 @@ typedef enum kt_isa {
     KT_ISA_V4,       /* x86-64-v4, AVX-512 */
 } kt_isa;
 
-/* How the equations of loops are solved. */
-typedef enum kt_reduction {
-    KT_REDUCTION_QR = 0,    /* QR decomposition with column pivoting */
-    KT_REDUCTION_PARTITION, /* independent coordinates, by elimination with pivoting */
-    KT_REDUCTION_SVD,       /* singular values */
-} kt_reduction;
+/* How the equations of loops are solved: by QR decomposition with column pivoting, or as an object of another library says
+ * (kt_reduction_method_of in study.h). */
+typedef struct kt_reduction_method kt_reduction_method;
 
 /* The norm that is least when a state that has left the constraint manifold is projected onto it. */
 typedef enum kt_metric {
@@ -78,14 +75,14 @@ typedef enum kt_plan {
 
 /* How a description is compiled. */
 typedef struct kt_model_options {
-    kt_isa level;               /* other than auto: this one; results have the same bits with each */
-    kt_reduction reduction;     /* of loops */
-    kt_metric metric;           /* of projections */
-    kt_formulation formulation; /* absolute: the model can be simulated in this formulation too */
-    kt_plan plan;               /* of trees that move in a plane */
+    kt_isa level;                         /* other than auto: this one; results have the same bits with each */
+    const kt_reduction_method *reduction; /* of loops; must outlive the model. NULL: by QR decomposition */
+    kt_metric metric;                     /* of projections */
+    kt_formulation formulation;           /* absolute: the model can be simulated in this formulation too */
+    kt_plan plan;                         /* of trees that move in a plane */
 } kt_model_options;
 
-/* auto, qr, identity, tree, auto. */
+/* auto, by QR decomposition, identity, tree, auto. */
 KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create

@@ -35,11 +35,21 @@ extern "C" {
 
 /* ---- the settings of a run --------------------------------------------------------------------------------------- */
 
-/* The names of kt_reduction and kt_metric. X(id, name in scene files) */
+/* Reductions of loops. X(id, name in scene files) */
 #define KT_REDUCTION_LIST(X)                                                                                           \
-    X(KT_REDUCTION_QR, qr)                                                                                             \
-    X(KT_REDUCTION_PARTITION, partition)                                                                               \
-    X(KT_REDUCTION_SVD, svd)
+    X(KT_REDUCTION_QR, qr)               /* QR decomposition with column pivoting */                                   \
+    X(KT_REDUCTION_PARTITION, partition) /* independent coordinates, by elimination with pivoting; study.h */          \
+    X(KT_REDUCTION_SVD, svd)             /* singular values; study.h */
+
+/* How the equations of loops are solved, as a scene says it; kt_reduction_method_of (study.h) gives the method. */
+typedef enum kt_reduction {
+#define KT_REDUCTION_ENUM(id, name) id,
+    KT_REDUCTION_LIST(KT_REDUCTION_ENUM)
+#undef KT_REDUCTION_ENUM
+        KT_REDUCTION_COUNT /* how many */
+} kt_reduction;
+
+/* The names of kt_metric. X(id, name in scene files) */
 #define KT_METRIC_LIST(X)                                                                                              \
     X(KT_METRIC_IDENTITY, identity)                                                                                    \
     X(KT_METRIC_MASS, mass)
@@ -76,17 +86,17 @@ typedef struct kt_marker_pair {
 
 /* The `simulate` and `output` parts of a scene. */
 typedef struct kt_run {
-    double duration;            /* s */
-    const char *integrator;     /* a name that kt_method_find knows */
-    double step;                /* s; > 0: fixed step, and the tolerances are not read */
-    double relative, absolute;  /* tolerances of an adaptive method, of the numbers of q and v */
-    kt_formulation formulation; /* absolute: the model must have been compiled for it (kt_model_options) */
-    kt_reduction reduction;     /* this, metric and plan are values for kt_model_options: a simulation uses those that
+    double duration;               /* s */
+    const char *integrator;        /* a name that kt_method_find knows */
+    double step;                   /* s; > 0: fixed step, and the tolerances are not read */
+    double relative, absolute;     /* tolerances of an adaptive method, of the numbers of q and v */
+    kt_formulation formulation;    /* absolute: the model must have been compiled for it (kt_model_options) */
+    kt_reduction reduction;        /* this, metric and plan are for kt_model_options: a simulation uses those that
                                    its model was compiled with */
-    kt_metric metric;           /* as reduction */
-    kt_plan plan;               /* as reduction */
-    double interval;            /* s between records; 0: about 1000 records */
-    unsigned record;            /* KT_RECORD_ bits */
+    kt_metric metric;              /* as reduction */
+    kt_plan plan;                  /* as reduction */
+    double interval;               /* s between records; 0: about 1000 records */
+    unsigned record;               /* KT_RECORD_ bits */
     const kt_marker_pair *markers; /* whose positions are recorded */
     int marker_count;              /* length of markers */
 } kt_run;

@@ -39,6 +39,12 @@
 extern "C" {
 #endif
 
+/* ---- other reductions, for comparison ---------------------------------------------------------------------------- */
+
+/* Returns the method of a reduction, for kt_model_options: NULL for QR, which is the default; any other value is that of
+ * QR, too. A library that was built without loops has no other. */
+KT_API const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction);
+
 /* ---- other formulations, for comparison -------------------------------------------------------------------------- */
 
 /* Formulations that keep loops closed without reducing coordinates: right-hand sides for kt_simulation_options, with

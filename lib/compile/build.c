@@ -10,6 +10,7 @@
 #include "compile/planar.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
+#include "reduction/reduce.h"
 
 #include <math.h>
 #include <string.h>
@@ -345,7 +346,6 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     (void)kt_model_layout(m, &n);
     m->n = n;
     m->gravity = kt_v4_from(b->description->gravity);
-    m->reduction = options->reduction;
     m->metric = options->metric;
     b->model = m;
     if (n.plane)
@@ -359,6 +359,8 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         m->level = kt_isa_resolve(options->level);
         m->kernels = kt_kernels_of(m->level, m->sweep);
         m->forward = kt_forward_tree;
+        if (KT_HAS_LOOPS)
+            m->reduction = kt_reduction_kind_of(options->reduction, m->level);
         if (m->level == KT_ISA_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.level",
                                   "this processor or build does not have that instruction set; use KT_ISA_AUTO");

@@ -24,8 +24,7 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
     const struct {
         const char *name;
         unsigned value, count;
-    } choices[] = {{"options.reduction", options->reduction, KT_REDUCTION_SVD + 1},
-                   {"options.metric", options->metric, KT_METRIC_MASS + 1},
+    } choices[] = {{"options.metric", options->metric, KT_METRIC_MASS + 1},
                    {"options.formulation", options->formulation, KT_FORMULATION_COUNT},
                    {"options.plan", options->plan, KT_PLAN_COUNT}};
     for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++)

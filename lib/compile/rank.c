@@ -8,7 +8,6 @@
  * (reduce.h).
  */
 #include "compile/compile.h"
-#include "reduction/lapack.h"
 #include "reduction/levenberg_marquardt.h"
 
 #include <float.h>
@@ -122,7 +121,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
                 continue;
             if (note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                           &group->usual[rows]) &&
-                model->reduction != KT_REDUCTION_SVD) /* SVD has no need to choose */
+                model->reduction->chooses)
                 note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
             if (rows > 0)
                 continue;
@@ -186,7 +185,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
 /* Whether a group consists of three links of a plane and is closed by one pin alone, whose rows are two directions at
  * right angles. Only the QR reduction uses this special form: a caller who asks for another reduction gets that one. */
 static bool is_pin(const kt_model *model, const kt_group *group) {
-    if (model->reduction != KT_REDUCTION_QR || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
+    if (!model->reduction->pins || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
         group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
         group->rank[KT_ROWS_ALL] != 2)
         return false;
@@ -219,18 +218,18 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     }
 }
 
-/* Whether factorisations of the model call LAPACK. */
+/* Whether a group is so large that its factorisation calls LAPACK. */
 static bool needs_lapack(const kt_model *model) {
-    bool large = model->reduction == KT_REDUCTION_SVD;
+    bool large = false;
     for (size_t g = 0; g < model->n.group; g++)
-        large = large || (model->reduction == KT_REDUCTION_QR && model->group[g].v_count >= KT_LARGE);
+        large = large || model->group[g].v_count >= model->reduction->large;
     return large;
 }
 
 kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     if (!model->n.group)
         return KT_OK;
-    if (needs_lapack(model) && kt_lapack_open(error) != KT_OK)
+    if (needs_lapack(model) && model->reduction->open(error) != KT_OK)
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
     samples found = {.q = malloc(2 * model->n.q * sizeof(double)),

@@ -86,7 +86,7 @@ struct kt_model {
     kt_isa level;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
-    kt_reduction reduction;
+    const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (reduction/reduce.h) */
     kt_metric metric;
     kt_sweep sweep;               /* which links there are: spatial, planar or both */
     double length;                /* of the longest loop, once around: the scale of lengths */

@@ -45,7 +45,7 @@ static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
-    if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], group->parent ? 6 : 0))
+    if (!model->reduction->solve(&w, data->rank[g], group->parent ? 6 : 0))
         return false;
     if (group->parent)
         kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
@@ -87,7 +87,7 @@ size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, co
 
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
-    const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
+    const kt_reduction_kind *kind = model->reduction;
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
     kt_group_work w;
     kt_group_find(model, data, g, rows, &w);
@@ -161,7 +161,7 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
 }
 
 bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *step) {
-    const kt_reduction_kind *kind = KT_KERNEL(kt_reduction_of)(model);
+    const kt_reduction_kind *kind = model->reduction;
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
@@ -207,14 +207,14 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
                 need[i] += w.coupling[6 * (size_t)i + (size_t)c] * p->alpha[c] +
                            w.coupling[6 * (size_t)i + 3 + (size_t)c] * p->linear[c];
         }
-        KT_KERNEL(kt_reduction_of)(model)->multipliers(&w, data->rank[g], need, w.multiplier);
+        model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
     }
 }
 
 static void basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        KT_KERNEL(kt_reduction_of)(model)->basis(&w, data->rank[g]);
+        model->reduction->basis(&w, data->rank[g]);
     }
 }
 

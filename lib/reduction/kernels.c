@@ -1,4 +1,4 @@
-/* The kernels for a model, and the layout of a group's matrices. */
+/* The kernels and the reduction for an instruction set, and the layout of a group's matrices. */
 #include "reduction/kernel.h"
 
 size_t kt_group_layout(kt_group *group) {
@@ -33,4 +33,10 @@ const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model)
 #endif
     (void)model;
     return &kt_reduction_kernels_baseline;
+}
+
+const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa level) {
+    static const kt_reduction_method qr = KT_REDUCTION_METHOD(kt_reduction_qr);
+    const kt_reduction_method *from = method ? method : &qr;
+    return level == KT_ISA_V4 ? from->v4 : level == KT_ISA_V3 ? from->v3 : from->baseline;
 }

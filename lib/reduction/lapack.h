@@ -4,7 +4,7 @@
  * OpenBLAS starts its threads as soon as it is loaded. So that a program that never needs it has none of them, the
  * shared library does not link it: kt_lapack_open loads a module that does (lapack_load.c, lapack_table.c) when a model
  * is compiled or an analysis begins. The static library, and the shared one on systems without dlopen, link it
- * (lapack_call.c). A build without loops (KT_NO_LOOPS) does not contain it, and functions that need it return an error.
+ * (lapack_call.c, here and in lib/study). A build without loops (KT_NO_LOOPS) does not contain it, and functions that need it return an error.
  */
 #ifndef KT_REDUCTION_LAPACK_H
 #define KT_REDUCTION_LAPACK_H
@@ -13,7 +13,8 @@
 
 #include <stdint.h>
 
-/* One list gives the functions, the module's table and the calls through it: X(name, parameters, arguments).
+/* Two lists give the functions, the module's table and the calls through it: X(name, parameters, arguments). The second
+ * is of what only libkinetree-study needs: the core does not contain it.
  *
  * geqp3: A P = Q R with column pivoting; returns LAPACK's info.
  * ormqr: C = Q C or Q' C for the reflectors of geqp3; applied one by one if size, of `work`, is only `columns`.
@@ -25,19 +26,21 @@
  * gesv:  x = A^-1 x by LU with row pivoting (A: n x n, overwritten; pivot: n); 0, or info where A is singular.
  */
 /* clang-format off */
-#define KT_LAPACK_LIST(X)                                                                                              \
+#define KT_LAPACK_CORE_LIST(X)                                                                                         \
     X(geqp3, (int m, int n, double *a, int32_t *pivot, double *tau, double *work, int size),                           \
       (m, n, a, pivot, tau, work, size))                                                                               \
     X(ormqr, (char trans, int m, int columns, int reflectors, const double *a, const double *tau, double *c,           \
               double *work, int size),                                                                                 \
       (trans, m, columns, reflectors, a, tau, c, work, size))                                                          \
-    X(gesvd, (int m, int n, double *a, double *s, double *u, double *work, int size), (m, n, a, s, u, work, size))     \
     X(geevx, (int n, double *a, double *real, double *imaginary, double *left, double *right, double *scale,           \
               double *norm, double *condition, double *work, int size),                                                \
       (n, a, real, imaginary, left, right, scale, norm, condition, work, size))                                        \
     X(potrf, (int n, double *a), (n, a))                                                                               \
-    X(trtrs, (char trans, int n, int columns, const double *l, double *x), (trans, n, columns, l, x))                  \
     X(gesv, (int n, double *a, int32_t *pivot, double *x), (n, a, pivot, x))
+#define KT_LAPACK_STUDY_LIST(X)                                                                                        \
+    X(gesvd, (int m, int n, double *a, double *s, double *u, double *work, int size), (m, n, a, s, u, work, size))     \
+    X(trtrs, (char trans, int n, int columns, const double *l, double *x), (trans, n, columns, l, x))
+#define KT_LAPACK_LIST(X) KT_LAPACK_CORE_LIST(X) KT_LAPACK_STUDY_LIST(X)
 /* clang-format on */
 
 #define KT_LAPACK_DECLARE(name, parameters, arguments) int kt_lapack_##name parameters;

@@ -1,4 +1,4 @@
-/* The calls of LAPACK. */
+/* The calls of LAPACK; lib/study/lapack_call.c has those that the core does not need. */
 #include "reduction/lapack.h"
 
 #include <stddef.h>
@@ -8,7 +8,7 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define KT_LAPACK_NONE(name, parameters, arguments)                                                                    \
     int kt_lapack_##name parameters { return -1; }
-KT_LAPACK_LIST(KT_LAPACK_NONE)
+KT_LAPACK_CORE_LIST(KT_LAPACK_NONE)
 #undef KT_LAPACK_NONE
 
 kt_status kt_lapack_open(kt_error *error) {
@@ -31,10 +31,6 @@ int kt_lapack_ormqr(char trans, int m, int columns, int reflectors, const double
     return LAPACKE_dormqr_work(LAPACK_COL_MAJOR, 'L', trans, m, columns, reflectors, a, m, tau, c, m, work, size);
 }
 
-int kt_lapack_gesvd(int m, int n, double *a, double *s, double *u, double *work, int size) {
-    return LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'O', m, n, a, m, s, u, m, NULL, 1, work, size);
-}
-
 int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *left, double *right, double *scale,
                     double *norm, double *condition, double *work, int size) {
     int low, high;
@@ -43,10 +39,6 @@ int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *l
 }
 
 int kt_lapack_potrf(int n, double *a) { return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n); }
-
-int kt_lapack_trtrs(char trans, int n, int columns, const double *l, double *x) {
-    return LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', trans, 'N', n, columns, l, n, x, n);
-}
 
 int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
     return LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n);

@@ -23,7 +23,10 @@ static _Atomic(const kt_lapack_table *) loaded;
         const kt_lapack_table *table = atomic_load_explicit(&loaded, memory_order_acquire);                            \
         return table ? table->name arguments : -1;                                                                     \
     }
-KT_LAPACK_LIST(KT_LAPACK_PASS)
+KT_LAPACK_CORE_LIST(KT_LAPACK_PASS)
+#ifdef KT_LAPACK_STUDY /* in libkinetree-study */
+KT_LAPACK_STUDY_LIST(KT_LAPACK_PASS)
+#endif
 #undef KT_LAPACK_PASS
 
 /* Writes the path of the module in the folder of this library; returns false if it is not there. */

@@ -1,4 +1,4 @@
-/* The module that links OpenBLAS: a table of the calls (lapack_call.c), for lapack_load.c. */
+/* The module that links OpenBLAS: a table of the calls (lapack_call.c, here and in lib/study), for lapack_load.c. */
 #include "reduction/lapack.h"
 
 KT_API extern const kt_lapack_table kt_lapack_module;

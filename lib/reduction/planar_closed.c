@@ -60,7 +60,7 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t
     kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
     kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
-    if (!KT_KERNEL(kt_reduction_of)(model)->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
+    if (!model->reduction->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
         return false;
     if (top)
         kt_planar_group_onto_parent(&w, &total, &data->planar_inertia[top]);

@@ -174,6 +174,10 @@ static bool solve(const kt_group_work *w, int rank, int width) {
 static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
+                                                      .chooses = true,
+                                                      .pins = true,
+                                                      .large = KT_LARGE,
+                                                      .open = kt_lapack_open,
                                                       .factor = factor,
                                                       .size = size,
                                                       .particular = particular,

@@ -154,10 +154,13 @@ size_t kt_group_layout(kt_group *group);
 /* w->basis: m x (m - rank), A basis = 0. */
 typedef void kt_basis(const kt_group_work *w, int rank);
 
-/* A method of solving A x = b for the coordinates (one file each: qr.c, svd.c, partition.c). `cap` is the structural
- * rank. */
+/* A method of solving A x = b for the coordinates (qr.c; others in lib/study). `cap` is the structural rank. */
 typedef struct kt_reduction_kind {
-    bool least; /* `particular` is the least solution */
+    bool least;   /* `particular` is the least solution */
+    bool chooses; /* rank is less than the number of equations: some of them are chosen, and the others not solved */
+    bool pins;    /* a group that one pin in a plane closes may be solved in closed form instead (planar_pin.h) */
+    int large;    /* groups with this number of coordinates and more need what `open` provides */
+    kt_status (*open)(kt_error *error);
     /* Factors w->a; returns the numerical rank, at most cap, or -1 if a number was not finite. */
     int (*factor)(kt_group_work *w, int cap);
     /* The size of the i-th direction as factored. */
@@ -170,18 +173,24 @@ typedef struct kt_reduction_kind {
     void (*multipliers)(const kt_group_work *w, int rank, double *g, double *lambda);
 } kt_reduction_kind;
 
-#define KT_REDUCTION_EXTERN(level)                                                                                     \
-    extern const kt_reduction_kind kt_reduction_qr_##level, kt_reduction_svd_##level, kt_reduction_partition_##level;
-KT_REDUCTION_EXTERN(baseline)
-KT_REDUCTION_EXTERN(v3)
-KT_REDUCTION_EXTERN(v4)
+/* The same method, compiled for each instruction set. */
+struct kt_reduction_method {
+    const kt_reduction_kind *baseline, *v3, *v4;
+};
 
-#ifdef KT_ISA
-static inline const kt_reduction_kind *KT_KERNEL(kt_reduction_of)(const kt_model *model) {
-    return model->reduction == KT_REDUCTION_SVD         ? &KT_KERNEL(kt_reduction_svd)
-           : model->reduction == KT_REDUCTION_PARTITION ? &KT_KERNEL(kt_reduction_partition)
-                                                        : &KT_KERNEL(kt_reduction_qr);
-}
+/* Of a method whose functions end in the name of the instruction set. */
+#ifdef KT_ISAS
+#define KT_REDUCTION_METHOD(name)                                                                                      \
+    { &name##_baseline, &name##_v3, &name##_v4 }
+#else
+#define KT_REDUCTION_METHOD(name)                                                                                      \
+    { &name##_baseline, NULL, NULL }
 #endif
+
+#define KT_REDUCTION_EXTERN(name) extern const kt_reduction_kind name##_baseline, name##_v3, name##_v4;
+KT_REDUCTION_EXTERN(kt_reduction_qr)
+
+/* Returns a method's functions for an instruction set; NULL: those of QR. */
+const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa level);
 
 #endif

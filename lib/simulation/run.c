@@ -84,7 +84,11 @@ const char *kt_formulation_name(kt_formulation formulation) {
 }
 
 const char *kt_reduction_name(kt_reduction reduction) {
-    switch (reduction) { KT_REDUCTION_LIST(KT_RUN_CASE) }
+    switch (reduction) {
+        KT_REDUCTION_LIST(KT_RUN_CASE)
+    case KT_REDUCTION_COUNT:
+        break;
+    }
     return NULL;
 }
 

@@ -20,7 +20,7 @@ kt_accuracy_options kt_accuracy_options_default(void) {
 kt_variant kt_variant_default(const kt_run *run) {
     kt_variant variant = {0};
     variant.model = kt_model_options_default();
-    variant.model.reduction = run->reduction;
+    variant.model.reduction = kt_reduction_method_of(run->reduction);
     variant.model.metric = run->metric;
     variant.model.formulation = run->formulation;
     variant.simulation = kt_simulation_options_default();

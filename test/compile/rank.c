@@ -5,6 +5,8 @@
 
 #include "model/model.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -32,24 +34,24 @@ KT_TEST(ranks_of_known_mechanisms) {
     for (int way = 0; way < 3; way++) {
         four_bar f = four_bar_default();
         linkage_four_bar(&l, &f);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         expect(&l, "four-bar, closed by a revolute joint", 3, 5, 2, 2);
         f.type = KT_LOOP_SPHERICAL;
         linkage_four_bar(&l, &f);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         expect(&l, "four-bar, closed by a spherical joint", 3, 3, 2, 2);
         f.type = KT_LOOP_CYLINDRICAL;
         linkage_four_bar(&l, &f);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         expect(&l, "four-bar, closed by a cylindrical joint", 3, 4, 2, 2);
         linkage_bricard(&l);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         expect(&l, "Bricard", 5, 5, 4, 5);
         linkage_windows(&l, 2, 0.0, 1.0, KT_LOOP_REVOLUTE);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         expect(&l, "two windows", 5, 10, 4, 4);
         linkage_windows(&l, 5, 0.0, 1.0, KT_LOOP_SPHERICAL);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         expect(&l, "five windows", 11, 15, 10, 10);
     }
 }
@@ -123,7 +125,7 @@ KT_TEST(rank_does_not_change_off_the_manifold) {
     static linkage l;
     for (int way = 0; way < 3; way++) {
         linkage_bricard(&l);
-        l.options.reduction = (kt_reduction)way;
+        l.options.reduction = kt_reduction_method_of((kt_reduction)way);
         if (linkage_build(&l, 0.0)) {
             double a[5], moved[5], q[5], kept = 0.0;
             /* somewhere on the manifold, in motion */

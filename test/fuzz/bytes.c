@@ -1,6 +1,8 @@
 /* Numbers out of bytes: one byte is a sixteenth, or says that more is wanted. */
 #include "fuzz.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -75,7 +77,7 @@ kt_model_options kt_fuzz_options(kt_bytes *bytes) {
     const unsigned chosen = kt_bytes_next(bytes);
     kt_model_options options = kt_model_options_default();
     options.level = (chosen & 1U) != 0 ? KT_ISA_BASE : KT_ISA_AUTO;
-    options.reduction = (kt_reduction)((chosen >> 1) % 3);
+    options.reduction = kt_reduction_method_of((kt_reduction)((chosen >> 1) % 3));
     options.metric = (chosen & 16U) != 0 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
     options.formulation = (chosen & 32U) != 0 ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
     options.plan = (chosen & 64U) != 0 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;

@@ -1,6 +1,8 @@
 /* A hard case at work: its description read or made, compiled, run, watched. */
 #include "hard.h"
 
+#include "kinetree/study.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -124,7 +126,7 @@ void kt_hard_close(kt_hard *h) {
 bool kt_hard_compile(kt_hard *h, const kt_hard_motion *motion) {
     kt_model_options options = kt_model_options_default();
     kt_error error;
-    options.reduction = motion->reduction;
+    options.reduction = kt_reduction_method_of(motion->reduction);
     options.plan = motion->plan;
     if (!kt_hard_fine(h, kt_model_compile(&h->description, &options, &h->model, &error), &error))
         return false;

@@ -43,7 +43,7 @@ SCENE_MAY_NOT_IMPORT = [
 # What a library for trees alone has nothing of: types of loops, their equations, constraint groups, mechanisms in a plane that
 # are closed.
 OF_LOOPS = ["kt_loop_kinds*", "kt_loop_[a-z]*_baseline", "kt_loop_planar_rows", "kt_loops_*", "kt_closed_*", "kt_group_*", "kt_groups_*",
-            "kt_reduction_kernels*", "kt_reduction_qr_*", "kt_reduction_svd_*", "kt_react_*", "kt_planar_ends", "kt_project_in_place", "kt_open_loops_error", "kt_dual_loop*",
+            "kt_reduction_kernels*", "kt_reduction_qr_*", "kt_react_*", "kt_planar_ends", "kt_project_in_place", "kt_open_loops_error", "kt_dual_loop*",
             "kt_assemble_levenberg_marquardt", "kt_damped_step"]
 
 

@@ -2,6 +2,7 @@
  * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
  * assembled; or run it (run). */
 #include "kinetree/scene.h"
+#include "kinetree/study.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,7 @@ static int open_subject(subject *s, const char *path) {
     options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
     if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
         return fprintf(stderr, "%s: %s\n", error.where, error.message);
-    options.reduction = s->scene.run.reduction;
+    options.reduction = kt_reduction_method_of(s->scene.run.reduction);
     options.plan = s->scene.run.plan;
     if (kt_model_compile(&s->scene.description, &options, &s->model, &error) != KT_OK ||
         kt_data_create(s->model, &s->data, &error) != KT_OK)

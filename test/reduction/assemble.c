@@ -5,6 +5,8 @@
 #include "model/model.h"
 #include "reduction/levenberg_marquardt.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -158,10 +160,10 @@ KT_TEST(assembly_finds_the_nearest_closed_state) {
     tangle_plan plan = tangle_plan_default();
     outcome o = run(&plan, &random, 60, 0, 0.1);
     kt_check_equal_int("not assembled", o.refused, 0);
-    plan.options.reduction = KT_REDUCTION_PARTITION;
+    plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_PARTITION);
     o = run(&plan, &random, 30, 0, 0.1);
     kt_check_equal_int("not assembled", o.refused, 0);
-    plan.options.reduction = KT_REDUCTION_SVD;
+    plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_SVD);
     plan.options.metric = KT_METRIC_MASS; /* of projections, not of assembly */
     o = run(&plan, &random, 30, 0, 0.1);
     kt_check_equal_int("not assembled", o.refused, 0);

@@ -1,6 +1,8 @@
 /* Through singular positions: the motion goes on as it came. */
 #include "linkage.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -53,7 +55,7 @@ KT_TEST(two_windows_follow_the_exact_motion) {
     static const char *const names[] = {"qr", "partition", "svd", "qr, metric of mass"};
     for (int way = 0; way < 4; way++) {
         linkage_windows(&l, 2, 0.0, 1.0, KT_LOOP_REVOLUTE);
-        l.options.reduction = (kt_reduction)(way % 3);
+        l.options.reduction = kt_reduction_method_of((kt_reduction)(way % 3));
         l.options.metric = way == 3 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         if (linkage_build(&l, 0.0))
             kt_check_below(names[way], worst_distance(&l, 2, (exact){0.0L, 0.0L, 1.0L}, "rk4", 1e-3, 0.0, 10.0, NULL),

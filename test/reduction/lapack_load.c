@@ -65,7 +65,7 @@ static kt_model *compile_rope(int links, kt_reduction reduction) {
     rope.loops = &loop;
     rope.loop_count = 1;
     kt_model_options options = kt_model_options_default();
-    options.reduction = reduction;
+    options.reduction = kt_reduction_method_of(reduction);
     kt_model *model = NULL;
     kt_error error = {0};
     if (!kt_check_equal_int("compiled", kt_model_compile(&rope, &options, &model, &error), KT_OK))

@@ -7,6 +7,8 @@
  */
 #include "../simulation/scenes.h"
 
+#include "kinetree/study.h"
+
 #include <math.h>
 #include <stdio.h>
 
@@ -186,7 +188,7 @@ static void follow(const pair *p) {
         return;
     make_loop(p, &tree, motion.pose[0][1], motion.twist[0][1], &loop);
     for (int r = 0; r < 3; r++) {
-        options.reduction = (kt_reduction)r;
+        options.reduction = kt_reduction_method_of((kt_reduction)r);
         compare(p, &motion, &loop, &options, names[r]);
     }
     options = kt_model_options_default();

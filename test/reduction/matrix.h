@@ -4,7 +4,7 @@
 
 #include "check.h"
 
-#include "reduction/reduce.h"
+#include "study/reduction.h"
 
 enum { MATRIX_MOST = 45, MATRIX_SQUARE = MATRIX_MOST * MATRIX_MOST };
 

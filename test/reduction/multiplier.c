@@ -4,6 +4,7 @@
 #include "tangle.h"
 
 #include "kinetree/effect.h"
+#include "kinetree/study.h"
 
 #include <float.h>
 #include <math.h>
@@ -44,7 +45,7 @@ static void check_balance(bool planar) {
         tangle_plan plan = planar ? tangle_plan_planar() : tangle_plan_default();
         double a[KT_TREE_NV], lambda[TANGLE_ROWS];
         kt_error e = {0};
-        plan.options.reduction = ways[n % 3];
+        plan.options.reduction = kt_reduction_method_of(ways[n % 3]);
         if (tangle_grow(&g, &plan, &random) && tangle_system_of(&g, &s) &&
             kt_tree_fine("acceleration",
                          kt_acceleration_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, a, &e),
@@ -74,7 +75,7 @@ KT_TEST(two_equal_stops_share_as_their_reduction_says) {
     for (int way = 0; way < 3; way++) {
         linkage l;
         linkage_begin(&l);
-        l.options.reduction = ways[way];
+        l.options.reduction = kt_reduction_method_of(ways[way]);
         linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(2.0, 0.0, 0.0), 0.0, 0.0)->mass = 1.0;
         for (int i = 0; i < 2; i++) {
             kt_loop *stop = linkage_close(&l, i ? "second" : "first", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0),
@@ -137,7 +138,7 @@ KT_TEST(null_space_is_whole_and_does_not_move_the_loops) {
         tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
         kt_error e = {0};
         int columns = -1;
-        plan.options.reduction = ways[n % 3];
+        plan.options.reduction = kt_reduction_method_of(ways[n % 3]);
         if (tangle_grow(&g, &plan, &random) &&
             kt_tree_fine("equations",
                          kt_loop_equations(g.tree.model, g.tree.data, g.t, g.q, NULL, jacobian, NULL, NULL, NULL, &e),

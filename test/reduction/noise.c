@@ -4,6 +4,7 @@
 #include "linkage.h"
 
 #include "kinetree/simulation.h"
+#include "kinetree/study.h"
 #include "model/model.h"
 #include "reduction/project.h"
 
@@ -91,7 +92,7 @@ KT_TEST(equations_of_rounding_alone_are_contradicted_and_not_solved) {
             for (int k = 0; k < 6; k++) {
                 const double size = sizes[k % 3], rate = 0.1 * size;
                 string_up(&l, (stand)how, k < 3, size, rate);
-                l.options.reduction = ways[way];
+                l.options.reduction = kt_reduction_method_of(ways[way]);
                 kt_note("%s, %s, %s, lengths of %g m", stand_names[how], kt_reduction_name(ways[way]),
                         k < 3 ? "in space" : "in a plane", size);
                 if (linkage_compile(&l)) {
@@ -153,7 +154,7 @@ KT_TEST(mechanisms_at_rest_are_projected_for_ever) {
         int failed = 0;
         f.rate = 0.0;
         linkage_four_bar(&l, &f);
-        l.options.reduction = ways[k % 3];
+        l.options.reduction = kt_reduction_method_of(ways[k % 3]);
         if (k >= 3)
             linkage_bar(&l, "bob", "coupler", none, kt_vec3_make(0.0, -0.5, 0.0), 0.2, 0.0);
         kt_loop *drive = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, none, NULL, none);

@@ -4,6 +4,8 @@
 
 #include "model/model.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -42,7 +44,7 @@ static tangle_plan draw_plan(int i) {
         plan.tree.from_world = 0.4;
         plan.nearby = 1.0;
     }
-    plan.options.reduction = (kt_reduction)(i % 3);
+    plan.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
     plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
     return plan;
 }

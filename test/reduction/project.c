@@ -4,6 +4,8 @@
 
 #include "model/model.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -77,9 +79,9 @@ KT_TEST(projection_closes_to_rounding) {
     plan.options.metric = KT_METRIC_MASS;
     run(&plan, &random, 40);
     plan.options.metric = KT_METRIC_IDENTITY;
-    plan.options.reduction = KT_REDUCTION_PARTITION;
+    plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_PARTITION);
     run(&plan, &random, 40);
-    plan.options.reduction = KT_REDUCTION_SVD;
+    plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_SVD);
     run(&plan, &random, 40);
 }
 
@@ -182,7 +184,7 @@ KT_TEST(projection_moves_least_in_its_metric) {
     for (int way = 0; way < 4; way++) {
         kt_worst position = kt_worst_make("step in positions, along what loops allow");
         kt_worst velocity = kt_worst_make("step in velocities, along what loops allow");
-        plan.options.reduction = (kt_reduction)(way % 3);
+        plan.options.reduction = kt_reduction_method_of((kt_reduction)(way % 3));
         plan.options.metric = way == 3 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         kt_note("%s", names[way]);
         check_least(&plan, &random, way == 3, &position, &velocity);

@@ -4,6 +4,8 @@
  */
 #include "linkage.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -14,7 +16,7 @@ enum { WAYS = 6 };
 static kt_model_options way(int k) {
     static const kt_reduction reductions[3] = {KT_REDUCTION_QR, KT_REDUCTION_PARTITION, KT_REDUCTION_SVD};
     kt_model_options options = kt_model_options_default();
-    options.reduction = reductions[k % 3];
+    options.reduction = kt_reduction_method_of(reductions[k % 3]);
     options.plan = k < 3 ? KT_PLAN_AUTO : KT_PLAN_SPATIAL;
     return options;
 }

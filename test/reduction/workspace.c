@@ -10,6 +10,8 @@
 
 #include "dynamics/dynamics.h"
 
+#include "kinetree/study.h"
+
 #include <cblas.h>
 #include <math.h>
 #include <string.h>
@@ -105,7 +107,7 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
     long different = 0, failures = 0;
     for (int i = 0; i < 60; i++) {
         tangle_plan plan = plan_of(i);
-        plan.options.reduction = (kt_reduction)(i % 3);
+        plan.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
         plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         if (tangle_grow(&g, &plan, &random)) {
             const question ask = ask_tangle(&g);
@@ -120,7 +122,7 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
     kt_check_below("calls that fail", (double)failures, 1.0); /* assembly from 0.1 rad off may */
     for (int i = 0; i < 9; i++) {                             /* near a singular position; in groups large and small */
         linkage_windows(&l, i % 3 ? 20 : 3, 1.5707963267948966 + (i < 3 ? 0.0 : 0.003), 1.0, KT_LOOP_REVOLUTE);
-        l.options.reduction = (kt_reduction)(i % 3);
+        l.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
         if (linkage_build(&l, 0.0)) {
             const question ask = ask_linkage(&l);
             ask_all(&ask, leave, &clean);
@@ -142,8 +144,9 @@ static void compare_levels(kt_isa level, const char *what) {
         if (tangle_grow(&g, &plan, &random)) {
             for (int k = 0; k < 2; k++) {
                 kt_tree_free(&g.tree);
-                const kt_model_options options = {.level = k ? level : KT_ISA_BASE,
-                                                  .reduction = i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION};
+                const kt_model_options options = {
+                    .level = k ? level : KT_ISA_BASE,
+                    .reduction = kt_reduction_method_of(i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION)};
                 if (!kt_tree_compile(&g.tree, &options))
                     break;
                 const question ask = ask_tangle(&g);
@@ -190,7 +193,7 @@ KT_TEST(nothing_is_allocated_after_set_up) {
     const int threads = openblas_get_num_threads();
     for (int i = 0; i < 24; i++) {
         tangle_plan plan = plan_of(i);
-        plan.options.reduction = (kt_reduction)(i % 3);
+        plan.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
         plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         if (tangle_grow(&g, &plan, &random)) {
             const question ask = ask_tangle(&g);
@@ -203,7 +206,7 @@ KT_TEST(nothing_is_allocated_after_set_up) {
     kt_check_equal_int("allocations, small groups", count, 0);
     for (int i = 0; i < 6; i++) { /* 81 coordinates, by LAPACK; and across a singular position */
         linkage_windows(&l, 40, i < 3 ? 0.4 : 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
-        l.options.reduction = (kt_reduction)(i % 3);
+        l.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
         if (linkage_build(&l, 0.0)) {
             const question ask = ask_linkage(&l);
             kt_interpose_start();

@@ -1,11 +1,13 @@
 #include "closed.h"
 
+#include "kinetree/study.h"
+
 #include <math.h>
 
 bool kt_closed_compile(kt_case *c, kt_reduction reduction, kt_metric metric) {
     kt_model_options options = kt_model_options_default();
     kt_error error = {KT_OK, "", ""};
-    options.reduction = reduction;
+    options.reduction = kt_reduction_method_of(reduction);
     options.metric = metric;
     kt_model_free(c->model);
     c->model = NULL;

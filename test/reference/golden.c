@@ -14,6 +14,8 @@
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
 #include "scene.h"
 
+#include "kinetree/study.h"
+
 #include <dirent.h>
 #include <inttypes.h>
 #include <math.h>
@@ -139,7 +141,7 @@ static kt_model *compile(const kt_case *c, const kt_run *run) {
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_error error = {KT_OK, "", ""};
-    options.reduction = run->reduction;
+    options.reduction = kt_reduction_method_of(run->reduction);
     options.metric = run->metric;
     options.plan = run->plan;
     options.formulation = run->formulation;

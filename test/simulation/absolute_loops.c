@@ -5,6 +5,8 @@
  */
 #include "both.h"
 
+#include "kinetree/study.h"
+
 #include <math.h>
 
 static kt_body make_body(const char *name, const char *parent, kt_joint_type type, double x, double y) {
@@ -60,7 +62,7 @@ static void follow(const kt_description *d, const kt_both_bounds *bounds) {
     run.interval = 0.01;
     for (int r = 0; r < 3; r++) {
         kt_model_options options = kt_model_options_default();
-        options.reduction = (kt_reduction)r;
+        options.reduction = kt_reduction_method_of((kt_reduction)r);
         kt_model *model = kt_both_compile(d, &options);
         if (model && kt_both_run(model, KT_FORMULATION_TREE, run, NULL, &tree) &&
             kt_both_run(model, KT_FORMULATION_ABSOLUTE, run, NULL, &other))

@@ -6,6 +6,7 @@
 #include "both.h"
 
 #include "kinetree/scene.h"
+#include "kinetree/study.h"
 
 #include <dirent.h>
 #include <float.h>
@@ -33,7 +34,7 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             kt_model_options options = kt_model_options_default();
-            options.reduction = scene.run.reduction;
+            options.reduction = kt_reduction_method_of(scene.run.reduction);
             options.metric = scene.run.metric;
             kt_model *model = NULL;
             if (scene.description.body_count > most)
@@ -215,7 +216,7 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
         for (int formulation = 0; formulation < 2; formulation++) {
             static double exact[NUMBERS], coarse[NUMBERS], fine[NUMBERS];
             kt_model_options options = kt_model_options_default();
-            options.reduction = (kt_reduction)way;
+            options.reduction = kt_reduction_method_of((kt_reduction)way);
             kt_model *model = kt_both_compile(&scene.description, &options);
             double errors[2] = {0.0, 0.0};
             if (model && after_a_second(model, KT_FORMULATION_TREE, 0, exact) &&

@@ -4,6 +4,7 @@
 #include "../reduction/linkage.h"
 
 #include "kinetree/simulation.h"
+#include "kinetree/study.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -176,7 +177,7 @@ KT_TEST(separate_loops_are_groups_of_their_own) {
             linkage_close(&l, name[0], KT_LOOP_REVOLUTE, l.body[3 * i + 1].name, kt_vec3_make(2.0, 0.0, 0.0),
                           l.body[3 * i + 2].name, kt_vec3_make(1.8, 0.0, 0.0));
         }
-        l.options.reduction = KT_REDUCTION_SVD; /* no pin at one go */
+        l.options.reduction = kt_reduction_method_of(KT_REDUCTION_SVD); /* no pin at one go */
         if (!linkage_compile(&l))
             return;
         const plan p = plan_of(l.model, NULL);

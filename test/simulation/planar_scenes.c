@@ -4,6 +4,7 @@
 #include "both.h"
 
 #include "kinetree/scene.h"
+#include "kinetree/study.h"
 
 #include <dirent.h>
 #include <stdio.h>
@@ -19,7 +20,7 @@ static kt_model *compile(const kt_scene *scene, kt_plan plan) {
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_error error;
-    options.reduction = scene->run.reduction;
+    options.reduction = kt_reduction_method_of(scene->run.reduction);
     options.metric = scene->run.metric;
     options.plan = plan;
     return kt_fine("compiles", kt_model_compile(&scene->description, &options, &model, &error), &error) ? model : NULL;

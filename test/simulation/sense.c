@@ -4,6 +4,7 @@
 #include "scenes.h"
 
 #include "kinetree/scene.h"
+#include "kinetree/study.h"
 #include "model/model.h"
 
 #include <dirent.h>
@@ -37,7 +38,7 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             const bool large = scene.description.body_count > (formulation == KT_FORMULATION_ABSOLUTE ? FREE : TREE);
-            options.reduction = scene.run.reduction;
+            options.reduction = kt_reduction_method_of(scene.run.reduction);
             options.metric = scene.run.metric;
             options.formulation = formulation;
             if (!large &&

@@ -8,6 +8,7 @@
  */
 #include "reduction/dense.h"
 #include "reduction/lapack.h"
+#include "study/reduction.h"
 
 #include <math.h>
 #include <string.h>
@@ -74,6 +75,7 @@ static bool solve(const kt_group_work *w, int rank, int width) {
 static double size(const kt_group_work *w, int i) { return w->reflector[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
+                                                       .open = kt_lapack_open,
                                                        .factor = factor,
                                                        .size = size,
                                                        .particular = particular,

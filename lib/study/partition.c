@@ -12,7 +12,9 @@
  * evaluations. The order of the coordinates is stored in `square`.
  */
 #include "reduction/dense.h"
+#include "study/reduction.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -149,7 +151,9 @@ static bool solve(const kt_group_work *w, int rank, int width) {
 
 static double size(const kt_group_work *w, int i) { return fabs(*at(w, i, i)); }
 
-const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {.factor = factor,
+const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {.chooses = true,
+                                                             .large = INT_MAX,
+                                                             .factor = factor,
                                                              .size = size,
                                                              .particular = particular,
                                                              .basis = basis,
