@@ -1,0 +1,499 @@
+/* What a picture of a mechanism shows, from its description. */
+#include "picture/picture.h"
+
+#include "base/arena.h"
+#include "kinetree/descriptor.h"
+#include "picture/solid.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+typedef struct counts {
+    size_t bodies, joints, loops, effects, solids, planes;
+} counts;
+
+#define KT_PICTURE_FIELDS(X)                                                                                           \
+    X(kt_solid, solids, n->solids, "what bodies look like")                                                            \
+    X(kt_picture_joint, joints, n->joints, "those that move")                                                          \
+    X(kt_picture_loop, loops, n->loops, "those between two ends")                                                      \
+    X(kt_picture_effect, effects, n->effects, "all")                                                                   \
+    X(kt_picture_plane, planes, n->planes, "of contacts, rolling wheels and planar joints")                            \
+    X(int, part, n->bodies, "rigid part of each body")                                                                 \
+    X(int, colour, n->bodies, "of each body")
+
+KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
+
+/* A body has at most a solid of its shape, a point at its mass, and a rod to each joint, loop and effect on it. */
+static counts count(const kt_description *d, const kt_model *model) {
+    const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
+                 effects = (size_t)d->effect_count;
+    return (counts){.bodies = bodies,
+                    .joints = bodies,
+                    .loops = loops,
+                    .effects = effects,
+                    .solids = 4 * bodies + 2 * loops + 2 * effects,
+                    .planes = bodies + loops + effects};
+}
+
+/* ---- frames ------------------------------------------------------------------------------------------------------ */
+
+typedef struct maker {
+    kt_picture *picture;
+    const kt_description *description;
+    const kt_model *model;
+    const kt_pose *poses;
+    int *first, *next; /* solids of each rigid part, as chained lists: -1 ends one */
+} maker;
+
+/* The frame with z along an axis; the frame itself where the axis is zero. */
+static kt_mat3 along(kt_mat3 frame, kt_vec3 axis) {
+    return kt_vec3_dot(axis, axis) > 0.0 ? kt_mat3_multiply(frame, kt_triad_from_axis(kt_vec3_normalize(axis), 2))
+                                         : frame;
+}
+
+static kt_body_frame frame_of(const maker *m, const kt_end *end, kt_vec3 axis) {
+    kt_body_frame frame = {.body = end->body != NULL ? kt_body_find(m->model, end->body) : 0};
+    frame.body = frame.body > 0 ? frame.body : 0;
+    const int marker = end->marker != NULL ? kt_marker_find(m->model, frame.body, end->marker) : -1;
+    frame.pose.position = marker >= 0 ? kt_marker_at(m->model, frame.body, marker) : end->at;
+    frame.pose.rotation = along(kt_solid_rotation(&end->rotation), axis);
+    return frame;
+}
+
+kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses) {
+    return kt_pose_compose(poses[frame->body], frame->pose);
+}
+
+static const kt_body *source_of(const maker *m, int body) {
+    return &m->description->bodies[kt_body_source(m->model, body)];
+}
+
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
+
+static void list_joints(maker *m) {
+    kt_picture *p = m->picture;
+    for (int body = 1; body < p->body_count; body++) {
+        const kt_joint *joint = &source_of(m, body)->joint;
+        const int parent = kt_body_parent(m->model, body);
+        p->part[body] = joint->type == KT_JOINT_FIXED ? p->part[parent] : body;
+        if (joint->type == KT_JOINT_FIXED)
+            continue;
+        const bool has_axis = joint->type != KT_JOINT_SPHERICAL && joint->type != KT_JOINT_FREE;
+        const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
+        const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(joint->axis), 2);
+        const bool has_axis2 = kt_vec3_dot(joint->axis2, joint->axis2) > 0.0;
+        p->joints[p->joint_count++] = (kt_picture_joint){
+            .type = joint->type,
+            .body = body,
+            .frame = {.body = parent,
+                      .pose = {.rotation = along(kt_solid_rotation(&joint->rotation), has_axis ? joint->axis : none),
+                               .position = joint->at}},
+            .axis2 = has_axis2 ? kt_vec3_normalize(joint->axis2) : triad.x,
+            .name = kt_body_name(m->model, body)};
+    }
+}
+
+static void list_loops(maker *m) {
+    kt_picture *p = m->picture;
+    for (int i = 0; i < m->description->loop_count; i++) {
+        const kt_loop *loop = &m->description->loops[i];
+        const bool two_axes =
+            loop->type == KT_LOOP_ORTHOGONAL || loop->type == KT_LOOP_UNIVERSAL || loop->type == KT_LOOP_ROLLING;
+        if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION)
+            continue;
+        p->loops[p->loop_count++] =
+            (kt_picture_loop){.type = loop->type,
+                              .loop = i,
+                              .ends = {frame_of(m, &loop->between[0], loop->axis),
+                                       frame_of(m, &loop->between[1], two_axes ? loop->axis2 : loop->axis)},
+                              .radius = loop->radius,
+                              .name = loop->name};
+    }
+}
+
+static int joint_of(const maker *m, const char *name) {
+    const int body = name != NULL ? kt_body_find(m->model, name) : -1;
+    for (int i = 0; i < m->picture->joint_count && body > 0; i++)
+        if (m->picture->joints[i].body == body)
+            return i;
+    return -1;
+}
+
+/* How many ends the keys of a type fill. */
+static int end_count_of(const kt_effect *effect) {
+    const kt_descriptor *type = kt_effect_descriptor(effect->type);
+    int count = type == NULL ? effect->end_count : 0; /* a caller's own effect */
+    for (int i = 0; type != NULL && i < type->key_count; i++) {
+        const kt_key_kind kind = type->keys[i].kind;
+        count += kind == KT_KEY_ENDS ? 2 : kind == KT_KEY_END || kind == KT_KEY_BODY;
+    }
+    return count;
+}
+
+static void list_effects(maker *m) {
+    kt_picture *p = m->picture;
+    for (int i = 0; i < m->description->effect_count; i++) {
+        const kt_effect *effect = &m->description->effects[i];
+        const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
+        const bool is_contact = effect->type == KT_EFFECT_CONTACT;
+        kt_picture_effect *shown = &p->effects[p->effect_count++];
+        *shown = (kt_picture_effect){.type = effect->type,
+                                     .effect = i,
+                                     .joint = -1,
+                                     .end_count = end_count_of(effect),
+                                     .radius = is_contact ? effect->radius : 0.0,
+                                     .has_stiffness = effect->stiffness > 0.0,
+                                     .has_damping = effect->damping > 0.0,
+                                     .name = effect->name};
+        for (int k = 0; k < shown->end_count; k++)
+            shown->ends[k] = frame_of(m, &effect->between[k], is_contact && k == 1 ? effect->axis : none);
+        if (shown->end_count == 0)
+            shown->joint = joint_of(m, effect->joint);
+    }
+}
+
+/* A plane, unless there is one already that is the same. */
+static void list_plane(maker *m, kt_body_frame frame) {
+    kt_picture *p = m->picture;
+    const kt_pose pose = kt_body_frame_pose(&frame, m->poses);
+    for (int i = 0; i < p->plane_count; i++) {
+        const kt_pose other = kt_body_frame_pose(&p->planes[i].frame, m->poses);
+        const kt_vec3 apart = kt_vec3_sub(pose.position, other.position);
+        if (p->part[p->planes[i].frame.body] == p->part[frame.body] &&
+            kt_vec3_dot(pose.rotation.z, other.rotation.z) > 1.0 - 1e-9 &&
+            fabs(kt_vec3_dot(apart, other.rotation.z)) <= 1e-6 * p->size)
+            return;
+    }
+    p->planes[p->plane_count++] = (kt_picture_plane){.frame = frame};
+}
+
+/* The square that is shown of a plane lies around the foot of the mechanism's middle on it. */
+static void place_plane(const maker *m, kt_picture_plane *plane, kt_vec3 middle) {
+    const kt_pose pose = kt_body_frame_pose(&plane->frame, m->poses), body = m->poses[plane->frame.body];
+    const kt_vec3 normal = pose.rotation.z;
+    const double height = kt_vec3_dot(normal, kt_vec3_sub(middle, pose.position));
+    const kt_vec3 foot = kt_vec3_sub(middle, kt_vec3_scale(height, normal));
+    plane->frame.pose.position = kt_pose_apply(kt_pose_invert(body), foot);
+    plane->half = 0.6 * m->picture->size;
+}
+
+static void list_planes(maker *m, kt_vec3 middle) {
+    kt_picture *p = m->picture;
+    for (int i = 0; i < p->loop_count; i++)
+        if (p->loops[i].type == KT_LOOP_ROLLING)
+            list_plane(m, p->loops[i].ends[1]);
+    for (int i = 0; i < p->effect_count; i++)
+        if (p->effects[i].type == KT_EFFECT_CONTACT)
+            list_plane(m, p->effects[i].ends[1]);
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type == KT_JOINT_PLANAR)
+            list_plane(m, p->joints[i].frame);
+    for (int i = 0; i < p->plane_count; i++)
+        place_plane(m, &p->planes[i], middle);
+}
+
+/* ---- sizes ------------------------------------------------------------------------------------------------------- */
+
+kt_bounds kt_bounds_empty(void) {
+    return (kt_bounds){.low = {DBL_MAX, DBL_MAX, DBL_MAX}, .high = {-DBL_MAX, -DBL_MAX, -DBL_MAX}};
+}
+
+static void widen(kt_bounds *b, kt_vec3 point) {
+    b->low = kt_vec3_make(fmin(b->low.x, point.x), fmin(b->low.y, point.y), fmin(b->low.z, point.z));
+    b->high = kt_vec3_make(fmax(b->high.x, point.x), fmax(b->high.y, point.y), fmax(b->high.z, point.z));
+}
+
+static void widen_by_solid(kt_bounds *bounds, const kt_solid *solid, const kt_pose *poses) {
+    const kt_pose pose = kt_pose_compose(poses[solid->body], solid->pose);
+    const kt_vec3 reach = kt_vec3_make(kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).x),
+                                       kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).y),
+                                       kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).z));
+    widen(bounds, kt_vec3_sub(pose.position, reach));
+    widen(bounds, kt_vec3_add(pose.position, reach));
+}
+
+kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
+    for (int i = 0; i < p->solid_count; i++)
+        widen_by_solid(&bounds, &p->solids[i], poses);
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
+            widen(&bounds, kt_body_frame_pose(&p->joints[i].frame, poses).position);
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
+            widen(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
+    for (int i = 0; i < p->effect_count; i++)
+        for (int k = 0; k < (p->effects[i].type == KT_EFFECT_CONTACT ? 1 : p->effects[i].end_count); k++)
+            widen(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
+    return bounds;
+}
+
+static int compare_numbers(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The median of the lengths of links: of rods, and between the joints of a body; 0 if there are none. */
+static double median_length(const maker *m, double *lengths) {
+    const kt_picture *p = m->picture;
+    size_t n = 0;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->solids[i].type == KT_SOLID_ROD && p->solids[i].half.z > 0.0)
+            lengths[n++] = 2.0 * p->solids[i].half.z;
+    for (int i = 0; i < p->joint_count; i++) {
+        const double length = kt_vec3_norm(p->joints[i].frame.pose.position);
+        if (p->joints[i].frame.body > 0 && length > 0.0)
+            lengths[n++] = length;
+    }
+    qsort(lengths, n, sizeof *lengths, compare_numbers);
+    return n > 0 ? lengths[n / 2] : 0.0;
+}
+
+/* Size of the mechanism, and what looks right at this size. Centres of mass count, too: a body may have no shape. */
+static kt_vec3 measure(maker *m, double *lengths) {
+    kt_picture *p = m->picture;
+    kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
+    for (int body = 1; body < p->body_count; body++)
+        if (source_of(m, body)->shape.type == KT_SHAPE_NONE && source_of(m, body)->mass > 0.0)
+            widen(&bounds, kt_pose_apply(m->poses[body], source_of(m, body)->com));
+    if (bounds.low.x > bounds.high.x)
+        widen(&bounds, kt_vec3_make(0.0, 0.0, 0.0));
+    p->size = kt_vec3_norm_wide(kt_vec3_sub(bounds.high, bounds.low));
+    p->size = p->size > 0.0 && isfinite(p->size) ? p->size : 1.0;
+    const double median = median_length(m, lengths);
+    p->radius = 0.011 * p->size;
+    if (median > 0.0)
+        p->radius = fmax(fmin(p->radius, 0.06 * median), 0.0008 * p->size);
+    return kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
+}
+
+/* ---- solids ------------------------------------------------------------------------------------------------------ */
+
+static void add_solid(maker *m, kt_solid solid) {
+    kt_picture *p = m->picture;
+    m->next[p->solid_count] = m->first[p->part[solid.body]];
+    m->first[p->part[solid.body]] = p->solid_count;
+    p->solids[p->solid_count++] = solid;
+}
+
+static void list_shapes(maker *m) {
+    for (int body = 1; body < m->picture->body_count; body++) {
+        kt_solid solid = {.body = body};
+        if (kt_solid_of_shape(&source_of(m, body)->shape, &solid))
+            add_solid(m, solid);
+    }
+}
+
+/* Slender rods and points, whose radius follows from the size. */
+static void thicken(maker *m) {
+    kt_picture *p = m->picture;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->solids[i].source == KT_SOURCE_SLENDER) {
+            const double radius = p->solids[i].type == KT_SOLID_SPHERE ? 2.4 * p->radius : p->radius;
+            p->solids[i].half.x = p->solids[i].half.y = radius;
+            if (p->solids[i].type == KT_SOLID_SPHERE)
+                p->solids[i].half.z = radius;
+        }
+}
+
+static kt_solid thin_rod(const maker *m, int body, kt_vec3 from, kt_vec3 to) {
+    kt_solid rod = kt_solid_rod(from, to, 0.7 * m->picture->radius);
+    rod.body = body;
+    rod.source = KT_SOURCE_IMPLIED;
+    return rod;
+}
+
+/* The mass of a body without shape: a ball; the body of a slider: a block along its guide. */
+static void imply_mass(maker *m, int body) {
+    const kt_body *source = source_of(m, body);
+    const double r = m->picture->radius;
+    const bool slides = source->joint.type == KT_JOINT_PRISMATIC;
+    kt_solid solid = {.type = slides ? KT_SOLID_BOX : KT_SOLID_SPHERE,
+                      .source = KT_SOURCE_IMPLIED,
+                      .body = body,
+                      .half =
+                          slides ? kt_vec3_make(2.0 * r, 2.0 * r, 3.5 * r) : kt_vec3_make(2.4 * r, 2.4 * r, 2.4 * r)};
+    solid.pose.rotation = slides ? kt_triad_from_axis(kt_vec3_normalize(source->joint.axis), 2) : kt_mat3_identity();
+    solid.pose.position = slides ? kt_vec3_make(0.0, 0.0, 0.0) : source->com;
+    if (source->shape.type == KT_SHAPE_NONE && (source->mass > 0.0 || slides))
+        add_solid(m, solid);
+}
+
+/* Connects a point of a body with the nearest solid of its rigid part, if it is not at one already. */
+static void attach(maker *m, int body, kt_vec3 point) {
+    const kt_picture *p = m->picture;
+    const kt_vec3 at = kt_pose_apply(m->poses[body], point);
+    kt_vec3 nearest = at;
+    double least = DBL_MAX;
+    for (int i = m->first[p->part[body]]; i >= 0 && p->part[body] > 0; i = m->next[i]) {
+        const kt_pose pose = kt_pose_compose(m->poses[p->solids[i].body], p->solids[i].pose);
+        const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
+        const kt_vec3 found = kt_pose_apply(pose, kt_solid_nearest(&p->solids[i], local));
+        const double distance = kt_vec3_norm(kt_vec3_sub(found, at));
+        if (distance < least) {
+            least = distance;
+            nearest = found;
+        }
+    }
+    if (least < DBL_MAX && least > 1.5 * p->radius)
+        add_solid(m, thin_rod(m, body, point, kt_pose_apply(kt_pose_invert(m->poses[body]), nearest)));
+}
+
+/* A body without any solid is a star of rods from its own joint. */
+static void begin_star(maker *m, int body, kt_vec3 point) {
+    const kt_joint *joint = &source_of(m, body)->joint;
+    const bool has_place = joint->type != KT_JOINT_FREE && joint->type != KT_JOINT_FIXED;
+    const kt_vec3 hub = kt_vec3_make(0.0, 0.0, 0.0);
+    if (has_place && m->first[m->picture->part[body]] < 0 &&
+        kt_vec3_norm(kt_vec3_sub(point, hub)) > 1.5 * m->picture->radius)
+        add_solid(m, thin_rod(m, body, hub, point));
+    else
+        attach(m, body, point);
+}
+
+static void attach_frame(maker *m, const kt_body_frame *frame) {
+    if (frame->body > 0)
+        begin_star(m, frame->body, frame->pose.position);
+}
+
+/* Whether a joint's place is fixed to the body that it carries. */
+static bool is_pivot(kt_joint_type type) {
+    return type == KT_JOINT_REVOLUTE || type == KT_JOINT_UNIVERSAL || type == KT_JOINT_SPHERICAL ||
+           type == KT_JOINT_FIXED;
+}
+
+static void imply_solids(maker *m) {
+    const kt_picture *p = m->picture;
+    for (int body = 1; body < p->body_count; body++)
+        imply_mass(m, body);
+    for (int body = 1; body < p->body_count; body++) {
+        if (is_pivot(source_of(m, body)->joint.type))
+            attach(m, body, kt_vec3_make(0.0, 0.0, 0.0));
+    }
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
+            attach_frame(m, &p->joints[i].frame);
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
+            attach_frame(m, &p->loops[i].ends[k]);
+    for (int i = 0; i < p->effect_count; i++)
+        for (int k = 0; k < (p->effects[i].type == KT_EFFECT_CONTACT ? 1 : p->effects[i].end_count); k++)
+            attach_frame(m, &p->effects[i].ends[k]);
+}
+
+/* ---- colours ----------------------------------------------------------------------------------------------------- */
+
+enum { COLOURS = 6 };
+
+/* Colours in turn; a rigid part takes the next one that no neighbour has that is coloured already. */
+static void choose_colours(maker *m) {
+    kt_picture *p = m->picture;
+    int turn = 0;
+    for (int body = 0; body < p->body_count; body++) {
+        const int part = p->part[body];
+        unsigned taken = 0;
+        p->colour[body] = part == 0 ? -1 : p->colour[part];
+        if (part != body || part == 0)
+            continue;
+        const int parent = p->colour[kt_body_parent(m->model, body)];
+        taken |= parent >= 0 ? 1U << (unsigned)parent : 0U;
+        for (int i = 0; i < p->loop_count; i++)
+            for (int k = 0; k < 2; k++) {
+                const int other = p->part[p->loops[i].ends[1 - k].body];
+                if (p->part[p->loops[i].ends[k].body] == part && other < part && p->colour[other] >= 0)
+                    taken |= 1U << (unsigned)p->colour[other];
+            }
+        for (int k = 0; k < COLOURS && (taken & 1U << (unsigned)(turn % COLOURS)) != 0; k++)
+            turn++;
+        p->colour[body] = turn++ % COLOURS;
+    }
+}
+
+/* ---- the plane of motion ----------------------------------------------------------------------------------------- */
+
+/* Whether the joint leaves all in planes with this normal. */
+static bool keeps_plane(const maker *m, const kt_picture_joint *joint, kt_vec3 normal) {
+    const double c = fabs(kt_vec3_dot(kt_body_frame_pose(&joint->frame, m->poses).rotation.z, normal));
+    if (joint->type == KT_JOINT_REVOLUTE || joint->type == KT_JOINT_PLANAR)
+        return c > 1.0 - 1e-9;
+    return joint->type == KT_JOINT_PRISMATIC && c < 1e-6;
+}
+
+/* The axis of the first joint that turns; where all slide, a normal of the first guide, with gravity in the plane. */
+static kt_vec3 candidate_normal(const maker *m) {
+    const kt_picture *p = m->picture;
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type == KT_JOINT_REVOLUTE || p->joints[i].type == KT_JOINT_PLANAR)
+            return kt_body_frame_pose(&p->joints[i].frame, m->poses).rotation.z;
+    if (p->joint_count == 0)
+        return kt_vec3_make(0.0, 0.0, 1.0);
+    const kt_vec3 guide = kt_body_frame_pose(&p->joints[0].frame, m->poses).rotation.z;
+    const kt_vec3 choices[] = {{0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, {1.0, 0.0, 0.0}};
+    for (int i = 0; i < 3; i++)
+        if (fabs(kt_vec3_dot(guide, choices[i])) < 1e-6 &&
+            fabs(kt_vec3_dot(p->gravity, choices[i])) <= 1e-6 * kt_vec3_norm(p->gravity))
+            return choices[i];
+    return kt_vec3_make(0.0, 0.0, 1.0);
+}
+
+/* The viewer stands at +z, -y or +x, whichever is nearest to the normal. */
+static kt_vec3 face_viewer(kt_vec3 normal) {
+    const double x = fabs(normal.x), y = fabs(normal.y), z = fabs(normal.z);
+    const double towards = z >= x && z >= y ? normal.z : y >= x ? -normal.y : normal.x;
+    return towards < 0.0 ? kt_vec3_scale(-1.0, normal) : normal;
+}
+
+static void find_plane(maker *m) {
+    kt_picture *p = m->picture;
+    p->normal = face_viewer(candidate_normal(m));
+    p->is_planar = true;
+    for (int i = 0; i < p->joint_count; i++)
+        p->is_planar = p->is_planar && keeps_plane(m, &p->joints[i], p->normal);
+}
+
+/* ---- the picture ------------------------------------------------------------------------------------------------- */
+
+static void fill(maker *m, double *lengths) {
+    kt_picture *p = m->picture;
+    for (int i = 0; i < p->body_count; i++)
+        m->first[i] = -1;
+    list_joints(m);
+    list_loops(m);
+    list_effects(m);
+    list_shapes(m);
+    const kt_vec3 middle = measure(m, lengths);
+    list_planes(m, middle);
+    thicken(m);
+    imply_solids(m);
+    choose_colours(m);
+    find_plane(m);
+}
+
+kt_status kt_picture_create(const kt_description *description, const kt_model *model, const kt_pose *poses,
+                            kt_picture **picture, kt_error *error) {
+    const counts n = count(description, model);
+    kt_picture *made = calloc(1, lay_out(NULL, &n));
+    int *chains = calloc(n.bodies + n.solids, sizeof *chains);
+    double *lengths = calloc(n.solids + n.joints, sizeof *lengths);
+    const bool has_memory = made != NULL && chains != NULL && lengths != NULL;
+    if (has_memory) {
+        (void)lay_out(made, &n);
+        made->model = model;
+        made->body_count = kt_model_body_count(model);
+        made->gravity = description->gravity;
+        maker m = {made, description, model, poses, chains, chains + n.bodies};
+        fill(&m, lengths);
+        *picture = made;
+    } else {
+        free(made);
+    }
+    free(chains);
+    free(lengths);
+    return has_memory ? KT_OK
+                      : kt_error_set(error, KT_ERROR_MEMORY, "picture", "there is not enough memory for the picture");
+}
+
+void kt_picture_free(kt_picture *picture) { free(picture); }

@@ -1,0 +1,125 @@
+/* What a picture of a mechanism shows: solids, joints, loops, effects, planes, all in the frames of the bodies that
+ * carry them, so that the poses of the bodies at a state are all that changes from one picture to the next.
+ *
+ *     kt_picture *picture = NULL;
+ *     status = kt_picture_create(&scene.description, model, poses, &picture, &error);
+ *     for (int i = 0; i < picture->solid_count; i++)
+ *         ok = ok && kt_mesh_add_solid(&mesh, &picture->solids[i], 24);
+ *     kt_picture_free(picture);
+ *
+ * A picture belongs to the caller and refers to names in the model, which must outlive it. It is immutable. Bodies are
+ * those of the model, 0 being the world; lengths are in metres. Nothing here draws or knows a file. */
+#ifndef KT_PICTURE_PICTURE_H
+#define KT_PICTURE_PICTURE_H
+
+#include "kinetree/model.h"
+
+/* A frame fixed to a body. */
+typedef struct kt_body_frame {
+    int body;
+    kt_pose pose; /* in the body's frame */
+} kt_body_frame;
+
+typedef enum kt_solid_type {
+    KT_SOLID_BOX,      /* half: half of its edges */
+    KT_SOLID_SPHERE,   /* half: its radius, three times */
+    KT_SOLID_CYLINDER, /* half: radius, radius, half of its length; along z */
+    KT_SOLID_ROD,      /* as a cylinder, with a hemisphere beyond each end */
+} kt_solid_type;
+
+/* Why a solid is there. */
+typedef enum kt_solid_source {
+    KT_SOURCE_SHAPE,   /* the scene gives it, with all its dimensions */
+    KT_SOURCE_SLENDER, /* the scene gives a rod without radius, or a point: its radius is that of the picture */
+    KT_SOURCE_IMPLIED, /* the body has no shape: a thin rod between its joints, or a point at its mass */
+} kt_solid_source;
+
+typedef struct kt_solid {
+    kt_solid_type type;
+    kt_solid_source source;
+    int body;
+    kt_pose pose; /* of the solid's frame, whose origin is its centre, in the body's frame */
+    kt_vec3 half;
+} kt_solid;
+
+/* The joint that carries a body, fixed joints left out. */
+typedef struct kt_picture_joint {
+    kt_joint_type type;
+    int body;
+    kt_body_frame frame; /* on the parent; z along the joint's axis (of spherical and free joints: the frame) */
+    kt_vec3 axis2;       /* universal: the second axis, of unit length, in the body's frame */
+    const char *name;
+} kt_picture_joint;
+
+/* A loop between two ends; loops of joint positions (coupling, motion) are left out. */
+typedef struct kt_picture_loop {
+    kt_loop_type type;
+    int loop;              /* in the model */
+    kt_body_frame ends[2]; /* z along the loop's axis; rolling: the wheel's centre with z along the axle, and the
+                                plane with z along its normal */
+    double radius;         /* rolling */
+    const char *name;
+} kt_picture_loop;
+
+/* An effect. Of those in a joint (end_count 0) `joint` is the body that it carries, else 0. */
+typedef struct kt_picture_effect {
+    kt_effect_type type;
+    int effect;            /* in the description */
+    int joint;             /* in picture->joints; -1: none */
+    int end_count;         /* 0, 1 (force, torque, drag) or 2 */
+    kt_body_frame ends[2]; /* contact: the sphere's centre, and the plane with z along its normal; of others the frames
+                                as given */
+    double radius;         /* contact */
+    bool has_stiffness, has_damping; /* spring: what it consists of */
+    const char *name;                /* NULL: none */
+} kt_picture_effect;
+
+/* A plane that something touches or rolls on; one for all that have the same. z is its normal. */
+typedef struct kt_picture_plane {
+    kt_body_frame frame;
+    double half; /* half of the edge of the square that is shown */
+} kt_picture_plane;
+
+/* An axis-parallel box in the world's axes; empty where low > high. */
+typedef struct kt_bounds {
+    kt_vec3 low, high;
+} kt_bounds;
+
+typedef struct kt_picture {
+    const kt_model *model;
+    int body_count; /* the world included */
+    kt_solid *solids;
+    int solid_count;
+    kt_picture_joint *joints;
+    int joint_count;
+    kt_picture_loop *loops;
+    int loop_count;
+    kt_picture_effect *effects;
+    int effect_count;
+    kt_picture_plane *planes;
+    int plane_count;
+    int *part;   /* of each body: the rigid part that it belongs to, bodies that fixed joints join having the same;
+                        0: the world */
+    int *colour; /* of each body: 0, 1, ... 5; neighbours differ; -1: fixed to the world. One of a rigid part */
+    kt_vec3 gravity;
+    bool is_planar; /* all motion is in one plane, whose unit normal in the world is */
+    kt_vec3 normal; /* ... this, pointing as the joints' axes mostly do */
+    double size;    /* m; diagonal of the box around the mechanism in the given poses, above zero */
+    double radius;  /* m; of slender rods, half of that of joint symbols: what looks right at this size */
+} kt_picture;
+
+/* Lists what there is to show. poses: of all bodies at the start, as kt_body_pose tells them, from which sizes are
+ * taken. The description is that of the model, checked. Errors: KT_ERROR_MEMORY. O(size). */
+kt_status kt_picture_create(const kt_description *description, const kt_model *model, const kt_pose *poses,
+                            kt_picture **picture, kt_error *error);
+void kt_picture_free(kt_picture *picture);
+
+/* A frame on a body in the world; a point of it. */
+kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
+
+/* No room at all, to be widened. */
+kt_bounds kt_bounds_empty(void);
+/* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
+kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
+
+#endif

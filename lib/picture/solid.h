@@ -1,0 +1,28 @@
+/* Convex solids: where they are, how far they reach, where a ray meets them. In a solid's own frame, whose origin is its
+ * centre, if not said otherwise. */
+#ifndef KT_PICTURE_SOLID_H
+#define KT_PICTURE_SOLID_H
+
+#include "picture/picture.h"
+
+/* The matrix of a rotation of a checked description. */
+kt_mat3 kt_solid_rotation(const kt_rotation *rotation);
+
+/* The solid of a shape, in the frame of its body. Returns false if the shape is none. Rods without radius and points
+ * are of KT_SOURCE_SLENDER, their radius zero. */
+bool kt_solid_of_shape(const kt_shape *shape, kt_solid *solid);
+
+/* A rod between two points, or a ball where they coincide. */
+kt_solid kt_solid_rod(kt_vec3 from, kt_vec3 to, double radius);
+
+/* The largest coordinate along a direction (support function). */
+double kt_solid_reach(const kt_solid *solid, kt_vec3 direction);
+
+/* The point of the solid nearest to a point; of rods, that of the line between the centres of their ends. */
+kt_vec3 kt_solid_nearest(const kt_solid *solid, kt_vec3 point);
+
+/* Where the line `from` + s `direction`, of unit length, is inside: from *enter to *leave. Returns false if it misses the
+ * solid. */
+bool kt_solid_cut(const kt_solid *solid, kt_vec3 from, kt_vec3 direction, double *enter, double *leave);
+
+#endif

@@ -1,0 +1,163 @@
+/* What there is to show of a mechanism: of small scenes what it must be, of every bundled one that nothing is missing. */
+#include "check.h"
+
+#include "kinetree/dynamics.h"
+#include "kinetree/scene.h"
+#include "picture/picture.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct shown {
+    kt_scene scene;
+    kt_model *model;
+    kt_pose *poses;
+    kt_picture *picture;
+} shown;
+
+static void show(shown *s) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    bool fine = kt_model_compile(&s->scene.description, NULL, &s->model, &error) == KT_OK &&
+                kt_data_create(s->model, &data, &error) == KT_OK;
+    double *q = fine ? calloc((size_t)(kt_model_nq(s->model) + kt_model_nv(s->model)) + 1, sizeof *q) : NULL;
+    s->poses = fine ? calloc((size_t)kt_model_body_count(s->model), sizeof *s->poses) : NULL;
+    if (q != NULL && s->poses != NULL) {
+        kt_model_initial(s->model, q, q + kt_model_nq(s->model));
+        fine = kt_kinematics_update(s->model, data, q, NULL, NULL, &error) == KT_OK;
+        for (int i = 0; fine && i < kt_model_body_count(s->model); i++)
+            s->poses[i] = kt_body_pose(s->model, data, i);
+        fine = fine && kt_picture_create(&s->scene.description, s->model, s->poses, &s->picture, &error) == KT_OK;
+    }
+    kt_check_text("error", error.message, "");
+    kt_data_free(data);
+    free(q);
+}
+
+static void hide(shown *s) {
+    kt_picture_free(s->picture);
+    kt_model_free(s->model);
+    kt_scene_free(&s->scene);
+    free(s->poses);
+}
+
+static const kt_picture *show_text(shown *s, const char *text) {
+    kt_error error = {0};
+    memset(s, 0, sizeof *s);
+    if (!kt_check_equal_int("read", kt_scene_parse(NULL, text, strlen(text), &s->scene, NULL, NULL, &error), KT_OK))
+        kt_note("%s: %s", error.where, error.message);
+    else
+        show(s);
+    return s->picture;
+}
+
+static kt_vec3 end_of(const kt_solid *rod, double sign) {
+    return kt_pose_apply(rod->pose, kt_vec3_make(0.0, 0.0, sign * rod->half.z));
+}
+
+KT_TEST(body_without_shape_is_a_ball_at_its_mass_and_rods_to_its_joints) {
+    shown s;
+    const kt_picture *p =
+        show_text(&s, "kinetree: 1\nbodies:\n"
+                      "  - {name: a, joint: {type: revolute}, mass: 1, com: [0.5, 0, 0], inertia: [1, 1, 1]}\n"
+                      "  - {name: b, parent: a, joint: {type: revolute, at: [1, 1, 0]}, mass: 1,\n"
+                      "     shape: {type: rod, to: [1, 0, 0], radius: 0.1}}\n");
+    int balls = 0, to_own = 0, to_child = 0;
+    for (int i = 0; p != NULL && i < p->solid_count; i++) {
+        const kt_solid *solid = &p->solids[i];
+        kt_check_true("finite", isfinite(solid->half.x) && isfinite(solid->half.z));
+        if (solid->source != KT_SOURCE_IMPLIED)
+            continue;
+        kt_check_equal_int("of", solid->body, 1);
+        balls += solid->type == KT_SOLID_SPHERE && solid->pose.position.x == 0.5;
+        for (int sign = -1; sign <= 1 && solid->type == KT_SOLID_ROD; sign += 2) {
+            to_own += kt_vec3_norm(end_of(solid, sign)) < 1e-12;
+            to_child += kt_vec3_norm(kt_vec3_sub(end_of(solid, sign), kt_vec3_make(1.0, 1.0, 0.0))) < 1e-12;
+        }
+    }
+    kt_check_equal_int("balls at the mass", balls, 1);
+    kt_check_equal_int("rods to its joint", to_own, 1);
+    kt_check_equal_int("rods to the joint of its child", to_child, 1);
+    kt_check_true("planar", p != NULL && p->is_planar);
+    hide(&s);
+}
+
+KT_TEST(bodies_that_fixed_joints_join_are_one_part_of_one_colour) {
+    shown s;
+    const kt_picture *p = show_text(
+        &s, "kinetree: 1\nbodies:\n"
+            "  - {name: base, joint: {type: fixed}, shape: {type: box, size: [1, 1, 1]}}\n"
+            "  - {name: a, parent: base, joint: {type: revolute}, mass: 1, shape: {type: sphere, radius: 1}}\n"
+            "  - {name: b, parent: a, joint: {type: fixed}, mass: 1, shape: {type: sphere, radius: 1}}\n"
+            "  - {name: c, parent: b, joint: {type: spherical}, mass: 1, shape: {type: sphere, radius: 1}}\n");
+    if (p != NULL) {
+        kt_check_equal_int("base is of the ground", p->part[1], 0);
+        kt_check_equal_int("and has its colour", p->colour[1], -1);
+        kt_check_equal_int("b is of the part of a", p->part[3], p->part[2]);
+        kt_check_equal_int("and has its colour", p->colour[3], p->colour[2]);
+        kt_check_true("c has another", p->colour[4] != p->colour[3] && p->colour[4] >= 0);
+        kt_check_equal_int("joints that move", p->joint_count, 2);
+        kt_check_true("not planar", !p->is_planar);
+    }
+    hide(&s);
+}
+
+KT_TEST(contacts_on_one_plane_share_it) {
+    shown s;
+    const kt_picture *p = show_text(
+        &s,
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: a, joint: {type: free}, mass: 1, shape: {type: sphere, radius: 0.2}}\n"
+        "effects:\n"
+        "  - {type: contact, point: {body: a, at: [0, 0, 0]}, radius: 0.2, plane: world, stiffness: 1e4}\n"
+        "  - {type: contact, point: {body: a, at: [1, 0, 0]}, plane: {body: world, at: [3, 4, 0]}, stiffness: 1e4}\n"
+        "  - {type: contact, point: {body: a, at: [0, 1, 0]}, plane: {body: world, at: [0, 0, -1]}, stiffness: 1e4}\n");
+    kt_check_equal_int("planes", p != NULL ? p->plane_count : 0, 2);
+    if (p != NULL) {
+        kt_check_near("the second is as high as given", p->planes[1].frame.pose.position.z, -1.0, 1e-12);
+        kt_check_equal_int("ends of a contact", p->effects[0].end_count, 2);
+        kt_check_near("radius", p->effects[0].radius, 0.2, 0.0);
+    }
+    hide(&s);
+}
+
+static const char *missing_of(const kt_picture *p) {
+    for (int body = 1; body < p->body_count; body++) {
+        bool any = kt_body_mass(p->model, body) <= 0.0;
+        for (int i = 0; i < p->solid_count; i++)
+            any = any || p->part[p->solids[i].body] == p->part[body];
+        if (!any)
+            return kt_body_name(p->model, body);
+    }
+    return NULL;
+}
+
+KT_TEST(every_body_with_mass_of_every_bundled_scene_is_shown) {
+    char path[1024];
+    struct dirent **files;
+    const int count = scandir(KT_SCENES, &files, NULL, alphasort);
+    int scenes = 0;
+    for (int i = 0; i < count; i++) {
+        shown s = {.model = NULL};
+        kt_error error = {0};
+        snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
+        if (strstr(files[i]->d_name, ".yaml") != NULL &&
+            kt_check_equal_int(files[i]->d_name, kt_scene_read(path, &s.scene, NULL, NULL, &error), KT_OK)) {
+            show(&s);
+            const char *missing = s.picture != NULL ? missing_of(s.picture) : "all";
+            if (missing != NULL)
+                kt_check_text("not shown", missing, "");
+            kt_check_true("has a size", s.picture != NULL && s.picture->size > 0.0 && isfinite(s.picture->size) &&
+                                            s.picture->radius > 0.0);
+            scenes++;
+            hide(&s);
+        }
+        free(files[i]);
+    }
+    kt_check_above("scenes", scenes, 48.0);
+    if (count >= 0)
+        free(files);
+}
