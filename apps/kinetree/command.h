@@ -22,7 +22,8 @@ enum {
 typedef int kt_command_main(int argc, char **argv);
 
 /* The subcommands and one line about each, in the order of the help. A subcommand is a line here and a file that
- * defines kt_command_NAME and kt_usage_NAME; help, man pages and completions are generated from these. */
+ * defines kt_command_NAME and kt_usage_NAME; help, man pages and completions are generated from these. The table is in
+ * help.c, which alone knows all of them. */
 #define KT_SUBCOMMAND_LIST(X)                                                                                          \
     X(run, "run a scene; records as CSV, a summary as JSON, a picture")                                                \
     X(accuracy, "what accuracy costs: error against CPU time, for every method")                                       \
@@ -50,9 +51,6 @@ typedef struct kt_subcommand {
     const kt_usage *usage;
     const char *summary;
 } kt_subcommand;
-
-extern const kt_subcommand kt_subcommands[];
-extern const size_t kt_subcommand_count;
 
 /* Returns the subcommand of this name; NULL, after printing an error with the nearest name, if there is none. */
 const kt_subcommand *kt_subcommand_find(const char *name);

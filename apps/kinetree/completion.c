@@ -26,9 +26,9 @@ static void put_words(const char *choices) {
         putchar(*choices == '|' ? ' ' : *choices);
 }
 
-static void put_subcommands(void) {
-    for (size_t i = 0; i < kt_subcommand_count; i++)
-        printf("%s%s", i > 0 ? " " : "", kt_subcommands[i].name);
+static void put_subcommands(const kt_overview *all) {
+    for (size_t i = 0; i < all->count; i++)
+        printf("%s%s", i > 0 ? " " : "", all->subcommands[i].name);
 }
 
 /* Extension of the files that are operands; NULL: the operands are not files. */
@@ -72,7 +72,7 @@ static void put_bash_name(const kt_subcommand *subcommand, const kt_option *opti
     printf("--%s ", option->name);
 }
 
-static void put_bash_operands(const kt_usage *usage) {
+static void put_bash_operands(const kt_overview *all, const kt_usage *usage) {
     if (operand_ending(usage) != NULL)
         printf(" files='!*.%s'", operand_ending(usage));
     if (takes_bundled_scene(usage))
@@ -82,12 +82,12 @@ static void put_bash_operands(const kt_usage *usage) {
         if (takes_word(usage))
             put_words(usage->operands);
         else
-            put_subcommands();
+            put_subcommands(all);
         putchar('\'');
     }
 }
 
-static void print_bash(void) {
+static void print_bash(const kt_overview *all) {
     puts("# Completes command lines of kinetree in bash; written by 'kinetree help --completion bash'.\n"
          "_kinetree() {\n"
          "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} command=${COMP_WORDS[1]}\n"
@@ -98,16 +98,16 @@ static void print_bash(void) {
          "    if [ \"$word\" = = ]; then word=''\n"
          "    elif [ \"$before\" = = ]; then before=${COMP_WORDS[COMP_CWORD - 2]}; fi\n"
          "    case \"$command $before\" in");
-    for (size_t i = 0; i < kt_subcommand_count; i++)
-        for_each_option(&kt_subcommands[i], put_bash_value);
+    for (size_t i = 0; i < all->count; i++)
+        for_each_option(&all->subcommands[i], put_bash_value);
     fputs("    ' '*) options='--help --version' words='", stdout);
-    put_subcommands();
+    put_subcommands(all);
     puts("' ;;");
-    for (size_t i = 0; i < kt_subcommand_count; i++) {
-        printf("    '%s '*) options='", kt_subcommands[i].name);
-        for_each_option(&kt_subcommands[i], put_bash_name);
+    for (size_t i = 0; i < all->count; i++) {
+        printf("    '%s '*) options='", all->subcommands[i].name);
+        for_each_option(&all->subcommands[i], put_bash_name);
         fputs("--help'", stdout);
-        put_bash_operands(kt_subcommands[i].usage);
+        put_bash_operands(all, all->subcommands[i].usage);
         puts(" ;;");
     }
     puts("    esac\n"
@@ -141,7 +141,7 @@ static void put_zsh_option(const kt_subcommand *subcommand, const kt_option *opt
     putchar('\'');
 }
 
-static void put_zsh_operands(const kt_usage *usage) {
+static void put_zsh_operands(const kt_overview *all, const kt_usage *usage) {
     if (operand_ending(usage) != NULL)
         printf(" \\\n            '*:file:_files -g \"*.%s\"'", operand_ending(usage));
     if (takes_bundled_scene(usage))
@@ -151,20 +151,20 @@ static void put_zsh_operands(const kt_usage *usage) {
         if (takes_word(usage))
             put_words(usage->operands);
         else
-            put_subcommands();
+            put_subcommands(all);
         fputs(")'", stdout);
     }
 }
 
-static void print_zsh(void) {
+static void print_zsh(const kt_overview *all) {
     puts("#compdef kinetree\n"
          "# Completes command lines of kinetree in zsh; written by 'kinetree help --completion zsh'.\n"
          "_kinetree() {\n"
          "    local -a subcommands\n"
          "    subcommands=(");
-    for (size_t i = 0; i < kt_subcommand_count; i++) {
-        printf("        '%s:", kt_subcommands[i].name);
-        put_quoted(kt_subcommands[i].summary, "\\", "'\\''");
+    for (size_t i = 0; i < all->count; i++) {
+        printf("        '%s:", all->subcommands[i].name);
+        put_quoted(all->subcommands[i].summary, "\\", "'\\''");
         puts("'");
     }
     puts("    )\n"
@@ -175,11 +175,11 @@ static void print_zsh(void) {
          "    shift words\n"
          "    (( CURRENT-- ))\n"
          "    case $words[1] in");
-    for (size_t i = 0; i < kt_subcommand_count; i++) {
-        printf("    %s)\n        _arguments", kt_subcommands[i].name);
-        for_each_option(&kt_subcommands[i], put_zsh_option);
+    for (size_t i = 0; i < all->count; i++) {
+        printf("    %s)\n        _arguments", all->subcommands[i].name);
+        for_each_option(&all->subcommands[i], put_zsh_option);
         fputs(" \\\n            '--help[show examples and options]'", stdout);
-        put_zsh_operands(kt_subcommands[i].usage);
+        put_zsh_operands(all, all->subcommands[i].usage);
         puts("\n        ;;");
     }
     puts("    esac\n"
@@ -203,7 +203,7 @@ static void put_fish_option(const kt_subcommand *subcommand, const kt_option *op
     puts("'");
 }
 
-static void put_fish_operands(const kt_subcommand *subcommand) {
+static void put_fish_operands(const kt_overview *all, const kt_subcommand *subcommand) {
     const kt_usage *usage = subcommand->usage;
     const char *ending = operand_ending(usage);
     if (ending == NULL && !takes_bundled_scene(usage) && !takes_word(usage) && !takes_subcommand(usage))
@@ -216,25 +216,26 @@ static void put_fish_operands(const kt_subcommand *subcommand) {
     if (takes_word(usage))
         put_words(usage->operands);
     if (takes_subcommand(usage))
-        put_subcommands();
+        put_subcommands(all);
     puts("'");
 }
 
-static void print_fish(void) {
+static void print_fish(const kt_overview *all) {
     puts("# Completes command lines of kinetree in fish; written by 'kinetree help --completion fish'.\n"
          "complete -c kinetree -f\n"
          "complete -c kinetree -l help -d 'show examples and options'\n"
          "complete -c kinetree -n __fish_use_subcommand -l version -d 'show the version'");
-    for (size_t i = 0; i < kt_subcommand_count; i++) {
-        printf("complete -c kinetree -n __fish_use_subcommand -a %s -d '", kt_subcommands[i].name);
-        put_quoted(kt_subcommands[i].summary, "\\", "\\'");
+    for (size_t i = 0; i < all->count; i++) {
+        printf("complete -c kinetree -n __fish_use_subcommand -a %s -d '", all->subcommands[i].name);
+        put_quoted(all->subcommands[i].summary, "\\", "\\'");
         puts("'");
-        for_each_option(&kt_subcommands[i], put_fish_option);
-        put_fish_operands(&kt_subcommands[i]);
+        for_each_option(&all->subcommands[i], put_fish_option);
+        put_fish_operands(all, &all->subcommands[i]);
     }
 }
 
-void kt_completion_print(int shell) {
-    static void (*const print[])(void) = {print_bash, print_zsh, print_fish}; /* in the order of KT_SHELLS */
-    print[shell]();
+void kt_completion_print(const kt_overview *all, int shell) {
+    static void (*const print[])(const kt_overview *) = {print_bash, print_zsh,
+                                                         print_fish}; /* in the order of KT_SHELLS */
+    print[shell](all);
 }

@@ -122,9 +122,9 @@ static void print_overview(const kt_overview *overview) {
     put_title(NULL, overview->summary);
     puts(".SH SYNOPSIS\n.B kinetree\nSUBCOMMAND ...\n.br\n.B kinetree \\-\\-help\n.br\n.B kinetree \\-\\-version\n.SH "
          "SUBCOMMANDS");
-    for (size_t i = 0; i < kt_subcommand_count; i++) {
-        printf(".TP\n.B %s\n", kt_subcommands[i].name);
-        put(kt_subcommands[i].summary);
+    for (size_t i = 0; i < overview->count; i++) {
+        printf(".TP\n.B %s\n", overview->subcommands[i].name);
+        put(overview->subcommands[i].summary);
         putchar('\n');
     }
     puts(".SH EXAMPLES");
@@ -132,8 +132,8 @@ static void print_overview(const kt_overview *overview) {
     puts(".SH EXIT STATUS");
     put_lines(overview->exit_status);
     puts(".SH SEE ALSO");
-    for (size_t i = 0; i < kt_subcommand_count; i++)
-        put_reference(kt_subcommands[i].name, i + 1 < kt_subcommand_count ? "," : "");
+    for (size_t i = 0; i < overview->count; i++)
+        put_reference(overview->subcommands[i].name, i + 1 < overview->count ? "," : "");
 }
 
 void kt_man_print(const kt_overview *overview, const kt_subcommand *subcommand) {

@@ -4,11 +4,13 @@
 
 #include "command.h"
 
-/* Texts common to the help and the man page of the whole command. */
+/* What the help, the man pages and the completions are made of: all subcommands, and texts about the whole command. */
 typedef struct kt_overview {
     const char *summary;     /* one line without a full stop */
     const char *examples;    /* lines */
     const char *exit_status; /* lines */
+    const kt_subcommand *subcommands;
+    size_t count;
 } kt_overview;
 
 /* Prints a man page on standard output; subcommand: NULL for the page of the whole command. */
@@ -16,6 +18,6 @@ void kt_man_print(const kt_overview *overview, const kt_subcommand *subcommand);
 
 /* Prints a completion script on standard output; shell: index in KT_SHELLS, from 0. */
 #define KT_SHELLS "bash|zsh|fish"
-void kt_completion_print(int shell);
+void kt_completion_print(const kt_overview *overview, int shell);
 
 #endif
