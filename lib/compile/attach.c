@@ -34,10 +34,6 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
     return status;
 }
 
-void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
-    frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
-}
-
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
 static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n, kt_error *error) {

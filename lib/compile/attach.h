@@ -26,7 +26,9 @@ typedef struct kt_attach {
 static inline bool kt_attach_is_relation(int32_t type) { return kt_loop_is_relation((kt_loop_type)type); }
 
 /* Rotates the frame of an end until its z axis is along `axis`. */
-void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis);
+static inline void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
+    frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
+}
 
 /* Returns the deepest link that carries both or is one of them. */
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);

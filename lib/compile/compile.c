@@ -58,5 +58,3 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         kt_model_free(tree);
     return status;
 }
-
-kt_model_options kt_model_options_default(void) { return (kt_model_options){.level = KT_ISA_AUTO}; }

@@ -37,10 +37,7 @@ void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses
  *
  * check_body.c: all rules of a body except those of its place in the tree. */
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
-/* check_body.c: the rules of its mass, com, inertia and shape. */
+/* mass.c: the rules of its mass, com, inertia and shape. */
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
-
-/* shape.c: the rules of a shape. */
-void kt_checker_shape(kt_checker *checker, const kt_shape *shape);
 
 #endif

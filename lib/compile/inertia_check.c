@@ -6,9 +6,6 @@
  * judged: the inertia of the latter may be all that is missing there. A link that carries an end of a loop is not
  * judged either: the loop may constrain or drive it, and an inertia that is then still missing is found when the
  * mechanism moves.
- *
- * If the description has other faults as well, bodies with faults are replaced by sound ones, so that no fault is
- * reported that is only the consequence of another.
  */
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"
@@ -157,65 +154,4 @@ kt_status kt_tree_check(const kt_model *tree, const kt_description *description,
     if (t.first.code != KT_OK && error)
         *error = t.first;
     return status == KT_OK ? t.first.code : status;
-}
-
-/* ---- descriptions with other faults ------------------------------------------------------------------------------ */
-
-typedef struct others {
-    const kt_description *description;
-    kt_body *bodies; /* a copy in which bodies with faults are sound; NULL: no body has faults */
-    bool unknown;    /* a fault leaves open what the mechanism is */
-    bool no_memory;
-} others;
-
-static void make_sound(kt_body *body) {
-    kt_body sound = kt_body_default();
-    sound.name = body->name;
-    sound.parent = body->parent;
-    sound.markers = body->markers;
-    sound.marker_count = body->marker_count;
-    sound.mass = 1.0;
-    sound.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
-    *body = sound;
-}
-
-static void note_fault(void *user, const kt_place *place, const kt_error *error) {
-    others *o = user;
-    const kt_description *d = o->description;
-    const bool is_body = place->item == KT_ITEM_BODY;
-    (void)error;
-    if (place->item == KT_ITEM_LOOP || (place->item == KT_ITEM_SCENE && strcmp(place->field, "gravity") != 0) ||
-        (is_body && (strcmp(place->field, "name") == 0 || strcmp(place->field, "parent") == 0 ||
-                     strcmp(place->field, "markers") == 0)))
-        o->unknown = true;
-    if (!is_body || o->unknown || o->no_memory)
-        return;
-    if (!o->bodies) {
-        o->bodies = malloc((size_t)d->body_count * sizeof *o->bodies);
-        o->no_memory = !o->bodies;
-        if (o->no_memory)
-            return;
-        memcpy(o->bodies, d->bodies, (size_t)d->body_count * sizeof *o->bodies);
-    }
-    make_sound(&o->bodies[place->index]);
-}
-
-kt_status kt_model_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
-    others o = {.description = description};
-    if (!description)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_check", "description is NULL");
-    kt_status status = kt_description_check(description, note_fault, &o, error);
-    if (o.no_memory)
-        status = kt_error_set(error, KT_ERROR_MEMORY, "kt_model_check", "out of memory");
-    if (status != KT_ERROR_MEMORY && !o.unknown) {
-        kt_description sound = *description;
-        sound.gravity = kt_vec3_make(0.0, 0.0, 0.0);
-        sound.effect_count = sound.hold_count = 0;
-        sound.bodies = o.bodies ? o.bodies : description->bodies;
-        status = kt_model_try(&sound, report, user, error);
-    } else if (status == KT_ERROR_MODEL) {
-        status = KT_OK; /* nothing is known about the mechanism as a whole */
-    }
-    free(o.bodies);
-    return status;
 }

@@ -73,6 +73,10 @@ typedef struct kt_input {
 /* KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, naming the first joint or body at fault. */
 kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
+/* Returns the error of a state at time t that is not finite: it names the number at fault, or says that one is too
+ * large. */
+kt_status kt_input_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
+
 /* Whether the wrenches of all bodies except the world are finite. */
 bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
 

@@ -53,13 +53,3 @@ void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
     if (kind->check != NULL)
         kind->check(checker, effect);
 }
-
-kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect) {
-    for (int k = 0; k < 3; k++) { /* those that it does not have are KT_FUNCTION_NONE */
-        const kt_curve *curve = &effect->curve[k];
-        const bool rests = curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;
-        if (!rests || curve->a != 0.0)
-            return KT_ENERGY_SUPPLIED;
-    }
-    return KT_ENERGY_CONSERVED;
-}

@@ -45,32 +45,6 @@ typedef struct tree {
     long double phi[SLOTS], size[SLOTS]; /* Phi_i, and Phi_i of the absolute values */
 } tree;
 
-static kt_status refuse(const kt_method *method, kt_error *error, const char *message) {
-    return kt_error_set(error, KT_ERROR_ARGUMENT, method->name == NULL ? "method" : method->name, "%s", message);
-}
-
-kt_status kt_table_check_sizes(const kt_method *m, kt_error *error) {
-    if (m->stages < 1 || m->stages > SLOTS || m->dense_stages < 0 || m->dense_stages > SLOTS ||
-        kt_method_slots(m) > SLOTS)
-        return refuse(m, error, "a method has 1 to 32 stages, those of the dense output and the new slope included");
-    if (m->fsal && m->stages < 2)
-        return refuse(m, error, "a method of one stage cannot be fsal");
-    if (m->order < 1 || m->order > NODES || m->embedded_order < 0 || m->embedded_order > NODES ||
-        m->embedded_order_low < 0 || m->embedded_order_low > NODES || m->dense_order < 0 || m->dense_order > NODES)
-        return refuse(m, error, "orders are 1 to 12; an embedded or dense order that is not there is 0");
-    if (m->dense_terms < 0 || m->dense_terms > KT_METHOD_DENSE_TERMS_MAX)
-        return refuse(m, error, "a dense output has 0 to 8 terms beyond the cubic");
-    if (m->a == NULL || m->b == NULL || m->c == NULL)
-        return refuse(m, error, "a, b and c must be given (a points anywhere if there is one stage)");
-    if ((m->embedded_order > 0) != (m->e != NULL) || (m->embedded_order_low > 0) != (m->e_low != NULL) ||
-        (m->e_low != NULL && m->e == NULL))
-        return refuse(m, error, "error weights and embedded orders belong together: give both or neither");
-    if ((m->dense_terms > 0) != (m->dense_d != NULL) ||
-        (m->dense_stages > 0 && (m->dense_a == NULL || m->dense_c == NULL)))
-        return refuse(m, error, "dense_terms > 0 needs dense_d, dense_stages > 0 needs dense_a and dense_c");
-    return KT_OK;
-}
-
 static bool all_finite(const double *values, int count) {
     for (int i = 0; values != NULL && i < count; i++)
         if (!isfinite(values[i]))
@@ -85,19 +59,19 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
                         (d == 0 || (all_finite(m->dense_a, d * w + d * (d - 1) / 2) && all_finite(m->dense_c, d))) &&
                         (m->dense_terms == 0 || all_finite(m->dense_d, m->dense_terms * (w + d)));
     if (!finite)
-        return refuse(m, error, "a coefficient is not finite");
+        return kt_table_refuse(m, error, "a coefficient is not finite");
     bool estimates = m->e == NULL;
     for (int i = 0; !estimates && i < s; i++)
         estimates = m->e[i] != 0.0;
     if (!estimates)
-        return refuse(m, error,
-                      "all error weights are 0: leave e and embedded_order out, or give b minus the embedded weights");
+        return kt_table_refuse(
+            m, error, "all error weights are 0: leave e and embedded_order out, or give b minus the embedded weights");
     if (!m->fsal)
         return KT_OK;
     bool same = m->c[s - 1] == 1.0 && m->b[s - 1] == 0.0;
     for (int j = 0; j < s - 1; j++)
         same = same && m->a[(s - 1) * (s - 2) / 2 + j] == m->b[j];
-    return same ? KT_OK : refuse(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
+    return same ? KT_OK : kt_table_refuse(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
 }
 
 static void set_weights(weights *w, const double *values, int count, const double *sizes) {
@@ -172,7 +146,7 @@ static kt_status check_row_sums(const extended *x, kt_error *error) {
             char message[160];
             snprintf(message, sizeof message,
                      "stage %d: the row of a sums to %.17g, but c is %.17g; they must be equal", i + 1, (double)sum, c);
-            return refuse(m, error, message);
+            return kt_table_refuse(m, error, message);
         }
     }
     return KT_OK;
@@ -257,7 +231,7 @@ static kt_status check_condition(const extended *x, const tree *t, const weights
         "%s: the condition of order %d of the tree %s fails: the sum is %.17g, not %.17g (off by %.3g). Correct the "
         "coefficients, give them to 17 digits, or claim a lower order",
         what, t->nodes, shape, (double)sum, (double)target, (double)(sum - target));
-    return refuse(x->method, error, message);
+    return kt_table_refuse(x->method, error, message);
 }
 
 /* Checks all conditions of one tree. */

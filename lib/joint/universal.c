@@ -22,14 +22,6 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-/* By default the second axis is the one after the first: x after z, y after x, z after y, and the x axis of the triad of
- * any other axis. */
-kt_vec3 kt_joint_second_axis(const kt_joint *joint) {
-    if (joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0)
-        return joint->axis2;
-    return kt_triad_from_axis(kt_joint_unit(joint->axis), 2).x;
-}
-
 /* The numbers y with x = y1 e1 + y2 e2 for a vector x in the plane of the axes e1 and e2 (carried along), c = e1 . e2; a
  * part of x normal to that plane does not count. */
 static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {

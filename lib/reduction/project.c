@@ -359,7 +359,7 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
             error, KT_ERROR_SINGULAR, where,
             "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
             "bodies that move there mass or inertia");
-    return kt_state_refuse_not_finite(model, t, input, error);
+    return kt_input_refuse_not_finite(model, t, input, error);
 }
 
 /* Adds the iterations of the last projection to the totals. */

@@ -34,9 +34,6 @@ typedef enum kt_closure {
  * drift). Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);
 
-/* Returns the error of a state that is not finite: it names the number at fault, or says that a number is too large. */
-kt_status kt_state_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
-
 /* The in-place forms of kt_state_project and kt_state_assemble for a model with loops; `given` are the positions before
  * the assembly. `input` is used in messages. */
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,

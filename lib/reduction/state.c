@@ -4,7 +4,6 @@
 
 #include "dynamics/dynamics.h"
 
-#include <stdio.h>
 #include <string.h>
 
 bool kt_unit_quaternions(const kt_model *model, double *q) {
@@ -26,13 +25,6 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
         p[3] = unit.z;
     }
     return true;
-}
-
-kt_status kt_state_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    const kt_status status = kt_input_check(model, input, error);
-    return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
 }
 
 /* Measures the error of the velocities in loops before the projection. With steps that resolve the motion it is the
@@ -59,7 +51,7 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     memcpy(new_q, q, model->n.q * sizeof *q);
     memcpy(new_v, v, model->n.v * sizeof *v);
     if (!kt_unit_quaternions(model, new_q))
-        return kt_state_refuse_not_finite(model, t, &input, error);
+        return kt_input_refuse_not_finite(model, t, &input, error);
     if (KT_HAS_LOOPS && model->n.group) {
         const kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
         if (status != KT_OK)
@@ -79,7 +71,7 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
     if (KT_HAS_LOOPS && model->n.group && !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
-        return kt_state_refuse_not_finite(model, t, &input, error);
+        return kt_input_refuse_not_finite(model, t, &input, error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;
 }

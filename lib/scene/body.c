@@ -132,8 +132,12 @@ static const kt_field shape_fields[] = {
      .flags = KT_FIELD_REQUIRED,
      .detail = &shape_types},
 };
-static const kt_table shape_table = {
-    .fields = shape_fields, .count = 1, .flow = true, .types = &shape_types, .describe = describe_shape};
+static const kt_table shape_table = {.fields = shape_fields,
+                                     .count = 1,
+                                     .flow = true,
+                                     .types = &shape_types,
+                                     .describe = describe_shape,
+                                     .kind_of = kt_kind_of_value_key};
 
 /* ---- a body ------------------------------------------------------------------------------------------------------ */
 
@@ -176,37 +180,6 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
         (*nodes)[(*count)++] = item;
     return true;
 }
-
-bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count) {
-    size_t most = (size_t)count;
-    for (int i = 0; i < count; i++)
-        most += (size_t)bodies[i].marker_count;
-    void *memory = kt_pool_take(pool, 1, kt_names_size(most));
-    if (memory == NULL)
-        return false;
-    kt_names_init(names, most, memory);
-    for (int i = 0; i < count; i++) {
-        if (bodies[i].name != NULL)
-            (void)kt_names_add(names, 0, bodies[i].name, i);
-        for (int k = 0; k < bodies[i].marker_count; k++)
-            if (bodies[i].markers[k].name != NULL)
-                (void)kt_names_add(names, i + 1, bodies[i].markers[k].name, k);
-    }
-    return true;
-}
-
-int kt_find_body(const kt_reader *r, const char *name) {
-    return r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, 0, name);
-}
-
-bool kt_body_is_hidden(const kt_reader *r, int body) {
-    const kt_node *joint = kt_node_find(r->body_nodes[body], "joint");
-    if (joint != NULL && (joint->faulty || kt_node_is_faulty(kt_node_find(joint, "type"))))
-        return true;
-    return kt_node_is_faulty(kt_node_find(r->body_nodes[body], "markers"));
-}
-
-int kt_find_marker(const kt_reader *r, int body, const char *name) { return kt_names_find(&r->names, body + 1, name); }
 
 static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;

@@ -107,12 +107,6 @@ static bool add_path(kt_phrase *phrase, const kt_scope *scope) {
     return true;
 }
 
-kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node) {
-    const kt_node *name = kt_node_find(node, "name");
-    bool is_named = name != NULL && name->kind == KT_NODE_TEXT && name->count > 0;
-    return (kt_scope){.noun = noun, .list = list, .index = index, .name = is_named ? name->of.text : NULL};
-}
-
 static void add_scope(kt_phrase *phrase, const kt_scope *scope) {
     const kt_scope *item = scope;
     while (item != NULL && item->noun == NULL)

@@ -5,6 +5,12 @@
 
 #include <string.h>
 
+kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node) {
+    const kt_node *name = kt_node_find(node, "name");
+    bool is_named = name != NULL && name->kind == KT_NODE_TEXT && name->count > 0;
+    return (kt_scope){.noun = noun, .list = list, .index = index, .name = is_named ? name->of.text : NULL};
+}
+
 /* ---- words ------------------------------------------------------------------------------------------------------- */
 
 /* "a, b or c" */
@@ -85,7 +91,7 @@ static void add_type(kt_fields *fields, const kt_table *table, int type) {
             continue;
         fields->field[fields->count++] = (kt_field){.key = word_of(key),
                                                     .also = key->also,
-                                                    .kind = kt_kind_of_key(key),
+                                                    .kind = table->kind_of(key),
                                                     .offset = key->offset,
                                                     .flags = key->needed ? KT_FIELD_REQUIRED : 0,
                                                     .detail = key};

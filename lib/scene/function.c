@@ -59,8 +59,10 @@ static const char *const interpolation_names[] = {"linear", "cubic", "monotone"}
 static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0};
 
 static const kt_descriptor *describe(int type) { return kt_function_descriptor((kt_function_type)type); }
-static const kt_table sine_table = {.describe = describe, .type = KT_FUNCTION_SINE, .flow = true};
-static const kt_table ramp_table = {.describe = describe, .type = KT_FUNCTION_RAMP, .flow = true};
+static const kt_table sine_table = {
+    .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_SINE, .flow = true};
+static const kt_table ramp_table = {
+    .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_RAMP, .flow = true};
 
 enum { FORM_COUNT = 4 };
 static const kt_field form_fields[] = {

@@ -212,8 +212,13 @@ static bool same_velocity(const kt_field *field, const void *object, const void 
            kt_same_bits(joint->velocity, rest->velocity, sizeof joint->velocity);
 }
 
-const kt_kind kt_kind_position = {read_position, write_position, same_position};
-const kt_kind kt_kind_velocity = {read_velocity, write_velocity, same_velocity};
+static const kt_kind *kind_of_key(const kt_key *key) {
+    static const kt_kind position = {read_position, write_position, same_position};
+    static const kt_kind velocity = {read_velocity, write_velocity, same_velocity};
+    return key->kind == KT_KEY_POSITION   ? &position
+           : key->kind == KT_KEY_VELOCITY ? &velocity
+                                          : kt_kind_of_value_key(key);
+}
 
 /* ---- the joint --------------------------------------------------------------------------------------------------- */
 
@@ -222,4 +227,5 @@ static const kt_descriptor *describe(int type) { return kt_joint_descriptor((kt_
 static const kt_field fields[] = {
     {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
 };
-const kt_table kt_joint_table = {.fields = fields, .count = 1, .types = &types, .describe = describe};
+const kt_table kt_joint_table = {
+    .fields = fields, .count = 1, .types = &types, .describe = describe, .kind_of = kind_of_key};

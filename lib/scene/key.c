@@ -1,76 +1,21 @@
-/* The keys of joints, shapes, loops and effects: how each kind of key is read, written and compared. The key's unit
- * decides how a number may be written. */
+/* The kinds of keys that only loops and effects have: ends, joints, functions of time, frames. */
 #include "scene/part.h"
 
 #include <stddef.h>
 #include <string.h>
 
-/* ---- numbers ----------------------------------------------------------------------------------------------------- */
-
-/* The quantity of a key's number. Of "rad|m" it is the first if the joint that the item acts in, which has been read
- * before, rotates. Within a function of time, y stands for the unit of its value. */
-static kt_quantity quantity_of(const kt_reader *r, const kt_field *field) {
-    const kt_key *key = field->detail;
-    const char *unit = key->unit, *second = strchr(unit, '|');
-    if (strcmp(unit, "y") == 0)
-        return (kt_quantity)r->quantity;
-    if (second != NULL && r->joint_quantity != KT_QUANTITY_ANGLE)
-        return KT_QUANTITY_NUMBER;
-    const size_t length = second != NULL ? (size_t)(second - unit) : strlen(unit);
-    if (length == 3 && strncmp(unit, "rad", length) == 0)
-        return KT_QUANTITY_ANGLE;
-    return length == 5 && strncmp(unit, "rad/s", length) == 0 ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER;
-}
-
-static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_number(r, scope, node, quantity_of(r, field), kt_field_in(object, field));
-}
+/* ---- words and distances ----------------------------------------------------------------------------------------------------- */
 
 /* If the key is missing, the distance is the initial one, which is the default before reading. */
 static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     ((kt_effect *)object)->initial_length = false;
-    return read_number(r, scope, node, field, object);
+    return kt_read_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
 static bool same_distance(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     (void)standard;
     return ((const kt_effect *)object)->initial_length;
-}
-
-static bool read_six(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_numbers(r, scope, node, 6, KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
-}
-
-static void write_six(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_emit_numbers(e, kt_field_of(object, field), 6);
-}
-
-static bool same_six(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 6 * sizeof(double));
-}
-
-/* If the default is zero, zero means that no axis is given; to write it is a mistake. */
-static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const kt_key *key = field->detail;
-    const kt_vec3 *axis = kt_field_in(object, field), before = *axis;
-    const bool may_be_missing = before.x == 0.0 && before.y == 0.0 && before.z == 0.0;
-    if (!kt_kind_axis.read(r, scope, node, field, object))
-        return false;
-    if (!may_be_missing || axis->x != 0.0 || axis->y != 0.0 || axis->z != 0.0)
-        return true;
-    return kt_fault_at(r, KT_ERROR_MODEL, scope, node,
-                       "a zero axis has no direction; give one, such as [0, 0, 1], or leave the key out for %s",
-                       key->standard);
-}
-
-static void write_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    kt_kind_axis.write(e, field, object, standard);
-}
-
-static bool same_axis(const kt_field *field, const void *object, const void *standard) {
-    return kt_kind_axis.same(field, object, standard);
 }
 
 static const char *const frame_names[] = {"world", "body"};
@@ -190,7 +135,7 @@ static void write_terms(kt_emitter *e, const kt_field *field, const void *object
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
 static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_function(r, scope, node, quantity_of(r, field), kt_field_in(object, field));
+    return kt_read_function(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
 static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -228,10 +173,8 @@ static void write_functions(kt_emitter *e, const kt_field *field, const void *ob
 
 /* ---- all kinds --------------------------------------------------------------------------------------------------- */
 
-const kt_kind *kt_kind_of_key(const kt_key *key) {
-    static const kt_kind number = {read_number, kt_number_write, kt_number_same};
+const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     static const kt_kind distance = {read_distance, kt_number_write, same_distance};
-    static const kt_kind six = {read_six, write_six, same_six}, axis = {read_axis, write_axis, same_axis};
     static const kt_kind frame = {read_frame, write_frame, same_frame};
     static const kt_kind body = {.read = read_body, .write = write_body};
     static const kt_kind point = {read_point, write_point, same_point};
@@ -240,24 +183,10 @@ const kt_kind *kt_kind_of_key(const kt_key *key) {
     static const kt_kind function = {read_function, write_function, same_function};
     static const kt_kind functions = {read_functions, write_functions, same_function};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
-        [KT_KEY_NUMBER] = &number,
-        [KT_KEY_SIX] = &six,
-        [KT_KEY_VECTOR] = &kt_kind_vector,
-        [KT_KEY_AXIS] = &axis,
-        [KT_KEY_ROTATION] = &kt_kind_rotation,
-        [KT_KEY_FLAG] = &kt_kind_flag,
-        [KT_KEY_FRAME] = &frame,
-        [KT_KEY_END] = &kt_kind_end,
-        [KT_KEY_ENDS] = &kt_kind_ends,
-        [KT_KEY_BODY] = &body,
-        [KT_KEY_POINT] = &point,
-        [KT_KEY_JOINT] = &joint,
-        [KT_KEY_TERMS] = &terms,
-        [KT_KEY_FUNCTION] = &function,
-        [KT_KEY_FUNCTIONS] = &functions,
+        [KT_KEY_FRAME] = &frame,       [KT_KEY_END] = &kt_kind_end,   [KT_KEY_ENDS] = &kt_kind_ends,
+        [KT_KEY_BODY] = &body,         [KT_KEY_POINT] = &point,       [KT_KEY_JOINT] = &joint,
+        [KT_KEY_TERMS] = &terms,       [KT_KEY_FUNCTION] = &function, [KT_KEY_FUNCTIONS] = &functions,
         [KT_KEY_DISTANCE] = &distance,
-        [KT_KEY_POSITION] = &kt_kind_position,
-        [KT_KEY_VELOCITY] = &kt_kind_velocity,
-    }; /* KT_KEY_LIST, _ROWS and _METHOD are read by function.c */
-    return kinds[key->kind];
+    };
+    return kinds[key->kind] != NULL ? kinds[key->kind] : kt_kind_of_value_key(key);
 }

@@ -123,10 +123,11 @@ typedef struct kt_choice {
 typedef struct kt_table {
     const kt_field *fields;
     int count;
-    bool flow;                                  /* written in one line */
-    const kt_choice *types;                     /* of its field `type`; NULL: no types */
-    const kt_descriptor *(*describe)(int type); /* the descriptor of a type; NULL: the keys are those of the table */
-    int type;                                   /* the only one, where there are no types to choose from */
+    bool flow;                                    /* written in one line */
+    const kt_choice *types;                       /* of its field `type`; NULL: no types */
+    const kt_descriptor *(*describe)(int type);   /* the descriptor of a type; NULL: the keys are those of the table */
+    const kt_kind *(*kind_of)(const kt_key *key); /* with descriptors: how a key of theirs is read, written, compared */
+    int type;                                     /* the only one, where there are no types to choose from */
     const char *example; /* "{linear: [...], angular: [...]}": where no mapping is found; NULL: none */
 } kt_table;
 
@@ -149,9 +150,6 @@ void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, co
 
 /* Whether the mapping would be written without any key. */
 bool kt_table_same(const kt_table *table, const void *object, const void *standard);
-
-/* How a key of a type is read, written and compared. */
-const kt_kind *kt_kind_of_key(const kt_key *key);
 
 /* The scope of an item of a section: a body, loop or effect. */
 kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node);

@@ -19,8 +19,12 @@ static const kt_field loop_fields[] = {
      .flags = KT_FIELD_REQUIRED,
      .detail = &loop_types},
 };
-static const kt_table loop_table = {
-    .fields = loop_fields, .count = 2, .flow = true, .types = &loop_types, .describe = describe_loop};
+static const kt_table loop_table = {.fields = loop_fields,
+                                    .count = 2,
+                                    .flow = true,
+                                    .types = &loop_types,
+                                    .describe = describe_loop,
+                                    .kind_of = kt_kind_of_item_key};
 
 static bool read_loops(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
@@ -117,8 +121,12 @@ static const kt_field effect_fields[] = {
      .flags = KT_FIELD_REQUIRED,
      .detail = &effect_types},
 };
-static const kt_table effect_table = {
-    .fields = effect_fields, .count = 2, .flow = true, .types = &effect_types, .describe = describe_effect};
+static const kt_table effect_table = {.fields = effect_fields,
+                                      .count = 2,
+                                      .flow = true,
+                                      .types = &effect_types,
+                                      .describe = describe_effect,
+                                      .kind_of = kt_kind_of_item_key};
 
 /* A missing length is the initial one; types without a length have no initial length. */
 static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_effect *effect) {

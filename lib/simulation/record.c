@@ -8,52 +8,15 @@
 #include "reduction/evaluate.h"
 #include "simulation/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* ---- times ------------------------------------------------------------------------------------------------------- */
-
-/* The number of intervals, the last one perhaps shorter. Duration and interval carry half an ulp each and the quotient
- * another half: within 2 eps of a whole number (relative), they are meant to divide. */
-double kt_record_intervals(double duration, double interval) {
-    if (!(duration > 0.0))
-        return 0.0;
-    double count = duration / interval;
-    double whole = round(count);
-    if (whole >= 1.0 && fabs(count - whole) <= 2.0 * DBL_EPSILON * count)
-        return whole;
-    return ceil(count);
-}
-
-static double record_time(const kt_simulation *simulation, int64_t k) {
-    return k == simulation->record_count - 1 ? simulation->duration : (double)k * simulation->interval;
-}
-
-int64_t kt_simulation_record_count(const kt_simulation *simulation) { return simulation->record_count; }
-
 /* Whether kt_simulation_run has not yet handed over all records before the current time. */
 static bool owes_records(const kt_simulation *simulation) {
     const int64_t k = simulation->memory.next_record;
-    return k < simulation->record_count && record_time(simulation, k) < kt_integrator_time(simulation->integrator);
-}
-
-void kt_simulation_skip_records(kt_simulation *simulation) {
-    double t = kt_integrator_time(simulation->integrator);
-    int64_t last = simulation->record_count - 1;
-    int64_t k = simulation->memory.next_record;
-    if (k > last || record_time(simulation, k) >= t)
-        return;
-    /* Division gives an estimate of the number, and comparisons then find it. */
-    double guess = simulation->interval > 0.0 ? floor(t / simulation->interval) - 1.0 : 0.0;
-    if (guess > (double)last)
-        guess = (double)last;
-    if (guess > (double)k)
-        k = (int64_t)guess;
-    while (k <= last && record_time(simulation, k) < t)
-        k++;
-    simulation->memory.next_record = k;
+    return k < simulation->record_count &&
+           kt_simulation_record_time(simulation, k) < kt_integrator_time(simulation->integrator);
 }
 
 /* ---- one record -------------------------------------------------------------------------------------------------- */
@@ -144,7 +107,7 @@ static kt_record empty_record(int64_t index, double time) {
 
 static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     const int64_t k = simulation->memory.next_record;
-    kt_record record = empty_record(k, record_time(simulation, k));
+    kt_record record = empty_record(k, kt_simulation_record_time(simulation, k));
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
@@ -170,7 +133,8 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
 static kt_status hand_over_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = KT_OK;
     while (status == KT_OK && simulation->memory.next_record < simulation->record_count &&
-           record_time(simulation, simulation->memory.next_record) <= kt_integrator_time(simulation->integrator))
+           kt_simulation_record_time(simulation, simulation->memory.next_record) <=
+               kt_integrator_time(simulation->integrator))
         status = hand_over(simulation, recorder, user, error);
     return status;
 }
@@ -181,7 +145,7 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
     /* A record at the very start belongs to the step that begins there, and so do its torques; one within the last step
      * belongs to that step. */
     if (simulation->memory.next_record < simulation->record_count &&
-        record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
+        kt_simulation_record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
         kt_error from = {0};
         simulation->cause.code = KT_OK;
         status = kt_simulation_inputs_commit(simulation, &from);

@@ -170,6 +170,9 @@ kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *fr
 /* Skips the records before the current time, which kt_simulation_run has not handed over. */
 void kt_simulation_skip_records(kt_simulation *simulation);
 
+/* The time of record k (s). */
+double kt_simulation_record_time(const kt_simulation *simulation, int64_t k);
+
 /* How many records there are: see kt_simulation_record_count. */
 double kt_record_intervals(double duration, double interval);
 

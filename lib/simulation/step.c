@@ -325,14 +325,6 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
 
 double kt_simulation_time(const kt_simulation *simulation) { return kt_integrator_time(simulation->integrator); }
 
-const double *kt_simulation_positions(const kt_simulation *simulation) {
-    return kt_simulation_is_absolute(simulation) ? simulation->seen : kt_integrator_state(simulation->integrator);
-}
-
-const double *kt_simulation_velocities(const kt_simulation *simulation) {
-    return kt_simulation_positions(simulation) + simulation->size.user_nq;
-}
-
 kt_work kt_simulation_work(const kt_simulation *simulation) {
     return kt_simulation_work_of(simulation, kt_integrator_state(simulation->integrator));
 }

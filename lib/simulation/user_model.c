@@ -9,6 +9,14 @@
 
 #include <string.h>
 
+const double *kt_simulation_positions(const kt_simulation *simulation) {
+    return kt_simulation_is_absolute(simulation) ? simulation->seen : kt_integrator_state(simulation->integrator);
+}
+
+const double *kt_simulation_velocities(const kt_simulation *simulation) {
+    return kt_simulation_positions(simulation) + simulation->size.user_nq;
+}
+
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
     if (!kt_simulation_is_absolute(simulation) || (*tau == NULL && *external == NULL))
         return;

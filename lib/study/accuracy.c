@@ -27,13 +27,6 @@ kt_variant kt_variant_default(const kt_run *run) {
     return variant;
 }
 
-kt_status kt_accuracy_tell(kt_accuracy *study, double done, const char *what, kt_error *error) {
-    const kt_accuracy_options *options = &study->options;
-    if (options->progress == NULL || options->progress(done, what, options->user) == 0)
-        return KT_OK;
-    return kt_error_set(error, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before %s", what);
-}
-
 /* ---- what is asked for ------------------------------------------------------------------------------------------- */
 
 static kt_status refuse(kt_error *error, const char *where, const char *message) {
@@ -129,8 +122,8 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_co
     curve->adaptive = curve->method->embedded_order > 0;
     curve->first = KT_ACCURACY_POINTS_MAX * index;
     const char *label = results->variants[curve->variant].label;
-    kt_status status = kt_accuracy_tell(study, 1.0 - 0.85 * to_come / results->curve_count,
-                                        label != NULL && curve->variant > 0 ? label : curve->method->name, error);
+    kt_status status = kt_accuracy_report(study, 1.0 - 0.85 * to_come / results->curve_count,
+                                          label != NULL && curve->variant > 0 ? label : curve->method->name, error);
     if (status == KT_OK && study->models[curve->variant] == NULL)
         status = kt_model_compile(study->description, &results->variants[curve->variant].model,
                                   &study->models[curve->variant], error);

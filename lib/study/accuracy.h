@@ -44,7 +44,7 @@ static inline double kt_accuracy_now(const kt_accuracy *study) {
 }
 
 /* Calls the caller's progress function. Returns KT_ERROR_CALLBACK if it stops the study. */
-KT_CHECKED kt_status kt_accuracy_tell(kt_accuracy *study, double done, const char *what, kt_error *error);
+KT_CHECKED kt_status kt_accuracy_report(kt_accuracy *study, double done, const char *what, kt_error *error);
 
 /* ---- norm -------------------------------------------------------------------------------------------------------- */
 

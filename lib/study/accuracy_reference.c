@@ -351,7 +351,7 @@ static kt_status find_given(kt_accuracy *study, kt_error *error) {
 
 kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
     kt_accuracy_results *results = &study->results;
-    kt_status status = kt_accuracy_tell(study, 0.0, "the reference", error);
+    kt_status status = kt_accuracy_report(study, 0.0, "the reference", error);
     if (status == KT_OK)
         status = study->options.reference != NULL ? find_given(study, error) : find_computed(study, error);
     if (status != KT_OK)

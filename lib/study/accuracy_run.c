@@ -14,6 +14,13 @@ enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 15 };
 static const double sample_least = 2e-4; /* s: shorter runs are repeated within a sample, because of the clock's
                                             resolution */
 
+kt_status kt_accuracy_report(kt_accuracy *study, double done, const char *what, kt_error *error) {
+    const kt_accuracy_options *options = &study->options;
+    if (options->progress == NULL || options->progress(done, what, options->user) == 0)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before %s", what);
+}
+
 kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                        double setting) {
     kt_run run = study->run;

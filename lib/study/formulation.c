@@ -10,12 +10,6 @@
 #include <stdio.h>
 #include <string.h>
 
-kt_status kt_formulation_refuse(double t, kt_status status, const char *message, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, status, where, "%s", message);
-}
-
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
 /* f = tau + forces of effects - (h - J' external) */

@@ -7,6 +7,8 @@
 #include "base/arena.h"
 #include "kinetree/study.h"
 
+#include <stdio.h>
+
 /* Every array of a formulation: type, name, count, meaning. */
 #define KT_FORMULATION_FIELDS(X)                                                                                       \
     X(double, mass, n *n, "M, then its Cholesky factor")                                                               \
@@ -68,6 +70,11 @@ int kt_formulation_project_positions(const kt_instant *at, double *q, double *v,
                                      void *user);
 
 /* Reports an error with the time at which it occurred. */
-KT_CHECKED kt_status kt_formulation_refuse(double t, kt_status status, const char *message, kt_error *error);
+KT_CHECKED static inline kt_status kt_formulation_refuse(double t, kt_status status, const char *message,
+                                                         kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    return kt_error_set(error, status, where, "%s", message);
+}
 
 #endif

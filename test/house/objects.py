@@ -1,6 +1,8 @@
 """The order of the house, read from the symbols of the objects: what an include does not show, a declaration by hand does.
 
-objects.py ARCHIVE...
+objects.py ARCHIVE... [PROGRAM.p]
+
+A folder of objects, that of a program, is asked for circles alone.
 """
 import collections
 import pathlib
@@ -23,8 +25,51 @@ def objects(archive):
                {symbol for symbol, kind in symbols if kind in "Uwv"})
 
 
+def objects_of_program(folder):
+    """The same of a folder of objects."""
+    paths = sorted(pathlib.Path(folder).glob("*.c.o"))
+    text = subprocess.run(["nm", "-A", "-P", "-g", *paths], check=True, capture_output=True, text=True).stdout
+    symbols = collections.defaultdict(list)
+    for path, symbol, kind in (line.split()[:3] for line in text.splitlines()):
+        symbols[pathlib.Path(path.removesuffix(":")).name.removesuffix(".c.o")].append((symbol, kind))
+    for name, found in symbols.items():
+        yield (name, {symbol for symbol, kind in found if kind not in "Uwv"},
+               {symbol for symbol, kind in found if kind in "Uwv"})
+
+
+def references(everything):
+    """Which object refers to which other one; objects of one name (one source, compiled several times) are one."""
+    home = {symbol: name for name, defined, _ in everything for symbol in defined}
+    to = collections.defaultdict(set)
+    for name, _, needed in everything:
+        to[name] |= {home[symbol] for symbol in needed & home.keys()} - {name}
+    return to
+
+
+def reached(to, start):
+    seen, left = set(), [start]
+    while left:
+        for other in to.get(left.pop(), ()):
+            if other not in seen:
+                seen.add(other)
+                left.append(other)
+    return seen
+
+
+def circles(everything, folder_of):
+    """The sets of objects of one folder that refer to each other in a circle."""
+    to = references(everything)
+    inside = {name: {other for other in others if folder_of(other) == folder_of(name)} for name, others in to.items()}
+    reach = {name: reached(inside, name) for name in inside}
+    found = {tuple(sorted(other for other in reach[name] if name in reach.get(other, ()))) for name in reach
+             if name in reach[name]}
+    return [" <-> ".join(circle) for circle in sorted(found)]
+
+
 def main():
-    everything = [each for archive in sys.argv[1:] for each in objects(archive)]
+    archives = [path for path in sys.argv[1:] if not path.endswith(".p")]
+    programs = [path for path in sys.argv[1:] if path.endswith(".p")]
+    everything = [each for archive in archives for each in objects(archive)]
     home = {symbol: name for name, defined, _ in everything for symbol in defined}
 
     kinds = collections.Counter()
@@ -48,6 +93,12 @@ def main():
     note(f"{sum(len(needed & home.keys()) for _, _, needed in everything)} references between objects")
     claim("objects_refer_only_to_what_is_below_them",
           [f"{own} needs {', '.join(sorted(symbols))} of {other}" for (own, other), symbols in sorted(upward.items())])
+    claim("no_files_of_a_folder_refer_to_each_other_in_a_circle", circles(everything, lambda name: name.split("_")[0]))
+    for program in programs:
+        parts = list(objects_of_program(program))
+        note(f"{len(parts)} objects of a program")
+        claim("no_files_of_the_command_refer_to_each_other_in_a_circle",
+              circles(parts, lambda name: "") if parts else ["no objects"])
     finish()
 
 

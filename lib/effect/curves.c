@@ -1,0 +1,24 @@
+/* What effects share that are given by functions of time: the value of their vector, and what they do to the energy. */
+#include "effect/effect.h"
+
+kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                                     double t) {
+    double x[3], y[3], z[3];
+    kt_curve_evaluate(&effect->curve[0], numbers, t, x);
+    kt_curve_evaluate(&effect->curve[1], numbers, t, y);
+    kt_curve_evaluate(&effect->curve[2], numbers, t, z);
+    const kt_triple value = {x[0], y[0], z[0]};
+    return effect->in_body ? kt_columns_apply(end->axes, value) : value;
+}
+
+#if KT_DESCRIBES
+kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect) {
+    for (int k = 0; k < 3; k++) { /* those that it does not have are KT_FUNCTION_NONE */
+        const kt_curve *curve = &effect->curve[k];
+        const bool rests = curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;
+        if (!rests || curve->a != 0.0)
+            return KT_ENERGY_SUPPLIED;
+    }
+    return KT_ENERGY_CONSERVED;
+}
+#endif

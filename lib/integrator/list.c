@@ -1,0 +1,43 @@
+/* The list of built-in methods. */
+#include "integrator/integrator.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const kt_method *const methods[] = {
+#define KT_METHOD_ADDRESS(name) &kt_method_##name,
+    KT_METHOD_LIST(KT_METHOD_ADDRESS)
+#undef KT_METHOD_ADDRESS
+};
+
+enum { COUNT = sizeof methods / sizeof *methods };
+
+int kt_method_count(void) { return COUNT; }
+
+const kt_method *kt_method_at(int index) { return index >= 0 && index < COUNT ? methods[index] : NULL; }
+
+const kt_method *kt_method_find(const char *name) {
+    for (int i = 0; name != NULL && i < COUNT; i++)
+        if (strcmp(methods[i]->name, name) == 0)
+            return methods[i];
+    return NULL;
+}
+
+bool kt_method_is_built_in(const kt_method *method) {
+    for (int i = 0; i < COUNT; i++)
+        if (methods[i] == method)
+            return true;
+    return false;
+}
+
+size_t kt_method_names(bool adaptive, char *text, size_t size) {
+    size_t length = 0;
+    if (size > 0)
+        text[0] = '\0';
+    for (int i = 0; i < COUNT; i++) {
+        const size_t at = length < size ? length : size;
+        if (!adaptive || kt_method_is_adaptive(methods[i]))
+            length += (size_t)snprintf(text + at, size - at, "%s%s", length > 0 ? ", " : "", methods[i]->name);
+    }
+    return length;
+}

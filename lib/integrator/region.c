@@ -1,0 +1,39 @@
+/* Regions of stability: |R(z)|, and where a ray from 0 leaves a region. */
+#include "integrator/integrator.h"
+
+#include <math.h>
+
+kt_complex kt_stability_value(const kt_stability *s, kt_complex z) { return s->family->value(s, z); }
+
+double kt_stability_gain(const kt_stability *s, kt_complex z) {
+    const kt_complex value = kt_stability_value(s, z);
+    return hypot(value.re, value.im);
+}
+
+/* Tests the points x_k = (k / GRAIN)^2: R varies over lengths of order 1, and with many stages over lengths that grow
+ * as sqrt(x). The boundary between the last point inside and the first outside is bisected to rounding. HUGE_VAL: none
+ * up to `most`. */
+enum { GRAIN = 64, HALVINGS = 60 };
+
+double kt_first_exit(kt_is_inside *inside, const void *problem, double most) {
+    double low = 0.0, high = 0.0;
+    for (int k = 1;; k++) {
+        high = (double)k * (double)k / (double)(GRAIN * GRAIN);
+        high = high < most ? high : most;
+        if (!inside(problem, high))
+            break;
+        if (high >= most)
+            return HUGE_VAL;
+        low = high;
+    }
+    for (int i = 0; i < HALVINGS && low < high; i++) {
+        const double middle = 0.5 * (low + high);
+        if (middle <= low || middle >= high)
+            break;
+        if (inside(problem, middle))
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}

@@ -1,0 +1,73 @@
+/* The kinds of keys whose values are numbers, vectors, axes, rotations or flags: joints, shapes, loops, effects and
+ * functions of time have them. The key's unit decides how a number may be written. */
+#include "scene/value.h"
+
+#include <string.h>
+
+/* The quantity of a key's number. Of "rad|m" it is the first if the joint that the item acts in, which has been read
+ * before, rotates. Within a function of time, y stands for the unit of its value. */
+kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
+    const kt_key *key = field->detail;
+    const char *unit = key->unit, *second = strchr(unit, '|');
+    if (strcmp(unit, "y") == 0)
+        return (kt_quantity)r->quantity;
+    if (second != NULL && r->joint_quantity != KT_QUANTITY_ANGLE)
+        return KT_QUANTITY_NUMBER;
+    const size_t length = second != NULL ? (size_t)(second - unit) : strlen(unit);
+    if (length == 3 && strncmp(unit, "rad", length) == 0)
+        return KT_QUANTITY_ANGLE;
+    return length == 5 && strncmp(unit, "rad/s", length) == 0 ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER;
+}
+
+static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
+}
+
+static bool read_six(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_numbers(r, scope, node, 6, KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
+}
+
+static void write_six(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_emit_numbers(e, kt_field_of(object, field), 6);
+}
+
+static bool same_six(const kt_field *field, const void *object, const void *standard) {
+    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 6 * sizeof(double));
+}
+
+/* If the default is zero, zero means that no axis is given; to write it is a mistake. */
+static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const kt_key *key = field->detail;
+    const kt_vec3 *axis = kt_field_in(object, field), before = *axis;
+    const bool may_be_missing = before.x == 0.0 && before.y == 0.0 && before.z == 0.0;
+    if (!kt_kind_axis.read(r, scope, node, field, object))
+        return false;
+    if (!may_be_missing || axis->x != 0.0 || axis->y != 0.0 || axis->z != 0.0)
+        return true;
+    return kt_fault_at(r, KT_ERROR_MODEL, scope, node,
+                       "a zero axis has no direction; give one, such as [0, 0, 1], or leave the key out for %s",
+                       key->standard);
+}
+
+static void write_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    kt_kind_axis.write(e, field, object, standard);
+}
+
+static bool same_axis(const kt_field *field, const void *object, const void *standard) {
+    return kt_kind_axis.same(field, object, standard);
+}
+
+const kt_kind *kt_kind_of_value_key(const kt_key *key) {
+    static const kt_kind number = {read_number, kt_number_write, kt_number_same};
+    static const kt_kind six = {read_six, write_six, same_six}, axis = {read_axis, write_axis, same_axis};
+    static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
+        [KT_KEY_NUMBER] = &number,
+        [KT_KEY_SIX] = &six,
+        [KT_KEY_VECTOR] = &kt_kind_vector,
+        [KT_KEY_AXIS] = &axis,
+        [KT_KEY_ROTATION] = &kt_kind_rotation,
+        [KT_KEY_FLAG] = &kt_kind_flag,
+    };
+    return kinds[key->kind];
+}

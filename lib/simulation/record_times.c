@@ -1,0 +1,40 @@
+/* The times of records: how many there are, when, and which are still to come. */
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+
+/* The number of intervals, the last one perhaps shorter. Duration and interval carry half an ulp each and the quotient
+ * another half: within 2 eps of a whole number (relative), they are meant to divide. */
+double kt_record_intervals(double duration, double interval) {
+    if (!(duration > 0.0))
+        return 0.0;
+    double count = duration / interval;
+    double whole = round(count);
+    if (whole >= 1.0 && fabs(count - whole) <= 2.0 * DBL_EPSILON * count)
+        return whole;
+    return ceil(count);
+}
+
+double kt_simulation_record_time(const kt_simulation *simulation, int64_t k) {
+    return k == simulation->record_count - 1 ? simulation->duration : (double)k * simulation->interval;
+}
+
+int64_t kt_simulation_record_count(const kt_simulation *simulation) { return simulation->record_count; }
+
+void kt_simulation_skip_records(kt_simulation *simulation) {
+    double t = kt_integrator_time(simulation->integrator);
+    int64_t last = simulation->record_count - 1;
+    int64_t k = simulation->memory.next_record;
+    if (k > last || kt_simulation_record_time(simulation, k) >= t)
+        return;
+    /* Division gives an estimate of the number, and comparisons then find it. */
+    double guess = simulation->interval > 0.0 ? floor(t / simulation->interval) - 1.0 : 0.0;
+    if (guess > (double)last)
+        guess = (double)last;
+    if (guess > (double)k)
+        k = (int64_t)guess;
+    while (k <= last && kt_simulation_record_time(simulation, k) < t)
+        k++;
+    simulation->memory.next_record = k;
+}
