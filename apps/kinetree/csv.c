@@ -1,11 +1,8 @@
 /* Writes records as CSV. */
 #include "run.h"
 
-#include "kinetree/descriptor.h"
-
 #include <errno.h>
 #include <fcntl.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,150 +11,52 @@
 
 enum { NUMBER_SIZE = 32 };
 
-/* Appends a cell: the name of the column in the header (record == NULL), its value in all other lines. */
-static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) KT_PRINTF(4, 5);
-
-static void add_cell(kt_csv *csv, const kt_record *record, double value, const char *format, ...) {
-    kt_lines *lines = &csv->lines;
-    va_list arguments;
-    int length = NUMBER_SIZE;
-    if (record == NULL) {
-        va_start(arguments, format);
-        length = vsnprintf(NULL, 0, format, arguments);
-        va_end(arguments);
-    }
-    if (length < 0 || !kt_lines_make_room(lines, (size_t)length + 2)) /* a comma before, a zero after it */
-        return;
-    if (lines->used > lines->whole)
-        lines->text[lines->used++] = ',';
-    char *end = lines->text + lines->used;
-    if (record != NULL) {
-        length = snprintf(end, NUMBER_SIZE, "%.17g", value);
-    } else {
-        va_start(arguments, format);
-        length = vsnprintf(end, (size_t)length + 1, format, arguments);
-        va_end(arguments);
-    }
-    lines->used += (size_t)length;
-}
-
 /* ---- the columns ------------------------------------------------------------------------------------------------- */
 
-/* x: q, v or a; NULL in the header. */
-static void add_coordinates(kt_csv *csv, const kt_record *record, const char *kind, const double *x, bool of_velocity) {
-    for (int body = 1; body < kt_model_body_count(csv->model); body++) {
-        kt_coordinates at = kt_body_coordinates(csv->model, body);
-        int first = of_velocity ? at.v : at.q, count = of_velocity ? at.nv : at.nq;
-        const char *name = kt_body_name(csv->model, body);
-        for (int k = 0; k < count; k++) {
-            double value = record != NULL ? x[first + k] : 0.0;
-            if (count == 1)
-                add_cell(csv, record, value, "%s.%s", kind, name);
-            else
-                add_cell(csv, record, value, "%s.%s[%d]", kind, name, k);
-        }
+/* Makes room for a cell of `length` bytes, with a comma before and a zero after it. Returns where it goes; NULL: memory is
+ * insufficient. */
+static char *start_cell(kt_lines *lines, size_t length) {
+    if (!kt_lines_make_room(lines, length + 2))
+        return NULL;
+    if (lines->used > lines->whole)
+        lines->text[lines->used++] = ',';
+    return lines->text + lines->used;
+}
+
+static void add_header(kt_csv *csv) {
+    for (size_t i = 0; i < csv->columns.count; i++) {
+        const int length = kt_column_name(&csv->columns, i, NULL, 0);
+        char *cell = start_cell(&csv->lines, (size_t)length);
+        if (cell != NULL)
+            csv->lines.used += (size_t)kt_column_name(&csv->columns, i, cell, (size_t)length + 1);
     }
 }
 
-static void add_marker(kt_csv *csv, const kt_record *record, const kt_marker_pair *pair) {
-    int body = pair->body != NULL ? kt_body_find(csv->model, pair->body) : 0;
-    kt_vec3 at = {0.0, 0.0, 0.0};
-    if (record != NULL) {
-        int marker = kt_marker_find(csv->model, body, pair->marker);
-        at = kt_point_position(csv->model, record->data, body, kt_marker_at(csv->model, body, marker));
+static void add_line(kt_csv *csv, const kt_record *record) {
+    for (size_t i = 0; i < csv->columns.count; i++) {
+        char *cell = start_cell(&csv->lines, NUMBER_SIZE);
+        if (cell != NULL)
+            csv->lines.used += (size_t)snprintf(cell, NUMBER_SIZE, "%.17g", kt_column_value(&csv->columns, i, record));
     }
-    const char *name = kt_body_name(csv->model, body);
-    add_cell(csv, record, at.x, "marker.%s.%s.x", name, pair->marker);
-    add_cell(csv, record, at.y, "marker.%s.%s.y", name, pair->marker);
-    add_cell(csv, record, at.z, "marker.%s.%s.z", name, pair->marker);
-}
-
-/* of: reactions or loop_reactions; NULL in the header. */
-static void add_reaction(kt_csv *csv, const kt_record *record, const char *name, const kt_wrench *of, int index) {
-    static const kt_wrench none;
-    const kt_wrench *w = record != NULL ? &of[index] : &none;
-    add_cell(csv, record, w->force.x, "reaction.%s.fx", name);
-    add_cell(csv, record, w->force.y, "reaction.%s.fy", name);
-    add_cell(csv, record, w->force.z, "reaction.%s.fz", name);
-    add_cell(csv, record, w->moment.x, "reaction.%s.mx", name);
-    add_cell(csv, record, w->moment.y, "reaction.%s.my", name);
-    add_cell(csv, record, w->moment.z, "reaction.%s.mz", name);
-}
-
-/* A loop between joints, not between points of bodies, has one equation, whose multiplier is its generalised force. */
-static bool is_relation(const kt_model *model, int loop) {
-    const kt_descriptor *descriptor = kt_loop_descriptor(kt_loop_type_of(model, loop));
-    return kt_descriptor_kind(descriptor, KT_KEY_TERMS) || kt_descriptor_kind(descriptor, KT_KEY_JOINT);
-}
-
-static void add_multipliers(kt_csv *csv, const kt_record *record, int loop) {
-    const kt_loop_rows rows = kt_loop_rows_of(csv->model, loop);
-    const char *name = kt_loop_name(csv->model, loop);
-    for (int k = 0; k < rows.count; k++) {
-        const double value = record != NULL ? record->multipliers[rows.first + k] : 0.0;
-        if (rows.count == 1)
-            add_cell(csv, record, value, "reaction.%s.multiplier", name);
-        else
-            add_cell(csv, record, value, "reaction.%s.multiplier[%d]", name, k);
-    }
-}
-
-/* A coupling of joints has joint forces only and therefore no wrench. */
-static void add_reactions(kt_csv *csv, const kt_record *r) {
-    for (int body = 1; body < kt_model_body_count(csv->model); body++)
-        add_reaction(csv, r, kt_body_name(csv->model, body), r != NULL ? r->reactions : NULL, body);
-    for (int loop = 0; loop < kt_loop_count(csv->model); loop++) {
-        if (!kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(csv->model, loop)), KT_KEY_TERMS))
-            add_reaction(csv, r, kt_loop_name(csv->model, loop), r != NULL ? r->loop_reactions : NULL, loop);
-        if (is_relation(csv->model, loop))
-            add_multipliers(csv, r, loop);
-    }
-}
-
-/* The multipliers that add_reactions leaves out. */
-static void add_all_multipliers(kt_csv *csv, const kt_record *r) {
-    const bool reacts = (csv->record & KT_RECORD_REACTION) != 0;
-    for (int loop = 0; loop < kt_loop_count(csv->model); loop++)
-        if (!reacts || !is_relation(csv->model, loop))
-            add_multipliers(csv, r, loop);
-}
-
-/* The header and the lines below it are written by the same traversal, so that columns always match. */
-static void add_line(kt_csv *csv, const kt_record *r) {
-    add_cell(csv, r, r != NULL ? r->time : 0.0, "time");
-    if ((csv->record & KT_RECORD_POSITION) != 0)
-        add_coordinates(csv, r, "position", r != NULL ? r->q : NULL, false);
-    if ((csv->record & KT_RECORD_VELOCITY) != 0)
-        add_coordinates(csv, r, "velocity", r != NULL ? r->v : NULL, true);
-    if ((csv->record & KT_RECORD_ACCELERATION) != 0)
-        add_coordinates(csv, r, "acceleration", r != NULL ? r->a : NULL, true);
-    for (int i = 0; i < csv->run->marker_count; i++)
-        add_marker(csv, r, &csv->run->markers[i]);
-    if ((csv->record & KT_RECORD_ENERGY) != 0) {
-        add_cell(csv, r, r != NULL ? r->kinetic : 0.0, "energy.kinetic");
-        add_cell(csv, r, r != NULL ? r->potential : 0.0, "energy.potential");
-        add_cell(csv, r, r != NULL ? r->kinetic + r->potential : 0.0, "energy.total");
-    }
-    if ((csv->record & KT_RECORD_BALANCE) != 0) {
-        add_cell(csv, r, r != NULL ? r->work.dissipated : 0.0, "energy.dissipated");
-        add_cell(csv, r, r != NULL ? r->work.supplied : 0.0, "energy.supplied");
-        add_cell(csv, r, r != NULL ? kt_balance_of(r) : 0.0, "energy.balance");
-    }
-    if ((csv->record & KT_RECORD_CONSTRAINT) != 0) {
-        add_cell(csv, r, r != NULL ? r->constraint.position : 0.0, "constraint.position");
-        add_cell(csv, r, r != NULL ? r->constraint.velocity : 0.0, "constraint.velocity");
-    }
-    if ((csv->record & KT_RECORD_REACTION) != 0)
-        add_reactions(csv, r);
-    if ((csv->record & KT_RECORD_MULTIPLIER) != 0)
-        add_all_multipliers(csv, r);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
-    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model)};
+static int list_columns(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
+    *csv = (kt_csv){.lines.file = -1};
     int code = kt_output_start(&csv->output, path);
+    if (code < 0 && !kt_columns_list(&csv->columns, model, run, kt_run_record(run, model))) {
+        kt_say("there is not enough memory");
+        (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
+        code = KT_EXIT_INTEGRATION;
+    }
+    if (code >= 0)
+        kt_columns_free(&csv->columns);
+    return code;
+}
+
+int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
+    int code = list_columns(csv, path, model, run);
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
@@ -165,10 +64,11 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
     if (file < 0) {
         kt_say("%s cannot be written: %s; --out FILE writes elsewhere", name, strerror(errno));
         (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
+        kt_columns_free(&csv->columns);
         return KT_EXIT_INTEGRATION;
     }
     kt_lines_start(&csv->lines, file, path, 0);
-    add_line(csv, NULL);
+    add_header(csv);
     if (kt_lines_end(&csv->lines) == 0)
         return -1;
     (void)kt_csv_close(csv, KT_OUTPUT_NOTHING);
@@ -177,6 +77,7 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
 
 int kt_csv_close(kt_csv *csv, kt_output_fate fate) {
     const int failed = kt_lines_close(&csv->lines);
+    kt_columns_free(&csv->columns);
     if (failed != 0 && fate == KT_OUTPUT_WHOLE)
         fate = KT_OUTPUT_PART;
     return kt_output_end(&csv->output, fate) != 0 ? -1 : failed;
@@ -218,9 +119,8 @@ static int open_beginning(const kt_output *output, long long written, bool *copi
 }
 
 int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written) {
-    *csv = (kt_csv){.model = model, .run = run, .record = kt_run_record(run, model)};
     struct stat status;
-    int code = kt_output_start(&csv->output, path);
+    int code = list_columns(csv, path, model, run);
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
@@ -229,11 +129,12 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
     if (file < 0) {
         kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
         (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
+        kt_columns_free(&csv->columns);
         return KT_EXIT_USAGE;
     }
     kt_lines *lines = &csv->lines;
     kt_lines_start(lines, file, path, written);
-    add_line(csv, NULL);
+    add_header(csv);
     const char *wrong = NULL;
     if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size < written || lines->full ||
         !begins_with_line(lines))

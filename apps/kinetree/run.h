@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_RUN_H
 #define KT_COMMAND_RUN_H
 
+#include "columns.h"
 #include "lines.h"
 #include "output.h"
 #include "start.h"
@@ -42,9 +43,7 @@ int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run
 
 /* Records as CSV. */
 typedef struct kt_csv {
-    const kt_model *model;
-    const kt_run *run;
-    unsigned record;
+    kt_columns columns;
     kt_output output;
     kt_lines lines;
 } kt_csv;
@@ -59,12 +58,6 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
 int kt_csv_write(kt_csv *csv, const kt_record *record);
 /* Writes the buffer and closes the file, which `fate` names or removes. Returns 0, or -1 after printing the error. */
 int kt_csv_close(kt_csv *csv, kt_output_fate fate);
-
-/* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are
- * unknown. */
-static inline double kt_balance_of(const kt_record *record) {
-    return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
-}
 
 /* Time of a monotonic clock, s. */
 double kt_clock(void);
