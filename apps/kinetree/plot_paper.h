@@ -1,22 +1,11 @@
-/* Declarations shared by the files that draw with cairo: colours, text, marks. */
+/* Declarations shared by the files that draw with cairo: text, marks. */
 #ifndef KT_COMMAND_PLOT_PAPER_H
 #define KT_COMMAND_PLOT_PAPER_H
 
+#include "palette.h"
 #include "plot.h"
 
 #include <cairo.h>
-
-typedef struct kt_colour {
-    double red, green, blue;
-} kt_colour;
-
-/* The colours of a light or a dark page. */
-typedef struct kt_palette {
-    kt_colour paper, ink, quiet, faint;
-    kt_colour series[KT_PLOT_SERIES_MAX];
-} kt_palette;
-
-const kt_palette *kt_palette_choose(bool is_dark);
 
 extern const double kt_text_size, kt_small_size, kt_title_size;
 
