@@ -204,29 +204,22 @@ static double find_change(const kt_scene *scene, const length *l, double gap) {
 
 /* ---- residuals of open loops ------------------------------------------------------------------------------------- */
 
-/* Converts the residual of an equation to the angle that it measures, degrees (see loop.h). */
-static double angle_of(kt_loop_type type, double residual) {
-    if (type == KT_LOOP_MOTION)
-        return residual / degree;
-    const bool normal = type == KT_LOOP_ORTHOGONAL || type == KT_LOOP_UNIVERSAL;
-    return (normal ? 2.0 * atan(residual / 2.0) : 4.0 * atan(residual / 4.0)) / degree;
-}
-
 /* Prints the residuals of a loop, grouped by unit: "0.5, 0, 0 m; 90, 0 deg". Residuals below 1e-6 of the largest of all
  * loops are printed as zero. */
 static void say_gaps(const kt_model *model, int loop, const double *residual, double most) {
     static const char *const unit[] = {" m", " deg", " (rad or m)"};
     const kt_loop_rows rows = kt_loop_rows_of(model, loop);
-    const kt_loop_type type = kt_loop_type_of(model, loop);
     const char *before = "";
-    fprintf(stderr, "  loop '%s' (%s), equation by equation: ", kt_loop_name(model, loop), kt_loop_type_name(type));
+    fprintf(stderr, "  loop '%s' (%s), equation by equation: ", kt_loop_name(model, loop),
+            kt_loop_type_name(kt_loop_type_of(model, loop)));
     for (int measure = KT_MEASURE_LENGTH; measure < KT_MEASURE_NONE; measure++) {
         int count = 0;
         for (int r = 0; r < rows.count; r++) {
             if (kt_loop_measure_of(model, loop, r) != (kt_loop_measure)measure)
                 continue;
             const double x = fabs(residual[rows.first + r]) > 1e-6 * most ? residual[rows.first + r] : 0.0;
-            fprintf(stderr, "%s%.3g", count++ ? ", " : before, measure == KT_MEASURE_ANGLE ? angle_of(type, x) : x);
+            fprintf(stderr, "%s%.3g", count++ ? ", " : before,
+                    measure == KT_MEASURE_ANGLE ? kt_loop_residual_angle(model, loop, r, x) / degree : x);
         }
         if (count > 0) {
             fputs(unit[measure], stderr);
@@ -309,7 +302,7 @@ static int advise_on_axis(const kt_scene *scene, int loop) {
 }
 
 static bool joint_has_axis(kt_joint_type type) {
-    return type != KT_JOINT_FIXED && type != KT_JOINT_SPHERICAL && type != KT_JOINT_FREE;
+    return kt_descriptor_key(kt_joint_descriptor(type), "joint.axis") != NULL;
 }
 
 /* Tries other axes for the joints on the paths of a loop. Returns the number of suggestions. */

@@ -10,6 +10,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 const kt_usage kt_usage_check = {
     .command = "check",
@@ -101,11 +102,21 @@ static bool turns(const check *c, const char *joint) {
     return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
 }
 
-static void check_limit_angles(check *c, const kt_effect *effect) {
-    if (effect->type != KT_EFFECT_JOINT_LIMIT || !turns(c, effect->joint))
-        return;
-    check_angle(c, "joint_limit of", effect->joint, "lower", isfinite(effect->lower) ? effect->lower : 0.0);
-    check_angle(c, "joint_limit of", effect->joint, "upper", isfinite(effect->upper) ? effect->upper : 0.0);
+/* Whether a key is a position of the joint that the item acts in: an angle, if the joint turns. */
+static bool is_position(const kt_key *key, kt_key_kind kind) {
+    return key->kind == kind && strcmp(key->unit, "rad|m") == 0;
+}
+
+static void check_effect_angles(check *c, const kt_effect *effect) {
+    const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
+    char what[64];
+    snprintf(what, sizeof what, "%s of", descriptor->name);
+    for (int k = 0; k < descriptor->key_count && turns(c, effect->joint); k++) {
+        const kt_key *key = &descriptor->keys[k];
+        const double *value = (const void *)((const char *)effect + key->offset);
+        if (is_position(key, KT_KEY_NUMBER) && isfinite(*value))
+            check_angle(c, what, effect->joint, key->name, *value);
+    }
 }
 
 static void check_angles(check *c) {
@@ -113,7 +124,7 @@ static void check_angles(check *c) {
     for (int i = 0; i < d->body_count; i++)
         check_joint_angles(c, &d->bodies[i]);
     for (int i = 0; i < d->effect_count; i++)
-        check_limit_angles(c, &d->effects[i]);
+        check_effect_angles(c, &d->effects[i]);
 }
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
@@ -150,12 +161,12 @@ static void check_function_angles(check *c, const char *what, const char *name, 
 
 static void check_driven_angles(check *c) {
     const kt_description *d = &c->scene->description;
-    for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].type == KT_LOOP_MOTION && turns(c, d->loops[i].joint))
-            check_function_angles(c, "loop", d->loops[i].name, &d->loops[i].function);
-    for (int i = 0; i < d->effect_count; i++)
-        if (d->effects[i].type == KT_EFFECT_JOINT_SPRING && turns(c, d->effects[i].joint))
-            check_angle(c, "joint_spring of", d->effects[i].joint, "rest", d->effects[i].rest);
+    for (int i = 0; i < d->loop_count; i++) {
+        const kt_loop *loop = &d->loops[i];
+        const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
+        if (key != NULL && is_position(key, KT_KEY_FUNCTION) && turns(c, loop->joint))
+            check_function_angles(c, "loop", loop->name, &loop->function);
+    }
 }
 
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */

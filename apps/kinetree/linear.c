@@ -1,6 +1,7 @@
 /* The linearisation of a scene, as used by the subcommands modes, equilibrium and others. */
 #include "linear.h"
 
+#include "kinetree/descriptor.h"
 #include "start.h"
 
 #include <float.h>
@@ -91,24 +92,23 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-/* Names velocity component k of a joint that has several. */
-static const char *name_component(kt_joint_type type, int k) {
-    static const char *const of_free[] = {"x", "y", "z", "about x", "about y", "about z"};
-    static const char *const of_planar[] = {"x", "y", "angle"};
-    static const char *const of_cylindrical[] = {"angle", "length"};
-    static const char *const of_universal[] = {"angle 1", "angle 2"};
-    switch (type) {
-    case KT_JOINT_PLANAR:
-        return of_planar[k];
-    case KT_JOINT_CYLINDRICAL:
-        return of_cylindrical[k];
-    case KT_JOINT_UNIVERSAL:
-        return of_universal[k];
-    case KT_JOINT_SPHERICAL:
-        return of_free[3 + k];
-    default:
-        return of_free[k];
-    }
+/* Names velocity component k of a joint that has several: "x", "about x", "angle"; "angle 1" if it has two. */
+static kt_coordinate_name name_component(kt_joint_type type, int k) {
+    static const char *const axis[] = {"x", "y", "z"};
+    const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
+    kt_coordinate_name name;
+    int before = 0, all = 0; /* of this kind */
+    for (int i = 0; i < KT_JOINT_NV_MAX; i++)
+        if (kt_joint_coordinate_kind(type, i) == kind) {
+            before += i < k;
+            all++;
+        }
+    if (kind == KT_COORDINATE_PLACE || kind == KT_COORDINATE_ROTATION)
+        snprintf(name.text, sizeof name.text, "%s%s", kind == KT_COORDINATE_ROTATION ? "about " : "", axis[before % 3]);
+    else
+        snprintf(name.text, sizeof name.text, "%s%s%.0d", kind == KT_COORDINATE_LENGTH ? "length" : "angle",
+                 all > 1 ? " " : "", all > 1 ? before + 1 : 0);
+    return name;
 }
 
 /* Returns the body whose joint has this velocity coordinate. */
@@ -125,8 +125,8 @@ kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
     const int body = body_of(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
-    snprintf(name.text, sizeof name.text, "%.80s%s%s", kt_body_name(model, body), at.nv > 1 ? " " : "",
-             at.nv > 1 ? name_component(at.type, coordinate - at.v) : "");
+    snprintf(name.text, sizeof name.text, "%.80s%s%.12s", kt_body_name(model, body), at.nv > 1 ? " " : "",
+             at.nv > 1 ? name_component(at.type, coordinate - at.v).text : "");
     return name;
 }
 

@@ -21,18 +21,24 @@ typedef struct kt_make_arguments {
 
 #define KT_AT(member) offsetof(kt_make_arguments, member)
 
-/* In the order of `joints`. */
-#define KT_MAKE_JOINTS "revolute|prismatic|screw|cylindrical|planar|universal|spherical|mixed"
+/* The joints that can be in a chain: all but those with no or with all six degrees of freedom. */
+#define JOINS_0(...)
+#define JOINS_1(...) __VA_ARGS__
+#define JOINS_2(...) __VA_ARGS__
+#define JOINS_3(...) __VA_ARGS__
+#define JOINS_4(...) __VA_ARGS__
+#define JOINS_5(...) __VA_ARGS__
+#define JOINS_6(...)
+#define JOINT_NAME(id, name, nq, nv) JOINS_##nv(#name "|")
+#define JOINT_TYPE(id, name, nq, nv) JOINS_##nv(id, )
 
-static const kt_joint_type joints[] = {
-    KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW,     KT_JOINT_CYLINDRICAL,
-    KT_JOINT_PLANAR,   KT_JOINT_UNIVERSAL, KT_JOINT_SPHERICAL,
-};
+static const kt_joint_type joints[] = {KT_JOINT_LIST(JOINT_TYPE)};
 enum { JOINT_COUNT = sizeof joints / sizeof joints[0] }; /* index of "mixed": all types in turn */
 
 static const kt_option options[] = {
     {"links", KT_OPTION_COUNT, KT_AT(links), "N", "number of bodies; default: 10, of a pendulum 1", NULL},
-    {"joint", KT_OPTION_CHOICE, KT_AT(joint), "TYPE", "joint of each; mixed: all types in turn", KT_MAKE_JOINTS},
+    {"joint", KT_OPTION_CHOICE, KT_AT(joint), "TYPE", "joint of each; mixed: all types in turn",
+     KT_JOINT_LIST(JOINT_NAME) "mixed"},
     {"axes", KT_OPTION_CHOICE, KT_AT(axes), "AXES", "joint axis: always z, or x, y, z in turn", "z|xyz"},
     {"mass", KT_OPTION_POSITIVE, KT_AT(mass), "KG", "of each; default 1", NULL},
     {"length", KT_OPTION_POSITIVE, KT_AT(length), "M", "of each; default 1", NULL},
@@ -130,15 +136,25 @@ static void make_random(kt_maker *maker, kt_body *body, double *length) {
         body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
 }
 
-/* Returns whether a joint can rotate a body about its long axis; the body then needs a moment of inertia about it. */
-static bool needs_girth(const kt_make_arguments *settings) {
-    kt_joint_type type = settings->joint == JOINT_COUNT ? KT_JOINT_SPHERICAL : joints[settings->joint];
-    return settings->axes == 1 || type == KT_JOINT_SPHERICAL || type == KT_JOINT_UNIVERSAL;
+/* How many degrees of freedom of a joint are rotations. */
+static int rotations_of(kt_joint_type type) {
+    int count = 0;
+    for (int k = 0; k < KT_JOINT_NV_MAX; k++) {
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
+        count += kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS || kind == KT_COORDINATE_ROTATION;
+    }
+    return count;
 }
 
-/* Returns whether point masses give every degree of freedom of these joints an inertia. */
+/* Returns whether a joint can rotate a body about its long axis; the body then needs a moment of inertia about it. */
+static bool needs_girth(const kt_make_arguments *settings) {
+    return settings->axes == 1 || settings->joint == JOINT_COUNT || rotations_of(joints[settings->joint]) > 1;
+}
+
+/* Returns whether point masses give every degree of freedom of these joints an inertia: a point that can be displaced
+ * turns without any. */
 static bool allows_points(const kt_make_arguments *settings) {
-    return !needs_girth(settings) && joints[settings->joint] != KT_JOINT_PLANAR;
+    return !needs_girth(settings) && kt_joint_coordinate_kind(joints[settings->joint], 0) != KT_COORDINATE_PLACE;
 }
 
 static void set_shape(const kt_maker *maker, kt_body *body, double length) {

@@ -244,8 +244,7 @@ static json_t *list_inactive(const kt_stability_look *look) {
     if (kt_data_create(look->model, &data, NULL) != KT_OK)
         return list;
     for (int i = 0; i < d->effect_count; i++)
-        if ((d->effects[i].type == KT_EFFECT_CONTACT || d->effects[i].type == KT_EFFECT_JOINT_LIMIT) &&
-            !acts(look, data, &d->effects[i]))
+        if (kt_effect_touches(&d->effects[i]) && !acts(look, data, &d->effects[i]))
             json_array_append_new(list, json_string(kt_name_touch(&d->effects[i]).text));
     kt_data_free(data);
     return list;
@@ -275,7 +274,7 @@ enum { LARGE = 100 }; /* velocity coordinates; above this number one state is ex
 
 /* Finds the method to draw: the one requested, or the scene's own. Returns -1 on success, else an exit code. */
 static int choose_method(const char *name, const kt_run *run, const kt_method **method) {
-    const char *wanted = name != NULL ? name : run->integrator != NULL ? run->integrator : "dopri5";
+    const char *wanted = name != NULL ? name : run->integrator != NULL ? run->integrator : kt_run_default().integrator;
     *method = kt_method_find(wanted);
     if (*method != NULL)
         return -1;

@@ -178,7 +178,7 @@ static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_mode_watch *watch = kt_watch_steps(outcome);
     kt_simulation *simulation = NULL;
     kt_error error = {0};
-    run.integrator = "dopri5";
+    run.integrator = kt_run_default().integrator;
     run.relative = run.absolute = 1e-6;
     run.step = 0.0;
     run.record = KT_RECORD_POSITION;

@@ -40,6 +40,10 @@ static kt_vec3 plane_normal(const kt_model *model, const kt_data *data, const kt
                          kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
 }
 
+bool kt_effect_touches(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_CONTACT || effect->type == KT_EFFECT_JOINT_LIMIT;
+}
+
 kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q) {
     kt_touch touch = {.effect = effect};
     double exponent = 1.0;
@@ -181,7 +185,7 @@ int kt_touch_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *
     bool any = false;
     int count = 0;
     for (int i = 0; i < d->effect_count; i++)
-        any |= d->effects[i].type == KT_EFFECT_CONTACT || d->effects[i].type == KT_EFFECT_JOINT_LIMIT;
+        any |= kt_effect_touches(&d->effects[i]);
     if (!any || kt_data_create(model, &s.data, NULL) != KT_OK)
         return 0;
     if (kt_kinematics_update(model, s.data, q, NULL, NULL, NULL) == KT_OK) {

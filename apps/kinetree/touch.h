@@ -15,6 +15,9 @@ typedef struct kt_touch {
     bool is_below;  /* joint_limit: beyond `lower` */
 } kt_touch;
 
+/* Whether an effect is a contact or a joint limit. */
+bool kt_effect_touches(const kt_effect *effect);
+
 /* Evaluates a contact or joint limit at q, for which data must contain the kinematics. For any other effect the depth
  * is 0. */
 kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q);

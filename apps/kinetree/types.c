@@ -11,31 +11,31 @@
 
 /* ---- families ---------------------------------------------------------------------------------------------------- */
 
+/* An item of any family. */
+typedef union item {
+    kt_joint joint;
+    kt_loop loop;
+    kt_effect effect;
+    kt_function function;
+    kt_shape shape;
+} item;
+
 typedef struct family {
     const char *noun, *title; /* "joint", "Joints" */
     const char *about;        /* lines of Markdown */
     const kt_descriptor *(*describe)(int type);
+    item (*standard)(void); /* an item with its defaults */
     int first, count;
-    const void *(*standard)(void); /* the struct with the defaults of an item */
 } family;
 
-static const kt_descriptor *joint(int type) { return kt_joint_descriptor((kt_joint_type)type); }
-static const kt_descriptor *loop(int type) { return kt_loop_descriptor((kt_loop_type)type); }
-static const kt_descriptor *effect(int type) { return kt_effect_descriptor((kt_effect_type)type); }
-static const kt_descriptor *shape(int type) { return kt_shape_descriptor((kt_shape_type)type); }
-static const kt_descriptor *function(int type) { return kt_function_descriptor((kt_function_type)type); }
-
-#define STANDARD(type, name, value)                                                                                    \
-    static const void *name(void) {                                                                                    \
-        static type standard;                                                                                          \
-        standard = value;                                                                                              \
-        return &standard;                                                                                              \
-    }
-STANDARD(kt_joint, standard_joint, kt_joint_default())
-STANDARD(kt_loop, standard_loop, kt_loop_default())
-STANDARD(kt_effect, standard_effect, kt_effect_default())
-STANDARD(kt_shape, standard_shape, kt_shape_default())
-STANDARD(kt_function, standard_function, kt_function_constant(0.0))
+#define FAMILY(noun, default_value)                                                                                    \
+    static const kt_descriptor *noun(int type) { return kt_##noun##_descriptor((kt_##noun##_type)type); }              \
+    static item noun##_standard(void) { return (item){.noun = default_value}; }
+FAMILY(joint, kt_joint_default())
+FAMILY(loop, kt_loop_default())
+FAMILY(effect, kt_effect_default())
+FAMILY(function, kt_function_constant(0.0))
+FAMILY(shape, kt_shape_default())
 
 static const family families[] = {
     {"joint", "Joints",
@@ -44,22 +44,22 @@ static const family families[] = {
      "positions. A position or velocity that stands in the file, zero or not, is given: when loops are closed it moves "
      "only\n"
      "where they cannot be closed without.\n",
-     joint, 0, KT_JOINT_TYPE_COUNT, standard_joint},
+     joint, joint_standard, 0, KT_JOINT_TYPE_COUNT},
     {"loop", "Loops",
      "Constraints that the tree of joints cannot carry. Every loop has a `name`. An end is `BODY.MARKER`, `BODY` (its\n"
      "origin), `world`, or `{body: B, at: [x, y, z], rotation: R}` (or `marker` instead of `at`).\n",
-     loop, 0, KT_LOOP_TYPE_COUNT, standard_loop},
+     loop, loop_standard, 0, KT_LOOP_TYPE_COUNT},
     {"effect", "Effects",
      "What acts on bodies and joints besides gravity. An effect may have a `name`. A joint that an effect acts in has "
      "one\n"
      "coordinate q: an angle, or a length; v is its rate. Of two units the first is that of an angle.\n",
-     effect, 0, KT_EFFECT_TYPE_COUNT, standard_effect},
+     effect, effect_standard, 0, KT_EFFECT_TYPE_COUNT},
     {"function", "Functions of time", "Where a key takes a function of time y(t). y stands for its unit.\n", function,
-     KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1, standard_function},
+     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1},
     {"shape", "Shapes",
      "What a picture shows of a body. A body of mass m takes its `com` and `inertia` I from its shape where it gives "
      "none.\n",
-     shape, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT, standard_shape},
+     shape, shape_standard, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT},
 };
 
 enum { FAMILY_COUNT = sizeof families / sizeof *families };
@@ -121,7 +121,8 @@ static phrase show_vector(kt_vec3 v, bool is_axis) {
 }
 
 static phrase default_of(const family *f, const kt_key *key) {
-    const char *member = (const char *)f->standard() + key->offset;
+    const item standard = f->standard();
+    const char *member = (const char *)&standard + key->offset;
     phrase shown = {""};
     if (key->needed || key->standard != NULL) {
         snprintf(shown.text, sizeof shown.text, "%s", key->needed ? "needed" : key->standard);

@@ -46,6 +46,9 @@ typedef enum kt_loop_measure {
 /* Of one equation of a loop, 0 <= row < kt_loop_rows_of(...).count. */
 KT_API kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row);
 
+/* The angle (rad) by which an equation that measures one is open, given its residual; O(1). Rows as above. */
+KT_API double kt_loop_residual_angle(const kt_model *model, int loop, int row, double residual);
+
 #ifdef __cplusplus
 }
 #endif

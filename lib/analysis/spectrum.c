@@ -85,7 +85,7 @@ static kt_run run_of(const kt_run *run) {
     adaptive.record = KT_RECORD_POSITION;
     adaptive.marker_count = 0;
     if (run->step > 0.0 || method == NULL || method->embedded_order == 0) {
-        adaptive.integrator = "dopri5";
+        adaptive.integrator = kt_run_default().integrator;
         adaptive.relative = adaptive.absolute = 1e-6;
         adaptive.step = 0.0;
     }

@@ -3,6 +3,7 @@
 
 #include "loop/loop.h"
 
+#include <math.h>
 #include <string.h>
 
 #define KT_LOOP_EXTERN(id, name) extern const kt_descriptor kt_loop_##name##_descriptor;
@@ -88,4 +89,13 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
         return KT_MEASURE_NONE;
     const kt_vector f = rows[row].force;
     return f[0] != 0.0 || f[1] != 0.0 || f[2] != 0.0 ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
+}
+
+/* A relation of joints is an angle itself; see orientation.h for the others. */
+double kt_loop_residual_angle(const kt_model *model, int loop, int row, double residual) {
+    const int type = model->loop[loop].type;
+    if (!KT_HAS_LOOPS || kt_loop_is_relation((kt_loop_type)type))
+        return residual;
+    return kt_loop_kinds_baseline[type]->part[row] == KT_PART_NORMAL ? 2.0 * atan(residual / 2.0)
+                                                                     : 4.0 * atan(residual / 4.0);
 }

@@ -169,3 +169,41 @@ KT_TEST(failed_assembly_tells_where_it_ended) {
     }
     linkage_free(&l);
 }
+
+/* A bar that has turned by 0.7 rad about z, against frames with which it should agree, and one to which it should be
+ * normal. */
+KT_TEST(residual_of_an_angle_gives_the_angle) {
+    static const struct {
+        kt_loop_type type;
+        double angle;
+    } cases[] = {{KT_LOOP_PARALLEL, 0.7},  {KT_LOOP_WELD, 0.7},    {KT_LOOP_ORTHOGONAL, 0.7},
+                 {KT_LOOP_UNIVERSAL, 0.7}, {KT_LOOP_COAXIAL, 0.7}, {KT_LOOP_MOTION, 0.5}};
+    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), x = kt_vec3_make(1.0, 0.0, 0.0), y = kt_vec3_make(0.0, 1.0, 0.0);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        static linkage l;
+        kt_error e = {0};
+        double residual[6];
+        linkage_begin(&l);
+        linkage_bar(&l, "bar", NULL, none, x, 0.7, 0.0);
+        kt_loop *loop = linkage_close(&l, "loop", cases[i].type, NULL, none, "bar", none);
+        const bool normal = cases[i].type == KT_LOOP_ORTHOGONAL || cases[i].type == KT_LOOP_UNIVERSAL;
+        loop->axis = normal ? y : x;
+        loop->axis2 = x;
+        if (cases[i].type == KT_LOOP_MOTION) {
+            loop->joint = "bar";
+            loop->function = kt_function_constant(0.2);
+        }
+        if (linkage_compile(&l) &&
+            linkage_fine("equations",
+                         kt_loop_equations(l.model, l.data, 0.0, l.q, NULL, NULL, residual, NULL, NULL, &e), &e)) {
+            const int count = kt_loop_rows_of(l.model, 0).count;
+            int row = 0; /* the only one that is open */
+            for (int r = 1; r < count; r++)
+                row = fabs(residual[r]) > fabs(residual[row]) ? r : row;
+            kt_check_equal_int("measure", kt_loop_measure_of(l.model, 0, row), KT_MEASURE_ANGLE);
+            kt_check_near(kt_loop_type_name(cases[i].type),
+                          fabs(kt_loop_residual_angle(l.model, 0, row, residual[row])), cases[i].angle, 4e-15);
+        }
+        linkage_free(&l);
+    }
+}
