@@ -7,7 +7,7 @@
 typedef struct kernels {
     void (*terms)(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *, kt_motion_kept, bool,
                   kt_derivative_work *);
-    void (*inverse)(const kt_model *, kt_derivative_work *);
+    void (*inverse)(const kt_model *, bool, kt_derivative_work *);
     bool (*forward)(const kt_model *, bool, bool, kt_derivative_work *);
     void (*hand_over)(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
 } kernels;
@@ -40,10 +40,6 @@ static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
-static bool is_finite(const kt_model *model, const kt_v8 *x) {
-    return kt_all_finite((const double *)x, kt_batches(&model->n) * model->n.v * KT_LANES);
-}
-
 static kt_status overflow(kt_error *error) {
     return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
                         "they overflow: look for a position, velocity, force or torque that is huge");
@@ -51,25 +47,36 @@ static kt_status overflow(kt_error *error) {
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                                          const double *q, const double *v, const double *a, const kt_wrench *external,
-                                          double *dtau_dq, double *dtau_dv, kt_error *error) {
+kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory, const double *q,
+                                      const double *v, const double *a, const kt_wrench *external,
+                                      kt_derivative_work *w, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     const kernels kernel = kernels_of(model);
-    kt_derivative_work w;
-    kt_status status = take_work(model, work, work_size, &w, error);
-    if (status == KT_OK)
-        status = kt_input_check(model, &input, error);
+    (void)place_arrays(w, memory, &model->n);
+    kt_status status = external ? kt_input_check(model, &input, error) : KT_OK;
     if (status == KT_OK)
         status = kt_links_update(model, data, q, v, a, false, NULL, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false, &w);
-    kernel.inverse(model, &w);
-    if (!is_finite(model, w.dq) || !is_finite(model, w.dv))
-        return overflow(error);
-    kernel.hand_over(model, &w, w.dq, dtau_dq);
-    kernel.hand_over(model, &w, w.dv, dtau_dv);
+    kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false, w);
+    kernel.inverse(model, external != NULL, w);
+    return KT_OK;
+}
+
+kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                          const double *q, const double *v, const double *a, const kt_wrench *external,
+                                          double *dtau_dq, double *dtau_dv, kt_error *error) {
+    const size_t square = model->n.v * model->n.v;
+    kt_derivative_work w;
+    kt_status status = take_work(model, work, work_size, &w, error);
+    if (status == KT_OK)
+        status = kt_inverse_derivatives_fill(model, data, work, q, v, a, external, &w, error);
+    if (status == KT_OK && !(kt_all_finite((double *)w.dq, square) && kt_all_finite((double *)w.dv, square)))
+        status = overflow(error);
+    if (status != KT_OK)
+        return status;
+    memcpy(dtau_dq, w.dq, square * sizeof *dtau_dq);
+    memcpy(dtau_dv, w.dv, square * sizeof *dtau_dv);
     return KT_OK;
 }
 

@@ -68,6 +68,7 @@ typedef struct kt_derivative_node {
 typedef struct kt_dof_row {
     double s[6], u[6], b[3], x[3], d;
     int32_t node, v;
+    int32_t before; /* the degree of freedom before it on its path; -1: none */
 } kt_dof_row;
 
 /* The columns of KT_LANES degrees of freedom, expressed about the tree's origin. */
@@ -95,8 +96,9 @@ typedef struct kt_derivative_state {
 
 static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 1) / KT_LANES; }
 
-/* Every array: type, name, count, meaning. Results are stored batch by batch, the lanes of a row
- * next to each other. */
+/* Every array: type, name, count, meaning. Results of forward dynamics are stored batch by batch, the lanes of a row
+ * next to each other; those of inverse dynamics as nv x nv matrices of doubles, column-major, in the order of the
+ * coordinates. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
     X(kt_derivative_node, node, n->link + n->v / 6, "of the tree; a free link has two")                                \
     X(kt_dof_motion, motion, n->v, "of each degree of freedom")                                                        \
@@ -107,7 +109,7 @@ static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 
     X(double, a, n->v, "accelerations")                                                                                \
     X(kt_v8, dq, kt_batches(n) * n->v, "result by positions")                                                          \
     X(kt_v8, dv, kt_batches(n) * n->v, "result by velocities")                                                         \
-    X(kt_v8, dtau, kt_batches(n) * n->v, "result by joint forces")
+    X(kt_v8, dtau, kt_batches(n) * n->v, "result by joint forces; of inverse dynamics the mass matrix")
 
 typedef struct kt_derivative_work {
     size_t nodes;
@@ -119,18 +121,24 @@ typedef struct kt_derivative_work {
 typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
 
 /* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a; its flag
- * says whether joints are projected out (forward dynamics) or not (inverse dynamics). The flags of
- * kt_derivative_forward say whether derivatives with respect to tau are wanted and whether there are external wrenches;
- * it returns false if a number is not finite. */
+ * says whether joints are projected out (forward dynamics) or not (inverse dynamics). That of kt_derivative_inverse
+ * says whether there are external wrenches. The flags of kt_derivative_forward say whether derivatives with respect to
+ * tau are wanted and whether there are external wrenches; it returns false if a number is not finite. */
 #define KT_DERIVATIVES_DECLARE(level)                                                                                  \
     void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,   \
                                      kt_motion_kept, bool, kt_derivative_work *);                                      \
-    void kt_derivative_inverse_##level(const kt_model *, kt_derivative_work *);                                        \
+    void kt_derivative_inverse_##level(const kt_model *, bool, kt_derivative_work *);                                  \
     bool kt_derivative_forward_##level(const kt_model *, bool, bool, kt_derivative_work *);                            \
     void kt_derivative_hand_over_##level(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
 
 KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)
 KT_DERIVATIVES_DECLARE(v4)
+
+/* kt_dynamics_inverse_derivatives, and the mass matrix besides: all terms, and dq, dv and dtau (the mass matrix), stay
+ * in *w, which is initialised in `memory` of kt_derivative_work_size bytes. The matrices may overflow. */
+KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory, const double *q,
+                                                 const double *v, const double *a, const kt_wrench *external,
+                                                 kt_derivative_work *w, kt_error *error);
 
 #endif

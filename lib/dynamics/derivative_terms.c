@@ -196,7 +196,7 @@ static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, kt_derivat
 
 static inline void backward_pass(const kt_model *model, const kt_data *data, bool absorb, kt_derivative_work *w) {
     for (size_t n = w->nodes - 1; n > 0; n--) {
-        const kt_derivative_node *node = &w->node[n];
+        const kt_derivative_node *node = &w->node[n], *parent = &w->node[node->parent];
         const kt_link *link = &model->link[node->link];
         kt_derivative_link *x = &w->link[node->link];
         const bool above = node->parent && w->node[node->parent].link == node->link; /* the rotations of a free link */
@@ -204,6 +204,7 @@ static inline void backward_pass(const kt_model *model, const kt_data *data, boo
             kt_dof_row *row = &w->row[node->first + k];
             set_row(&w->motion[node->first + k], absorb, x, row);
             row->node = (int32_t)n;
+            row->before = k > 0 ? node->first + k - 1 : parent->first + parent->count - 1;
             row->v = link->v + k + (above ? 3 : 0);
         }
         for (int32_t k = 0; k < node->count; k++) {

@@ -189,12 +189,12 @@ static kt_status refuse_singular(const kt_linearized *w, const double *q, const 
 /* The tree's part of M and D, at the accelerations of the motion. */
 static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, const kt_wrench *external,
                            kt_error *error) {
-    const kt_model *model = w->model;
-    const size_t size = kt_derivative_work_size(model);
-    const kt_status status = kt_dynamics_mass(model, w->data, q, w->mass, error);
-    return status == KT_OK ? kt_dynamics_inverse_derivatives(model, w->data, w->tree, size, q, v, w->a, external,
-                                                             w->d_q, w->d_v, error)
-                           : status;
+    const kt_status status =
+        kt_inverse_derivatives_fill(w->model, w->data, w->tree, q, v, w->a, external, &w->terms, error);
+    w->mass = (double *)w->terms.dtau;
+    w->d_q = (double *)w->terms.dq;
+    w->d_v = (double *)w->terms.dv;
+    return status;
 }
 
 static kt_dual_motion motion_of(const kt_linearized *w, const double *q, const double *v) {
@@ -296,8 +296,10 @@ static void write_closed(kt_linearized *w, double *basis, double *mass, double *
 
 static void write_tree(const kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
     const size_t n = w->n, bytes = n * n * sizeof *mass;
-    for (size_t i = 0; i < n * n && basis; i++)
-        basis[i] = i % (n + 1) ? 0.0 : 1.0;
+    if (basis)
+        memset(basis, 0, bytes);
+    for (size_t i = 0; i < n && basis; i++)
+        basis[i * (n + 1)] = 1.0;
     memcpy(mass, w->mass, bytes);
     memcpy(stiffness, w->d_q, bytes);
     memcpy(damping, w->d_v, bytes);

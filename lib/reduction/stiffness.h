@@ -4,6 +4,7 @@
 #define KT_REDUCTION_STIFFNESS_H
 
 #include "base/arena.h"
+#include "dynamics/derivative.h"
 #include "kinetree/dynamics.h"
 #include "reduction/dual.h"
 #include "reduction/evaluate.h"
@@ -29,9 +30,6 @@
     X(double, half, m *m, "Q' M Q")                                                                                    \
     X(kt_support_dof, dof, n, "of a loop or an effect")                                                                \
     X(int32_t, chain, model->n.link, "of a loop or an effect")                                                         \
-    X(double, mass, n *n, "M")                                                                                         \
-    X(double, d_q, n *n, "D by positions")                                                                             \
-    X(double, d_v, n *n, "D by velocities")                                                                            \
     X(double, e_q, n *p, "E by positions, p x n")                                                                      \
     X(double, e_v, n *p, "E by velocities")
 
@@ -40,7 +38,9 @@ typedef struct kt_linearized {
     kt_data *data;
     double t;
     size_t n, p;
-    int rank; /* of A */
+    int rank;                 /* of A */
+    kt_derivative_work terms; /* of the tree, in `tree` */
+    double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
     KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
 } kt_linearized;
 
