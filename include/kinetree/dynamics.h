@@ -38,6 +38,10 @@ KT_API KT_CHECKED kt_status kt_dynamics_inverse(const kt_model *model, kt_data *
 KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass,
                                              kt_error *error);
 
+/* Its lower triangle alone: the rest of `mass` holds no results. Some eighth less time. */
+KT_API KT_CHECKED kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const double *q, double *mass,
+                                                   kt_error *error);
+
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
 /* How inverse and forward dynamics change with positions, velocities and forces: nv x nv matrices, column-major. Column

@@ -85,6 +85,7 @@ static void count_all(const build *b, kt_counts *n) {
         const bool is_spatial = b->moves[b->moves[b->body_of[i]].tree].plane < 0;
         n->link += (size_t)count;
         n->spatial += is_spatial ? (size_t)count : 0;
+        n->spatial_v += is_spatial ? (size_t)size->nv : 0;
         for (int k = 0; k < count; k++) {
             const size_t angles = (size_t)kt_motion_facts_of(elements[k].motion).angles;
             n->angle += angles;
@@ -311,6 +312,26 @@ static void string_all(build *b) {
     }
 }
 
+/* Finds the order of the velocity coordinates, link by link, and which of them each link carries. */
+static void count_carried(kt_model *m) {
+    int32_t dof = 0;
+    m->ordered = true;
+    for (size_t i = 1; i < m->n.link; i++) {
+        const kt_link *link = &m->link[i];
+        for (int k = 0; k < kt_link_dofs(link); k++, dof++) {
+            m->link_v[dof] = link->v + k;
+            m->ordered &= m->link_v[dof] == dof;
+        }
+    }
+    for (size_t i = m->n.link - 1; i > 0; i--) {
+        kt_link *link = &m->link[i];
+        link->end = link->end ? link->end : dof; /* no child has set it: its own are the last */
+        if (m->link[link->parent].end == 0)
+            m->link[link->parent].end = link->end;
+        dof -= kt_link_dofs(link);
+    }
+}
+
 /* link->size has the order of magnitude of the rigid inertia that a link carries, without its growth with the cube of a
  * chain's length, which is mostly in directions in which no joint moves. */
 static void size_links(build *b) {
@@ -354,6 +375,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     if (status == KT_OK) {
         kt_model_name_all(m);
         string_all(b);
+        count_carried(m);
         size_links(b);
         kt_planar_links_fill(m, b->moves);
         m->level = kt_isa_resolve(options->level);

@@ -258,6 +258,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
         .q = link->q,
         .v = link->v,
         .angle = slides ? 0 : link->angle - (int32_t)m->n.spatial_angle,
+        .end = link->end - (int32_t)m->n.spatial_v,
         .revolute = !slides,
         .follows = link->follows,
         .branches = link->branches,

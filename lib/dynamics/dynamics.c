@@ -115,8 +115,7 @@ kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double
     return kt_inverse_trusted(model, data, q, v, a, external, tau, error);
 }
 
-kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
-    const size_t nv = model->n.v;
+kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
     const kt_input input = {.q = q};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
@@ -128,10 +127,14 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
                             "the inertia that it carries overflows: look for a position that is huge");
     }
-    for (size_t column = 0; column < nv; column++)
-        for (size_t row = column + 1; row < nv; row++)
-            mass[row * nv + column] = mass[column * nv + row];
     return KT_OK;
+}
+
+kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
+    const kt_status status = kt_dynamics_mass_lower(model, data, q, mass, error);
+    if (status == KT_OK)
+        model->kernels->mirror(model->n.v, mass);
+    return status;
 }
 
 static void take_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {

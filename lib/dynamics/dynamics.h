@@ -17,9 +17,11 @@ typedef struct kt_kernels {
     /* Newton-Euler: tau. */
     void (*inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                     const kt_wrench *external, double *tau);
-    /* Composite bodies: the lower triangle of the mass matrix, and zeros above. Returns a link that carries an inertia
-     * which is not finite; the matrix is then unchanged. */
+    /* Composite bodies: the lower triangle of the mass matrix. Above the diagonal some entries become zero, others
+     * stay. Returns a link that carries an inertia which is not finite; the matrix is then unchanged. */
     size_t (*mass)(const kt_model *model, kt_data *data, const double *q, double *mass);
+    /* The upper triangle of an n x n matrix from the lower one. */
+    void (*mirror)(size_t n, double *mass);
     /* Motion of all links into data->motion, with positions and velocities; accelerations without gravity. Returns 0 if
      * all of it is finite, otherwise the first link whose motion is not. */
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
@@ -30,15 +32,18 @@ typedef struct kt_kernels {
 } kt_kernels;
 
 /* The kernels of an instruction set: one table each for spatial, planar and mixed models (kt_sweep), followed by the
- * functions that they consist of; the planar ones compute the planar links. A planar mass matrix takes two steps: the
- * composites, of which one may not be finite, and the columns, written into a matrix that has been cleared. */
+ * functions that they consist of; the planar ones compute the planar links. A mass matrix takes two steps: the
+ * composites, of which one may not be finite, and the columns; these set the whole lower triangle if velocity
+ * coordinates have the order of the links, otherwise zeros are there already. */
 #define KT_KERNELS_DECLARE(level)                                                                                      \
     extern const kt_kernels kt_kernels_##level[KT_SWEEP_COUNT];                                                        \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
                               const kt_wrench *, double *);                                                            \
     void kt_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,               \
                             const kt_wrench *, double *);                                                              \
-    size_t kt_mass_##level(const kt_model *, kt_data *, const double *, double *);                                     \
+    size_t kt_mass_compose_##level(const kt_model *, kt_data *, const double *);                                       \
+    void kt_mass_columns_##level(const kt_model *, const kt_data *, double *);                                         \
+    void kt_mass_mirror_##level(size_t n, double *);                                                                   \
     size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);         \
     size_t kt_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);             \
     void kt_force_links_##level(const kt_model *, kt_data *, const double *, const double *);                          \
@@ -46,8 +51,8 @@ typedef struct kt_kernels {
                                      const kt_wrench *, double *);                                                     \
     void kt_planar_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,        \
                                    const kt_wrench *, double *);                                                       \
-    size_t kt_planar_compose_##level(const kt_model *, kt_data *, const double *);                                     \
-    void kt_planar_columns_##level(const kt_model *, const kt_data *, double *);                                       \
+    size_t kt_planar_mass_compose_##level(const kt_model *, kt_data *, const double *);                                \
+    void kt_planar_mass_columns_##level(const kt_model *, const kt_data *, double *);                                  \
     size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);  \
     size_t kt_planar_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
 

@@ -90,9 +90,13 @@ KT_INLINE void kt_free_pose(const kt_link *link, const kt_v4 base[3], const doub
 /* Pose of one link from its parent's: axes, axis, offset. */
 KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const double *q, const double *cosine,
                             const double *sine, kt_link_motion *out) {
+    out->offset = kt_v4_apply(parent->axes, link->at);
+    if (kt_link_is_revolute(link) && !link->rest_is_rotated) {
+        kt_revolute_pose(link, parent->axes, q, cosine, sine, out);
+        return;
+    }
     kt_v4 base[3];
     kt_rest_axes(link, parent->axes, base);
-    out->offset = kt_v4_apply(parent->axes, link->at);
     switch ((kt_motion)link->motion) {
 #define KT_MOTION_POSE(id, name, ...)                                                                                  \
     case KT_MOTION_##id:                                                                                               \

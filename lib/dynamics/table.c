@@ -7,12 +7,20 @@
 #define KT_TEXT_(a) #a
 #define KT_TEXT(a) KT_TEXT_(a)
 
-static size_t planar_mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
-    const size_t failed = KT_KERNEL(kt_planar_compose)(model, data, q);
+/* All that can fail is done before the first number is written. */
+static size_t mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
+    const bool spatial = model->sweep != KT_SWEEP_PLANAR, planar = model->sweep != KT_SWEEP_SPATIAL;
+    size_t failed = spatial ? KT_KERNEL(kt_mass_compose)(model, data, q) : 0;
+    if (!failed && planar)
+        failed = KT_KERNEL(kt_planar_mass_compose)(model, data, q);
     if (failed)
         return failed;
-    memset(mass, 0, model->n.v * model->n.v * sizeof *mass);
-    KT_KERNEL(kt_planar_columns)(model, data, mass);
+    if (!model->ordered) /* otherwise the columns set all */
+        memset(mass, 0, model->n.v * model->n.v * sizeof *mass);
+    if (spatial)
+        KT_KERNEL(kt_mass_columns)(model, data, mass);
+    if (planar)
+        KT_KERNEL(kt_planar_mass_columns)(model, data, mass);
     return 0;
 }
 
@@ -26,16 +34,6 @@ static void mixed_inverse(const kt_model *model, kt_data *data, const double *q,
                           const kt_wrench *external, double *tau) {
     KT_KERNEL(kt_inverse)(model, data, q, v, a, external, tau);
     KT_KERNEL(kt_planar_inverse)(model, data, q, v, a, external, tau);
-}
-
-/* All that can fail is done before the first number is written. */
-static size_t mixed_mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
-    size_t failed = KT_KERNEL(kt_planar_compose)(model, data, q);
-    if (!failed)
-        failed = KT_KERNEL(kt_mass)(model, data, q, mass);
-    if (!failed)
-        KT_KERNEL(kt_planar_columns)(model, data, mass);
-    return failed;
 }
 
 static size_t mixed_kinematics(const kt_model *model, kt_data *data, const double *q, const double *v,
@@ -53,21 +51,24 @@ const kt_kernels KT_KERNEL(kt_kernels)[KT_SWEEP_COUNT] = {
     [KT_SWEEP_SPATIAL] = {.name = KT_TEXT(KT_ISA),
                           .forward = KT_KERNEL(kt_forward),
                           .inverse = KT_KERNEL(kt_inverse),
-                          .mass = KT_KERNEL(kt_mass),
+                          .mass = mass,
+                          .mirror = KT_KERNEL(kt_mass_mirror),
                           .kinematics = KT_KERNEL(kt_kinematics),
                           .follow = KT_KERNEL(kt_follow),
                           .force_links = KT_KERNEL(kt_force_links)},
     [KT_SWEEP_PLANAR] = {.name = KT_TEXT(KT_ISA),
                          .forward = KT_KERNEL(kt_planar_forward),
                          .inverse = KT_KERNEL(kt_planar_inverse),
-                         .mass = planar_mass,
+                         .mass = mass,
+                         .mirror = KT_KERNEL(kt_mass_mirror),
                          .kinematics = KT_KERNEL(kt_planar_kinematics),
                          .follow = KT_KERNEL(kt_planar_follow),
                          .force_links = KT_KERNEL(kt_force_links)},
     [KT_SWEEP_MIXED] = {.name = KT_TEXT(KT_ISA),
                         .forward = mixed_forward,
                         .inverse = mixed_inverse,
-                        .mass = mixed_mass,
+                        .mass = mass,
+                        .mirror = KT_KERNEL(kt_mass_mirror),
                         .kinematics = mixed_kinematics,
                         .follow = mixed_follow,
                         .force_links = KT_KERNEL(kt_force_links)},

@@ -20,9 +20,9 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle;
-    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. planar: the length of the planar
+    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the others. planar: the length of the planar
      * arrays, whose first entry is the ground; 0 if no link is planar. */
-    size_t spatial, spatial_angle, planar, plane, planar_loop;
+    size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
 } kt_counts;
 
 /* Whether the library has loops. If not (-Dloops=disabled), no model has constraint groups, and the compiler removes
@@ -49,6 +49,7 @@ enum { KT_HAS_LOOPS = 1 };
     X(double, v0, n->v, "initial velocities")                                                                          \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles, and zeros")                                     \
+    X(int32_t, link_v, n->v, "velocity coordinates in the order of the links")                                         \
     X(kt_loop_record, loop, n->loop, "loops, in the description's order")                                              \
     X(kt_planar_loop, planar_loop, n->planar_loop, "loops as they lie in their planes, where links are planar")        \
     X(kt_term_record, term, n->term, "terms of relations between joints")                                              \
@@ -90,6 +91,7 @@ struct kt_model {
     kt_metric metric;
     kt_sweep sweep;               /* which links there are: spatial, planar or both */
     double length;                /* of the longest loop, once around: the scale of lengths */
+    bool ordered;                 /* velocity coordinates have the order of the links */
     bool driven;                  /* some loop depends on time */
     bool placed;                  /* in the caller's memory (kt_model_copy) */
     struct kt_absolute *absolute; /* the absolute formulation (absolute.h), or NULL */
@@ -179,6 +181,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(double, cosine, kt_lanes8(n->angle), "of all angles")                                                            \
     X(double, sine, kt_lanes8(n->angle), "of all angles")                                                              \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
+    X(double, unit_wrench, 6 * kt_lanes8(n->v), "of a unit acceleration of each degree of freedom")                    \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
     X(double, moved_q, kt_lanes8(n->q), "a neighbour of the state evaluated")                                          \
     X(double, moved_v, kt_lanes8(n->v), "a neighbour of the state evaluated")                                          \

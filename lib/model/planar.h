@@ -44,6 +44,7 @@ typedef struct kt_planar_link {
     int32_t local;  /* its coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
+    int32_t end;                   /* of the planar links that it carries: the last planar index */
     bool revolute;                 /* about n; otherwise prismatic */
     bool follows, branches, leads; /* as in kt_link */
     bool tops;                     /* it is the first of its group */

@@ -35,6 +35,7 @@ typedef struct kt_link {
     int32_t body;         /* the body whose joint it is part of */
     int32_t group;        /* the constraint group that it is part of, or -1 */
     int32_t local;        /* its first coordinate among the group's */
+    int32_t end;          /* of the degrees of freedom that it carries, in the order of the links: one past the last */
     uint8_t motion;       /* kt_motion */
     uint8_t axis;         /* 0, 1, 2 */
     bool rest_is_rotated; /* `rest` is not the identity */

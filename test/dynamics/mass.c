@@ -1,6 +1,8 @@
 /* The mass matrix against sum J' m J in long double, and what every mass matrix is. */
 #include "oracle.h"
 
+#include "model/model.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -145,4 +147,80 @@ KT_TEST(columns_of_mass_matrix_are_forces_of_unit_accelerations) {
         kt_tree_free(&tree);
     }
     kt_check_worst(&error);
+}
+
+/* ---- columns side by side, and one by one ------------------------------------------------------------------------ */
+
+static kt_tree_plan draw_plan(int n, kt_random *random) {
+    kt_tree_plan plan = n % 3 == 0 ? kt_tree_plan_default() : kt_tree_plan_planar();
+    plan.planar = n % 3;
+    plan.types &= ~(1U << KT_JOINT_FIXED); /* bodies on one link have no order */
+    plan.bodies = kt_random_int(random, 1, KT_TREE_BODIES);
+    plan.from_world = n % 4 ? 0.05 : 0.3;
+    return plan;
+}
+
+/* The same tree with the bodies in the order of their links, so that velocity coordinates have it, too. */
+static bool sort_by_link(const kt_tree *from, kt_tree *to) {
+    int order[KT_TREE_BODIES];
+    const int count = from->description.body_count;
+    *to = *from;
+    for (int i = 0; i < count; i++) {
+        int at = i;
+        for (; at > 0 && from->model->body[order[at - 1]].link > from->model->body[i + 1].link; at--)
+            order[at] = order[at - 1];
+        order[at] = i + 1;
+    }
+    for (int i = 0; i < count; i++)
+        to->body[i] = from->body[kt_body_source(from->model, order[i])];
+    to->description.bodies = to->body;
+    return kt_tree_compile(to, NULL);
+}
+
+/* Where the coordinates of `a` are in `b`. */
+static void find_coordinates(const kt_tree *a, const kt_tree *b, const double *qa, double *qb, int *v) {
+    for (int i = 1; i < a->count; i++) {
+        const kt_coordinates x = kt_body_coordinates(a->model, i);
+        const kt_coordinates y = kt_body_coordinates(b->model, kt_body_find(b->model, kt_body_name(a->model, i)));
+        for (int k = 0; k < x.nq; k++)
+            qb[y.q + k] = qa[x.q + k];
+        for (int k = 0; k < x.nv; k++)
+            v[x.v + k] = y.v + k;
+    }
+}
+
+KT_TEST(mass_matrix_has_equal_bits_in_any_order_of_the_bodies) {
+    kt_random random = kt_random_of_test();
+    static double mass[KT_TREE_NV * KT_TREE_NV], sorted[KT_TREE_NV * KT_TREE_NV], lower[KT_TREE_NV * KT_TREE_NV];
+    int kinds[2] = {0, 0}, unordered = 0, differ = 0, lower_differ = 0;
+    for (int n = 0; n < TREES; n++) {
+        static kt_tree a, b;
+        kt_tree_state s;
+        double q[KT_TREE_NQ];
+        int v[KT_TREE_NV];
+        kt_error e;
+        const kt_tree_plan plan = draw_plan(n, &random);
+        if (!kt_tree_grow(&a, &plan, &random) || !sort_by_link(&a, &b))
+            return;
+        kt_tree_state_draw(&a, &random, &s);
+        find_coordinates(&a, &b, s.q, q, v);
+        kinds[a.model->ordered]++;
+        unordered += !b.model->ordered;
+        memset(sorted, 0xFF, sizeof sorted);
+        memset(lower, 0xFF, sizeof lower);
+        if (kt_tree_mass(&a, &s, mass) && kt_tree_fine("mass", kt_dynamics_mass(b.model, b.data, q, sorted, &e), &e) &&
+            kt_tree_fine("lower", kt_dynamics_mass_lower(a.model, a.data, s.q, lower, &e), &e))
+            for (int i = 0; i < a.nv; i++)
+                for (int j = 0; j < a.nv; j++) {
+                    differ += memcmp(&mass[i * a.nv + j], &sorted[v[i] * a.nv + v[j]], sizeof *mass) != 0;
+                    lower_differ += j >= i && memcmp(&mass[i * a.nv + j], &lower[i * a.nv + j], sizeof *mass) != 0;
+                }
+        kt_tree_free(&a);
+        kt_tree_free(&b);
+    }
+    kt_check_equal_int("sorted trees that are not in the order of their links", unordered, 0);
+    kt_check_equal_int("entries that differ", differ, 0);
+    kt_check_equal_int("entries of the lower triangle alone that differ", lower_differ, 0);
+    kt_check_above("trees whose order is that of the links", kinds[true], TREES / 10);
+    kt_check_above("others", kinds[false], TREES / 10);
 }
