@@ -129,27 +129,29 @@ static void check_angles(check *c) {
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
-/* Checks the values of a function that drives a revolute joint; of a table only the first doubtful row is reported. */
-static void check_function_angles(check *c, const char *what, const char *name, const kt_function *f) {
+/* Checks the values of a function, given by `key`, that drives a revolute joint; of a table only the first doubtful row
+ * is reported. */
+static void check_function_angles(check *c, const char *what, const char *name, const char *key, const kt_function *f) {
+    char part[80];
+#define CHECK_PART(end, value) (snprintf(part, sizeof part, "%s.%s", key, end), check_angle(c, what, name, part, value))
     switch (f->type) {
     case KT_FUNCTION_CONSTANT:
-        check_angle(c, what, name, "position", f->value);
+        check_angle(c, what, name, key, f->value);
         break;
     case KT_FUNCTION_SINE:
-        check_angle(c, what, name, "position.sine.amplitude", f->amplitude);
-        check_angle(c, what, name, "position.sine.offset", f->offset);
+        CHECK_PART("sine.amplitude", f->amplitude);
+        CHECK_PART("sine.offset", f->offset);
         break;
     case KT_FUNCTION_RAMP:
-        check_angle(c, what, name, "position.ramp.from", f->from);
-        check_angle(c, what, name, "position.ramp.to", f->to);
+        CHECK_PART("ramp.from", f->from);
+        CHECK_PART("ramp.to", f->to);
         break;
     case KT_FUNCTION_TABLE:
         for (int i = 1; i < f->number_count; i += 2) {
-            char key[48];
-            snprintf(key, sizeof key, "position.table[%d][1]", i / 2);
             if (!is_doubtful_angle(f->numbers[i]))
                 continue;
-            check_angle(c, what, name, key, f->numbers[i]);
+            snprintf(part, sizeof part, "%s.table[%d][1]", key, i / 2);
+            check_angle(c, what, name, part, f->numbers[i]);
             break; /* one row is enough */
         }
         break;
@@ -157,15 +159,27 @@ static void check_function_angles(check *c, const char *what, const char *name, 
     case KT_FUNCTION_POLYNOMIAL: /* its coefficients are rates, too, and 40 rad/s is usual */
         break;
     }
+#undef CHECK_PART
 }
 
+/* Positions as functions of time: of a joint's motion, and those that effects pull it to. */
 static void check_driven_angles(check *c) {
     const kt_description *d = &c->scene->description;
     for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
         if (key != NULL && is_position(key, KT_KEY_FUNCTION) && turns(c, loop->joint))
-            check_function_angles(c, "loop", loop->name, &loop->function);
+            check_function_angles(c, "loop", loop->name, key->name, &loop->function);
+    }
+    for (int i = 0; i < d->effect_count; i++) {
+        const kt_effect *effect = &d->effects[i];
+        const kt_key *key = kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_FUNCTION);
+        char what[64];
+        if (key == NULL || !is_position(key, KT_KEY_FUNCTION) || !turns(c, effect->joint))
+            continue;
+        snprintf(what, sizeof what, "%s of", kt_effect_type_name(effect->type));
+        check_function_angles(c, what, effect->joint, key->name,
+                              (const kt_function *)((const char *)effect + key->offset));
     }
 }
 

@@ -245,6 +245,7 @@ typedef struct kt_loop {
     X(KT_EFFECT_JOINT_LIMIT, joint_limit)       /* elastic stops of a joint */                                         \
     X(KT_EFFECT_BUSHING, bushing)               /* six stiffnesses between two frames */                               \
     X(KT_EFFECT_MOTOR, motor)                   /* a function of time in a joint */                                    \
+    X(KT_EFFECT_SERVO, servo)                   /* towards a target in a joint, limited */                             \
     X(KT_EFFECT_FORCE, force)                   /* on a point */                                                       \
     X(KT_EFFECT_TORQUE, torque)                 /* on a body */                                                        \
     X(KT_EFFECT_DRAG, drag)                     /* against the velocity of a point */                                  \
@@ -276,13 +277,14 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
 
 /* A force element; only the members of its type are read. types.md has the keys that stand for them.
  *   spring: pulls its ends together with stiffness (distance - length) + damping (rate of the distance);
- *   joint_spring: -stiffness (q - rest) - damping v in a joint; joint_damper: -damping v;
+ *   joint_spring: -stiffness (q - rest(t)) - damping v in a joint; joint_damper: -damping v;
  *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v;
  *   joint_limit: nothing between lower and upper; beyond, stiffness times the excess back, and damping that grows from
  *     zero with it, so that the force is continuous and never pulls back;
  *   bushing: -stiffnesses of displacement and rotation (Euler vector) of the second frame, -dampings of their rates,
  *     along and about the first end's axes; for less than half a turn between the ends;
  *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
+ *   servo: stiffness (target(t) - q) + damping (target'(t) - v) in a joint, never more than limit;
  *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
  *   contact: a sphere and the half-space under a plane; at a depth x, a normal force that never pulls,
  *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
@@ -296,13 +298,13 @@ typedef struct kt_effect {
     kt_effect_type type;   /* which members are read */
     kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
-    const char *joint;     /* joint_*, motor, custom with joint_force */
-    double stiffness;      /* spring N/m; joint_spring, joint_limit N (m) per rad or m; contact N/m^exponent */
-    double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit N (m) s per rad or m */
+    const char *joint;     /* joint_*, motor, servo, custom with joint_force */
+    double stiffness;      /* spring N/m; joint_spring, joint_limit, servo N (m) per rad or m; contact N/m^exponent */
+    double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit, servo N (m) s per rad or m */
     double length;         /* spring: rest length, m */
     bool initial_length;   /* spring: the rest length is the distance at the start, where loops have been closed (in
                               the given positions where they cannot be), and `length` is ignored */
-    double rest;           /* joint_spring: position without force, rad or m; default 0 */
+    kt_function rest;      /* joint_spring: position without force, rad or m; default 0 */
     double coulomb;        /* joint_friction: in motion, N (m) */
     double viscous;        /* joint_friction: N (m) s per rad or m */
     double breakaway;      /* joint_friction: at rest, N (m); not below coulomb; default (0): as coulomb */
@@ -312,6 +314,8 @@ typedef struct kt_effect {
     double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
     double dampings[6];    /* bushing: N s/m, N m s/rad; default 0 */
     kt_function torque;    /* motor: N (m) */
+    kt_function target;    /* servo: rad or m */
+    double limit;          /* servo: largest force, N (m); default: infinite, which is none */
     kt_function value[3];  /* force, torque: components, N or N m */
     kt_frame frame;        /* force, torque: the axes of its components: the world's, or the end's */
     double linear;         /* drag: N s/m */

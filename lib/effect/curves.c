@@ -15,8 +15,7 @@ kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const doubl
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect) {
     for (int k = 0; k < 3; k++) { /* those that it does not have are KT_FUNCTION_NONE */
         const kt_curve *curve = &effect->curve[k];
-        const bool rests = curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;
-        if (!rests || curve->a != 0.0)
+        if (!kt_curve_rests(curve) || curve->a != 0.0)
             return KT_ENERGY_SUPPLIED;
     }
     return KT_ENERGY_CONSERVED;

@@ -1,17 +1,23 @@
-/* Spring and damper in a joint: force = -k (q - q0) - c v, V = k (q - q0)^2 / 2, dissipated = c v^2. */
+/* Spring and damper in a joint: force = -k (q - r) - c v with the rest position r(t),
+ *     V = k (q - r)^2 / 2,   dissipated = c v^2,   supplied = -k (q - r) r', by whatever moves the rest position. */
 #include "effect/effect.h"
 
 static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
                               kt_effect_power *balance) {
-    (void)numbers, (void)t;
-    const kt_real stretch = q - effect->rest;
+    double r[3] = {effect->curve[0].a, 0.0, 0.0};
+    if (!kt_curve_rests(&effect->curve[0]))
+        kt_curve_evaluate(&effect->curve[0], numbers, t, r);
+    const kt_real stretch = q - r[0];
     if (balance)
         *balance = (kt_effect_power){.energy = 0.5 * effect->stiffness * stretch * stretch,
-                                     .dissipated = effect->damping * v * v};
+                                     .dissipated = effect->damping * v * v,
+                                     .supplied = -effect->stiffness * stretch * r[1]};
     return -effect->stiffness * stretch - effect->damping * v;
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
+static kt_energetics energetics(const kt_effect_record *effect) {
+    return kt_curve_rests(&effect->curve[0]) ? kt_energetics_of(effect->damping > 0.0) : KT_ENERGY_SUPPLIED;
+}
 
 const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energetics, .joint_force = evaluate_force};
 
@@ -19,13 +25,14 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energeti
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k", .range = KT_RANGE_NOT_NEGATIVE},
-    {"rest", KT_KEY_NUMBER, KT_EFFECT_AT(rest), "rad|m", "q0, the position without force", .needed = false},
+    {"rest", KT_KEY_FUNCTION, KT_EFFECT_AT(rest), "rad|m", "r, the position without force, a function of time", "0",
+     .needed = false},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_joint_spring_descriptor = {
     .name = "joint_spring",
     .help = "a spring and a damper in a joint",
-    .formula = KT_WORDS("force = -k (q - q0) - c v"),
+    .formula = KT_WORDS("force = -k (q - r) - c v"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: arm\n"
                         "    joint: {type: revolute, axis: y, position: 20 deg}\n"

@@ -27,7 +27,8 @@ const kt_function *kt_effect_function(const kt_effect *effect, int k) {
     const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
     if (kt_descriptor_reads(descriptor, KT_EFFECT_AT(value)))
         return &effect->value[k];
-    return k == 0 && kt_descriptor_reads(descriptor, KT_EFFECT_AT(torque)) ? &effect->torque : &none;
+    const kt_key *key = k == 0 ? kt_descriptor_kind(descriptor, KT_KEY_FUNCTION) : NULL;
+    return key != NULL ? (const kt_function *)((const char *)effect + key->offset) : &none;
 }
 
 bool kt_effect_has_initial_length(const kt_effect *effect) {

@@ -37,6 +37,7 @@ kt_effect kt_effect_default(void) {
                               .smoothing = 1e-3,
                               .lower = -(double)INFINITY,
                               .upper = (double)INFINITY,
+                              .limit = (double)INFINITY,
                               .exponent = 1.5,
                               .slip = 1e-3,
                               .axis = axis_z};

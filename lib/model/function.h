@@ -22,6 +22,11 @@ size_t kt_curve_number_count(const kt_function *function);
  * numbers[first] on. O(length of its list). */
 kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first);
 
+/* Whether the function keeps one value, which is curve->a. */
+static inline bool kt_curve_rests(const kt_curve *curve) {
+    return curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;
+}
+
 /* out = value, first and second derivative at time t. O(1); for a polynomial O(degree), for a table O(log rows). A
  * function that is not given (KT_FUNCTION_NONE) is zero. */
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);

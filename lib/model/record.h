@@ -96,9 +96,7 @@ typedef struct kt_loop_record {
 } kt_loop_record;
 
 /* Whether its equation depends on time. */
-static inline bool kt_loop_is_driven(const kt_loop_record *loop) {
-    return loop->curve.type != KT_FUNCTION_NONE && loop->curve.type != KT_FUNCTION_CONSTANT;
-}
+static inline bool kt_loop_is_driven(const kt_loop_record *loop) { return !kt_curve_rests(&loop->curve); }
 
 /* A term of a relation: coefficient times the one coordinate of a link. */
 typedef struct kt_term_record {
@@ -134,7 +132,6 @@ typedef struct kt_group {
     X(stiffness)                                                                                                       \
     X(damping)                                                                                                         \
     X(length)                                                                                                          \
-    X(rest)                                                                                                            \
     X(coulomb)                                                                                                         \
     X(viscous)                                                                                                         \
     X(breakaway)                                                                                                       \
@@ -142,6 +139,7 @@ typedef struct kt_group {
     X(smoothing)                                                                                                       \
     X(lower)                                                                                                           \
     X(upper)                                                                                                           \
+    X(limit)                                                                                                           \
     X(linear)                                                                                                          \
     X(quadratic)                                                                                                       \
     X(strength)                                                                                                        \
@@ -169,7 +167,7 @@ typedef struct kt_effect_record {
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
 #undef KT_EFFECT_DECLARE
     double stiffnesses[6], dampings[6]; /* bushing */
-    kt_curve curve[3];                  /* motor: one; force, torque: the components */
+    kt_curve curve[3];                  /* motor, servo, joint_spring: one; force, torque: the components */
     bool in_body;                       /* force, torque: components in the end's axes */
 } kt_effect_record;
 

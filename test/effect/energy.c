@@ -21,7 +21,7 @@ static kt_effect_record random_record(kt_random *random, kt_effect_type type, bo
     const double loss = elastic ? 0.0 : 1.0;
     r.stiffness = kt_random_uniform(random, 1.0, 3.0);
     r.length = kt_random_uniform(random, 0.0, 2.0);
-    r.rest = kt_random_normal(random);
+    r.limit = kt_random_uniform(random, 0.5, 5.0);
     r.lower = kt_random_uniform(random, -1.0, 0.0);
     r.upper = kt_random_uniform(random, 0.0, 1.0);
     r.strength = kt_random_uniform(random, -3.0, 3.0);

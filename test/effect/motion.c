@@ -92,7 +92,7 @@ KT_TEST(damped_oscillators_follow_their_closed_form) {
     r.lone.body.joint.position[0] = 1.5;
     r.effects[0].type = KT_EFFECT_JOINT_SPRING;
     r.effects[0].stiffness = 50.0;
-    r.effects[0].rest = 1.0;
+    r.effects[0].rest = kt_function_constant(1.0);
     r.effects[0].damping = 0.8;
     follow_oscillator("spring in the joint", &r, 1.0, 2.0, 0.8, 50.0, 6e-13);
     rig_make(&r, KT_JOINT_REVOLUTE, 2.0); /* inertia 3 about z */
@@ -103,6 +103,50 @@ KT_TEST(damped_oscillators_follow_their_closed_form) {
     r.effects[1].type = KT_EFFECT_JOINT_FRICTION;
     r.effects[1].viscous = 0.8;
     follow_oscillator("torsion, viscous friction", &r, 0.0, 3.0, 0.8, 50.0, 2e-12);
+}
+
+/* A mass m that a spring k and a damper c pull to a target A sin(w t). In complex numbers the forced motion is A H e^(iwt),
+ * H = (k + i w c') / (k - m w^2 + i w c), where c' = c of a servo, whose damper moves with the target, and 0 of a spring
+ * with a moving rest position. Started on it, the mass stays on it. */
+static void follow_target(const char *what, bool servo) {
+    const double m = 2.0, k = 50.0, c = 0.8, w = 3.0, amplitude = 0.4;
+    const double free = k - m * w * w, lag = w * c, lead = servo ? lag : 0.0, size = free * free + lag * lag;
+    const double re = (k * free + lead * lag) / size, im = (lead * free - k * lag) / size; /* of H */
+    const kt_function target = kt_function_sine(amplitude, w / (2.0 * pi), 0.0, 0.0);
+    kt_worst worst = kt_worst_make(what);
+    rig r;
+    rig_make(&r, KT_JOINT_PRISMATIC, m);
+    r.lone.body.joint.position[0] = amplitude * im;
+    r.lone.body.joint.velocity[0] = amplitude * w * re;
+    r.effects[0].type = servo ? KT_EFFECT_SERVO : KT_EFFECT_JOINT_SPRING;
+    r.effects[0].rest = r.effects[0].target = target;
+    r.effects[0].stiffness = k;
+    r.effects[0].damping = c;
+    if (rig_start(&r, 1e-12))
+        for (int i = 1; i <= 40; i++)
+            kt_worst_near(&worst, rig_at(&r, 0.25 * i, NULL),
+                          amplitude * (re * sin(w * 0.25 * i) + im * cos(w * 0.25 * i)), 3e-13, "t = %g", 0.25 * i);
+    kt_check_worst(&worst);
+    rig_end(&r);
+}
+
+KT_TEST(moving_targets_force_the_motion_of_their_transfer_function) {
+    follow_target("servo", true);
+    follow_target("rest position", false);
+}
+
+/* Far from its target a servo pulls with its limit, at a distance as with none. */
+KT_TEST(servo_pulls_with_its_limit_from_afar) {
+    rig r;
+    rig_make(&r, KT_JOINT_PRISMATIC, 2.0);
+    r.effects[0].type = KT_EFFECT_SERVO;
+    r.effects[0].target = kt_function_constant(-100.0);
+    r.effects[0].stiffness = 50.0;
+    r.effects[0].limit = 6.0;
+    if (!rig_start(&r, 1e-12))
+        return;
+    kt_check_near("L t^2 / 2 m", rig_at(&r, 2.0, NULL), -6.0, 1e-13);
+    rig_end(&r);
 }
 
 /* The same along and about each axis of a bushing, one at a time, between the world and a free body. */

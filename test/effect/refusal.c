@@ -62,6 +62,19 @@ KT_TEST(stops_are_two_numbers_in_order_or_one) {
     check_told(stop, "upper is -inf; give a finite number\n");
 }
 
+KT_TEST(servo_needs_stiffness_or_damping_and_a_limit_above_zero) {
+    kt_effect servo = of_type(KT_EFFECT_SERVO);
+    servo.target = kt_function_constant(1.0);
+    check_told(servo, "there is neither stiffness nor damping, and so no force; give at least one of them\n");
+    servo.damping = 1.0;
+    check_told(servo, "");
+    servo.limit = 0.0;
+    check_told(servo, "limit is 0; it must be greater than 0\n");
+    servo.limit = 1.0;
+    servo.target = (kt_function){.type = KT_FUNCTION_NONE};
+    check_told(servo, "target is missing; give a number or a function of time\n");
+}
+
 KT_TEST(friction_at_rest_is_compared_with_that_in_motion_where_both_are_numbers) {
     kt_effect friction = of_type(KT_EFFECT_JOINT_FRICTION);
     friction.coulomb = 2.0;

@@ -120,6 +120,46 @@ KT_TEST(stops_push_back_continuously) {
                   6.0 * 6.0 / 1e5);
 }
 
+/* As without limit up to nine tenths of it, the limit from eleven tenths on, half of a tenth of the way less where the two
+ * would meet, and with one slope on both sides of where it changes: a difference of width e is off by e / (0.4 L). */
+KT_TEST(servo_is_linear_up_to_its_limit_and_never_beyond) {
+    kt_effect_record r = {.type = KT_EFFECT_SERVO, .stiffness = 1.0, .limit = 3.0};
+    const kt_effect_kind *kind = kt_effect_kinds[KT_EFFECT_SERVO];
+    const double e = 1e-6;
+    kt_random random = kt_random_of_test();
+    int wrong = 0;
+    for (int n = 0; n < 10000; n++) {
+        const double u = kt_random_uniform(&random, -6.0, 6.0);
+        const double force = kind->joint_force(&r, NULL, -u, 0.0, 0.0, NULL);
+        wrong += fabs(u) <= 2.7 ? force != u : fabs(u) >= 3.3 ? force != copysign(3.0, u) : !(fabs(force) < 3.0);
+    }
+    kt_check_equal_int("not linear, or beyond the limit", wrong, 0);
+    kt_check_near("at the limit", kind->joint_force(&r, NULL, -3.0, 0.0, 0.0, NULL), 3.0 * 0.975, 2.0 * DBL_EPSILON);
+    for (int side = -1; side <= 1; side += 2)
+        for (int k = 0; k < 2; k++) {
+            const double u = side * (k ? 3.3 : 2.7);
+            const double above = kind->joint_force(&r, NULL, -(u + e), 0.0, 0.0, NULL);
+            const double below = kind->joint_force(&r, NULL, -(u - e), 0.0, 0.0, NULL);
+            kt_check_near(k ? "flat at 1.1 L" : "slope 1 at 0.9 L", (above - below) / (2.0 * e), k ? 0.0 : 1.0,
+                          e / (0.4 * 3.0));
+        }
+}
+
+/* Whatever moves the rest position of a spring supplies force v + dissipated + dV/dt. */
+KT_TEST(moving_rest_position_supplies_its_share) {
+    kt_effect_record r = {.type = KT_EFFECT_JOINT_SPRING, .stiffness = 1.3, .damping = 0.4};
+    const kt_function rest = kt_function_sine(0.7, 0.5, 1.8, 0.1);
+    const kt_effect_kind *kind = kt_effect_kinds[KT_EFFECT_JOINT_SPRING];
+    const double q = 0.8, v = -0.6, t = 0.45, e = 1e-5;
+    kt_effect_balance before, at, after;
+    r.curve[0] = kt_curve_compile(&rest, NULL, 0);
+    const double force = kind->joint_force(&r, NULL, q, v, t, &at);
+    (void)kind->joint_force(&r, NULL, q - e * v, v, t - e, &before);
+    (void)kind->joint_force(&r, NULL, q + e * v, v, t + e, &after);
+    kt_check_above("supplied", fabs(at.supplied), 0.1);
+    kt_check_near("power", at.supplied - at.dissipated - (after.energy - before.energy) / (2.0 * e), force * v, 1e-9);
+}
+
 /* Under a load of half the friction a joint creeps at v0 artanh(1 / 2), and not faster. */
 KT_TEST(loads_below_friction_creep_as_slowly_as_smoothing_says) {
     kt_lone lone;

@@ -182,7 +182,7 @@ static void draw_custom(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
 }
 
 static void draw_numbers(kt_bytes *bytes, kt_wildness wild, kt_effect *effect) {
-    double *const numbers[] = {&effect->stiffness, &effect->damping,     &effect->length,  &effect->rest,
+    double *const numbers[] = {&effect->stiffness, &effect->damping,     &effect->length,  &effect->limit,
                                &effect->coulomb,   &effect->viscous,     &effect->linear,  &effect->quadratic,
                                &effect->strength,  &effect->dissipation, &effect->friction};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
@@ -211,7 +211,8 @@ static void draw_numbers(kt_bytes *bytes, kt_wildness wild, kt_effect *effect) {
 static bool is_in_joint(const kt_effect *effect) {
     return effect->type == KT_EFFECT_JOINT_SPRING || effect->type == KT_EFFECT_JOINT_DAMPER ||
            effect->type == KT_EFFECT_JOINT_FRICTION || effect->type == KT_EFFECT_JOINT_LIMIT ||
-           effect->type == KT_EFFECT_MOTOR || (effect->type == KT_EFFECT_CUSTOM && effect->end_count == 0);
+           effect->type == KT_EFFECT_MOTOR || effect->type == KT_EFFECT_SERVO ||
+           (effect->type == KT_EFFECT_CUSTOM && effect->end_count == 0);
 }
 
 /* False where the mechanism cannot have it. */
@@ -235,6 +236,10 @@ static bool draw_effect(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     draw_numbers(bytes, m->wild, effect);
     if (effect->type == KT_EFFECT_MOTOR)
         effect->torque = draw_function(bytes, m, 0.0, false);
+    if (effect->type == KT_EFFECT_SERVO)
+        effect->target = draw_function(bytes, m, 0.0, false);
+    if (effect->type == KT_EFFECT_JOINT_SPRING)
+        effect->rest = draw_function(bytes, m, 0.0, false);
     if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE)
         for (int k = 0; k < 3; k++)
             effect->value[k] = draw_function(bytes, m, 0.0, false);

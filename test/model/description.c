@@ -12,9 +12,9 @@ KT_TEST(types_have_the_names_of_the_scene_format) {
     static const char *const loops[] = {"spherical",  "inline",    "inplane",   "distance", "parallel",    "coaxial",
                                         "orthogonal", "revolute",  "prismatic", "screw",    "cylindrical", "planar",
                                         "weld",       "universal", "coupling",  "motion",   "rolling"};
-    static const char *const effects[] = {"spring",      "joint_spring", "joint_damper", "joint_friction",
-                                          "joint_limit", "bushing",      "motor",        "force",
-                                          "torque",      "drag",         "attraction",   "contact"};
+    static const char *const effects[] = {"spring",  "joint_spring", "joint_damper", "joint_friction", "joint_limit",
+                                          "bushing", "motor",        "servo",        "force",          "torque",
+                                          "drag",    "attraction",   "contact"};
     kt_check_equal_int("joints", sizeof joints / sizeof *joints, KT_JOINT_TYPE_COUNT);
     kt_check_equal_int("shapes", sizeof shapes / sizeof *shapes, KT_SHAPE_TYPE_COUNT);
     kt_check_equal_int("effects", sizeof effects / sizeof *effects, KT_EFFECT_TYPE_COUNT);

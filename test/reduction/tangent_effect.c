@@ -39,7 +39,7 @@ static kt_end end_at(stage *s, kt_random *random, int body) {
  * over which friction changes. */
 static void add_in_joint(stage *s, kt_random *random, const char *joint) {
     static const kt_effect_type types[] = {KT_EFFECT_JOINT_SPRING, KT_EFFECT_JOINT_DAMPER, KT_EFFECT_JOINT_FRICTION,
-                                           KT_EFFECT_JOINT_LIMIT, KT_EFFECT_MOTOR};
+                                           KT_EFFECT_JOINT_LIMIT,  KT_EFFECT_MOTOR,        KT_EFFECT_SERVO};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
         kt_effect *e = add(s, types[i]);
         e->joint = joint;
@@ -52,6 +52,8 @@ static void add_in_joint(stage *s, kt_random *random, const char *joint) {
         e->viscous = 0.3;
         e->upper = -5.0;
         e->torque = kt_function_constant(1.5);
+        e->target = kt_function_sine(0.7, 0.2, 0.1, 0.2);
+        e->limit = kt_random_uniform(random, 1.0, 10.0);
     }
 }
 

@@ -137,7 +137,7 @@ static bool effect_differs(const char *where, const kt_effect *a, const kt_effec
     BITS(length);
     VALUE(initial_length);
     BITS(damping);
-    BITS(rest);
+    BITS(limit);
     BITS(coulomb);
     BITS(viscous);
     BITS(breakaway);
@@ -161,7 +161,8 @@ static bool effect_differs(const char *where, const kt_effect *a, const kt_effec
         if (function_differs(where, &a->value[k], &b->value[k]))
             return true;
     return end_differs(where, &a->between[0], &b->between[0]) || end_differs(where, &a->between[1], &b->between[1]) ||
-           function_differs(where, &a->torque, &b->torque);
+           function_differs(where, &a->torque, &b->torque) || function_differs(where, &a->rest, &b->rest) ||
+           function_differs(where, &a->target, &b->target);
 }
 
 static bool description_differs(const kt_description *a, const kt_description *b) {

@@ -298,7 +298,7 @@ static void invent_in_joint(inventor *v, kt_effect *effect, int i) {
     switch (effect->type) {
     case KT_EFFECT_JOINT_SPRING:
         effect->stiffness = not_negative(v);
-        effect->rest = any(v);
+        effect->rest = function(v, v->out->numbers[INVENT_LOOPS + i], false);
         break;
     case KT_EFFECT_JOINT_FRICTION:
         effect->coulomb = not_negative(v);
@@ -314,6 +314,11 @@ static void invent_in_joint(inventor *v, kt_effect *effect, int i) {
             effect->upper = effect->lower + not_negative(v);
         if (!isinf(effect->upper) && chance(v))
             effect->lower = -(double)INFINITY;
+        break;
+    case KT_EFFECT_SERVO:
+        effect->stiffness = positive(v);
+        effect->target = function(v, v->out->numbers[INVENT_LOOPS + i], false);
+        maybe_positive(v, &effect->limit);
         break;
     case KT_EFFECT_MOTOR:
         effect->torque = function(v, v->out->numbers[INVENT_LOOPS + i], false);

@@ -19,7 +19,10 @@ KT_TEST(effects_in_joints_take_their_keys) {
              "  - {type: joint_friction, joint: crank, coulomb: 1, viscous: 2, static: 3, stribeck: 90 deg, "
              "smoothing: 0.5}\n"
              "  - {type: joint_limit, joint: slide, lower: -1, upper: 2, stiffness: 3, damping: 4}\n"
-             "  - {type: joint_limit, joint: crank, upper: 90 deg, stiffness: 3}\n";
+             "  - {type: joint_limit, joint: crank, upper: 90 deg, stiffness: 3}\n"
+             "  - {type: joint_spring, joint: crank, rest: {sine: {amplitude: 90 deg, frequency: 2}}, stiffness: 1}\n"
+             "  - {type: servo, joint: crank, target: 90 deg, stiffness: 2, damping: 3, limit: 4}\n"
+             "  - {type: servo, joint: slide, target: {ramp: {from: 0, to: 2, start: 0, end: 1}}, damping: 3}\n";
     kt_scene scene;
     if (!kt_parse_right(text, &scene))
         return;
@@ -27,7 +30,7 @@ KT_TEST(effects_in_joints_take_their_keys) {
     kt_check_equal_int("type", e[0].type, KT_EFFECT_JOINT_SPRING);
     kt_check_text("joint", e[0].joint, "crank");
     CHECK_NUMBERS("stiffness", &e[0].stiffness, 2);
-    CHECK_NUMBERS("rest, an angle", &e[0].rest, PI / 2);
+    CHECK_NUMBERS("rest, an angle", &e[0].rest.value, PI / 2);
     CHECK_NUMBERS("damping", &e[0].damping, 3);
     kt_check_equal_int("type", e[1].type, KT_EFFECT_JOINT_FRICTION);
     CHECK_NUMBERS("coulomb", &e[1].coulomb, 1);
@@ -42,6 +45,16 @@ KT_TEST(effects_in_joints_take_their_keys) {
     CHECK_NUMBERS("damping", &e[2].damping, 4);
     kt_check_true("no lower stop", isinf(e[3].lower) && e[3].lower < 0.0);
     CHECK_NUMBERS("upper, an angle", &e[3].upper, PI / 2);
+    kt_check_equal_int("rest that moves", e[4].rest.type, KT_FUNCTION_SINE);
+    CHECK_NUMBERS("its amplitude, an angle", &e[4].rest.amplitude, PI / 2);
+    kt_check_equal_int("type", e[5].type, KT_EFFECT_SERVO);
+    CHECK_NUMBERS("target, an angle", &e[5].target.value, PI / 2);
+    CHECK_NUMBERS("stiffness", &e[5].stiffness, 2);
+    CHECK_NUMBERS("damping", &e[5].damping, 3);
+    CHECK_NUMBERS("limit", &e[5].limit, 4);
+    kt_check_equal_int("target that moves", e[6].target.type, KT_FUNCTION_RAMP);
+    CHECK_NUMBERS("stiffness", &e[6].stiffness, 0);
+    kt_check_true("no limit", isinf(e[6].limit) && e[6].limit > 0.0);
     kt_scene_free(&scene);
 }
 
@@ -99,7 +112,7 @@ KT_TEST(effects_have_defaults) {
     if (!kt_parse_right(text, &scene))
         return;
     const kt_effect *e = scene.description.effects;
-    CHECK_NUMBERS("rest", &e[0].rest, 0);
+    kt_check_equal_int("rest", e[0].rest.type, KT_FUNCTION_NONE);
     CHECK_NUMBERS("static: as coulomb", &e[1].breakaway, 0);
     CHECK_NUMBERS("stribeck", &e[1].stribeck, 0.01);
     CHECK_NUMBERS("smoothing", &e[1].smoothing, 0.001);

@@ -61,6 +61,7 @@ static const char layout[] =
     "  - {type: spring, between: [crank.tip, world], stiffness: 100, damping: 1}\n"
     "  - {name: brake, type: joint_damper, joint: crank, damping: 0.1}\n"
     "  - {type: motor, joint: crank, torque: {ramp: {from: 0, to: 1, start: 0, end: 2}}}\n"
+    "  - {type: servo, joint: crank, target: {ramp: {from: 0, to: 1, start: 0, end: 2}}, stiffness: 2}\n"
     "\n"
     "simulate:\n"
     "  duration: 2\n"

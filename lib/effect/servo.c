@@ -1,0 +1,80 @@
+/* Servo: a joint's force towards a target r(t), of limited size.
+ *     u = k (r - q) + c (r' - v),   force = limit(u),   supplied = force v
+ *
+ * The limit L is smooth: force = u up to 0.9 L, +-L from 1.1 L on, and a parabola between them,
+ *     force = L - (1.1 L - u)^2 / (0.4 L),
+ * which meets both with their slopes, 1 and 0. So the force is what the gains say wherever the servo is not near its limit,
+ * never exceeds it, and is C1 for the integrator's error control.
+ */
+#include "effect/effect.h"
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    if (effect->stiffness == 0.0 && effect->damping == 0.0)
+        kt_checker_fault(checker, "stiffness", -1,
+                         "there is neither stiffness nor damping, and so no force; give at least one of them");
+}
+
+/* Half of the width of the parabola, as a share of the limit. */
+static const double blend = 0.1;
+
+static kt_real limited(kt_real u, double limit) {
+    const kt_real size = kt_abs(u);
+    if (kt_value(size) <= (1.0 - blend) * limit)
+        return u;
+    kt_real force = limit;
+    if (kt_value(size) < (1.0 + blend) * limit) {
+        const kt_real missing = (1.0 + blend) * limit - size;
+        force = limit - missing * missing / (4.0 * blend * limit);
+    }
+    return kt_value(u) < 0.0 ? -force : force;
+}
+
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+                              kt_effect_power *balance) {
+    double r[3];
+    kt_curve_evaluate(&effect->curve[0], numbers, t, r);
+    const kt_real force = limited(effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v), effect->limit);
+    if (balance)
+        *balance = (kt_effect_power){.supplied = force * v};
+    return force;
+}
+
+static kt_energetics energetics(const kt_effect_record *effect) {
+    (void)effect;
+    return KT_ENERGY_SUPPLIED;
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_servo) = {
+    .check = check, .energetics = energetics, .joint_force = evaluate_force};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", "r, the position to reach, a function of time",
+     .needed = true},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k; it or damping is needed",
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c, of r' - v",
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", "L, the largest force", "none", .range = KT_RANGE_POSITIVE},
+};
+const kt_descriptor kt_effect_servo_descriptor = {
+    .name = "servo",
+    .help = "a drive that follows a target position in a joint, with a limited force",
+    .formula = KT_WORDS("u = k (r - q) + c (r' - v)\n"
+                        "force = u up to 0.9 L, L from 1.1 L on, smooth between them; likewise below zero"),
+    .example = KT_WORDS("bodies:\n"
+                        "  - name: arm\n"
+                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
+                        "    mass: 1\n"
+                        "    shape: {type: rod, to: [0, 0, -1]}\n"
+                        "effects:\n"
+                        "  - type: servo\n"
+                        "    joint: arm\n"
+                        "    target: {ramp: {from: 20 deg, to: 90 deg, start: 0, end: 0.5}}\n"
+                        "    stiffness: 200\n"
+                        "    damping: 20\n"
+                        "    limit: 15\n"),
+    KT_DESCRIPTOR_KEYS,
+};
+#endif
