@@ -56,6 +56,9 @@ static int list_columns(kt_csv *csv, const char *path, const kt_model *model, co
 }
 
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
+    *csv = (kt_csv){.lines.file = -1};
+    if (path == NULL)
+        return -1;
     int code = list_columns(csv, path, model, run);
     if (code >= 0)
         return code;
@@ -150,6 +153,8 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
 }
 
 int kt_csv_write(kt_csv *csv, const kt_record *record) {
+    if (csv->output.name == NULL)
+        return 0;
     add_line(csv, record);
     return kt_lines_end(&csv->lines);
 }

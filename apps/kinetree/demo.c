@@ -111,7 +111,8 @@ static int run(int argc, char **argv, bool forces, const char *folder, struct di
     join(path, sizeof path, folder, entries[found]->d_name);
     argv[0] = (char[]){"run"};
     argv[1] = path;
-    return kt_run_command(argc, argv, !forces);
+    const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true, .is_careful = !forces};
+    return kt_run_command(argc, argv, &manner);
 }
 
 int kt_command_demo(int argc, char **argv) {

@@ -233,16 +233,6 @@ int kt_plot_run_take(kt_plot_run *plot, const kt_record *record) {
     return 0;
 }
 
-static void describe(const kt_outcome *outcome, char *text, size_t size) {
-    const kt_run *run = outcome->run;
-    if (run->step > 0.0)
-        snprintf(text, size, "%s, step %g s", run->integrator, run->step);
-    else if (run->relative == run->absolute)
-        snprintf(text, size, "%s, tolerance %g", run->integrator, run->relative);
-    else
-        snprintf(text, size, "%s, tolerances %g relative, %g absolute", run->integrator, run->relative, run->absolute);
-}
-
 /* columns: width columns of count numbers each. */
 static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome *outcome, const char *path,
                 bool is_dark) {
@@ -289,10 +279,9 @@ static int draw(const kt_plot_run *plot, const double *columns, const kt_outcome
                                                 .unit = "J",
                                                 .series = series[QUANTITY_COUNT],
                                                 .series_count = 1};
-    char subtitle[96];
-    describe(outcome, subtitle, sizeof subtitle);
+    const kt_method_words method = kt_describe_method(outcome->run);
     kt_plot picture = {.title = outcome->name,
-                       .subtitle = subtitle,
+                       .subtitle = method.text,
                        .x_title = "time",
                        .x_unit = "s",
                        .panels = panels,

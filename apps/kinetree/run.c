@@ -4,6 +4,7 @@
 #include "advice.h"
 #include "plot_run.h"
 #include "touch.h"
+#include "view.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -22,10 +23,18 @@ static double cpu_now(void) {
 
 /* ---- recording --------------------------------------------------------------------------------------------------- */
 
+/* What a run collects for its results. */
+typedef struct kt_results {
+    kt_csv csv;
+    kt_plot_run *plot; /* NULL: none */
+    kt_motion *motion; /* NULL: none */
+} kt_results;
+
 /* Data of the recorder. */
 typedef struct kt_sinks {
     kt_csv *csv;
     kt_plot_run *plot; /* NULL: none */
+    kt_motion *motion; /* NULL: none */
     kt_progress *progress;
     kt_outcome *outcome;
     kt_mode_watch *modes; /* NULL: none */
@@ -79,7 +88,8 @@ static int take_record(const kt_record *record, void *user) {
         sinks->failed = true;
         return -1;
     }
-    if (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) {
+    if ((sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
+        (sinks->motion != NULL && kt_motion_take(sinks->motion, record) != 0)) {
         sinks->failed = true;
         return -1;
     }
@@ -96,12 +106,17 @@ static int take_record(const kt_record *record, void *user) {
 }
 
 /* Runs to the end or to the first failure, which is printed. */
-static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_checkpoint *checkpoint,
-                    kt_mode_watch *modes, bool quiet) {
+static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *checkpoint, kt_mode_watch *modes,
+                    bool quiet) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
-    kt_sinks sinks = {
-        .csv = csv, .plot = plot, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint, .modes = modes};
+    kt_sinks sinks = {.csv = &results->csv,
+                      .plot = results->plot,
+                      .motion = results->motion,
+                      .progress = &progress,
+                      .outcome = outcome,
+                      .checkpoint = checkpoint,
+                      .modes = modes};
     double before = outcome->cpu_seconds, start = cpu_now();
     kt_status status;
     for (;;) {
@@ -110,8 +125,8 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
         if (!sinks.pauses)
             break;
         sinks.pauses = false;
-        sinks.failed =
-            kt_lines_flush(&csv->lines) != 0 || kt_checkpoint_write(checkpoint, outcome, csv->lines.written) != 0;
+        sinks.failed = kt_lines_flush(&results->csv.lines) != 0 ||
+                       kt_checkpoint_write(checkpoint, outcome, results->csv.lines.written) != 0;
         if (sinks.failed)
             break;
     }
@@ -122,35 +137,33 @@ static int simulate(kt_outcome *outcome, kt_csv *csv, kt_plot_run *plot, kt_chec
     }
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    if (!sinks.failed)
+    if (!sinks.failed) {
         kt_say_error(&error);
+        outcome->failed = error;
+    }
     return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
-static int check_files(const kt_run_arguments *arguments, const char *path, const char *out) {
-    const kt_file_use uses[] = {{"the scene", path, false},
-                                {"the checkpoint", arguments->resume, false},
-                                {"--out", out, true},
-                                {"--summary", arguments->summary, true},
-                                {"--plot", arguments->plot, true}};
-    /* A resumed run may continue to write the checkpoint file from which it started. */
-    const kt_file_use checkpoint[] = {{"the scene", path, false},
-                                      {"--checkpoint", arguments->checkpoint, true},
-                                      {"--out", out, true},
-                                      {"--summary", arguments->summary, true},
-                                      {"--plot", arguments->plot, true}};
-    int code = kt_check_files("run", uses, sizeof uses / sizeof uses[0]);
-    if (code < 0)
-        code = kt_check_files("run", checkpoint, sizeof checkpoint / sizeof checkpoint[0]);
-    return code < 0 && arguments->plot != NULL ? kt_plot_check(arguments->plot) : code;
+/* A resumed run may continue to write the checkpoint file from which it started. */
+static int check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
+    const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
+                                  {"--checkpoint", arguments->checkpoint, true}};
+    int code = -1;
+    for (size_t i = 0; i < sizeof states / sizeof states[0] && code < 0; i++) {
+        const kt_file_use uses[] = {{"the scene", path, false},    states[i],
+                                    {"--out", names->out, true},   {"--summary", names->summary, true},
+                                    {"--plot", names->plot, true}, {"--view", names->view, true}};
+        code = kt_check_files("run", uses, sizeof uses / sizeof uses[0]);
+    }
+    return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
 }
 
 /* `kinetree demo` must not replace existing results of the user. */
-static int spare_results(const kt_run_arguments *arguments, const char *out) {
-    const char *const results[] = {out, arguments->summary, arguments->plot};
-    for (size_t i = 0; i < sizeof results / sizeof results[0] && arguments->resume == NULL; i++) {
+static int spare_results(const kt_result_names *names) {
+    const char *const results[] = {names->out, names->summary, names->plot, names->view};
+    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
         struct stat status;
         if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
             S_ISREG(status.st_mode)) {
@@ -164,22 +177,35 @@ static int spare_results(const kt_run_arguments *arguments, const char *out) {
 
 /* ---- parts of the command ---------------------------------------------------------------------------------------- */
 
-/* The final names of the results. */
-typedef struct kt_result_names {
-    const char *out, *summary, *plot; /* NULL: none */
-} kt_result_names;
+static int write_view(const kt_outcome *outcome, const kt_motion *motion, const char *path) {
+    const kt_method_words method = kt_describe_method(outcome->run);
+    json_t *notes = kt_warnings_describe(&outcome->warnings);
+    const kt_view view = {.name = outcome->name,
+                          .method = method.text,
+                          .run = outcome->run,
+                          .notes = notes,
+                          .failed = outcome->failed.code != KT_OK ? &outcome->failed : NULL};
+    const int code = kt_view_write(motion, &view, path);
+    json_decref(notes);
+    return code;
+}
 
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
-                  kt_plot_run *plot) {
-    int picture = KT_EXIT_DONE, summary = KT_EXIT_DONE;
-    if (plot != NULL)
-        picture = kt_plot_run_write(plot, outcome, names->plot, arguments->dark);
+                  const kt_results *results) {
+    kt_result_names written = *names;
+    int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, summary = KT_EXIT_DONE;
+    if (names->plot != NULL)
+        picture = kt_plot_run_write(results->plot, outcome, names->plot, arguments->dark);
+    if (names->view != NULL)
+        view = write_view(outcome, results->motion, names->view);
     if (names->summary != NULL)
         summary = kt_summary_write(outcome, names->summary);
-    if (!arguments->quiet) /* reports the files that have been written */
-        kt_report_outcome(outcome, names->out, summary == KT_EXIT_DONE ? names->summary : NULL,
-                          picture == KT_EXIT_DONE ? names->plot : NULL);
-    return picture != KT_EXIT_DONE ? picture : summary;
+    written.plot = picture == KT_EXIT_DONE ? names->plot : NULL;
+    written.view = view == KT_EXIT_DONE ? names->view : NULL;
+    written.summary = summary == KT_EXIT_DONE ? names->summary : NULL;
+    if (!arguments->quiet)
+        kt_report_outcome(outcome, &written);
+    return picture != KT_EXIT_DONE ? picture : view != KT_EXIT_DONE ? view : summary;
 }
 
 static void say_part(const char *part, const char *out) {
@@ -194,42 +220,49 @@ static void say_part(const char *part, const char *out) {
 /* Ends the file of records, under the name in `parts` if the run has failed, and writes the other results. Returns the
  * exit code of the command. */
 static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
-                       const kt_result_names *parts, kt_csv *csv, kt_plot_run *plot, int code) {
-    const bool is_moved = csv->output.partial != NULL;
+                       const kt_result_names *parts, kt_results *results, int code) {
+    const bool is_moved = results->csv.output.partial != NULL;
     const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
                                 : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
                                                                                      : KT_OUTPUT_PART;
     if (fate == KT_OUTPUT_WHOLE && arguments->resume == NULL) {
-        kt_note_replaced(wholes->out, outcome->replaced, sizeof outcome->replaced);
-        kt_note_replaced(wholes->summary, outcome->replaced, sizeof outcome->replaced);
-        kt_note_replaced(wholes->plot, outcome->replaced, sizeof outcome->replaced);
+        const char *const names[] = {wholes->out, wholes->summary, wholes->plot, wholes->view};
+        for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+            kt_note_replaced(names[i], outcome->replaced, sizeof outcome->replaced);
     }
-    if (kt_csv_close(csv, fate) != 0 && code == KT_EXIT_DONE)
+    if (kt_csv_close(&results->csv, fate) != 0 && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
     const bool whole = code == KT_EXIT_DONE;
     if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
         say_part(parts->out, wholes->out);
-    const int rest = finish(arguments, outcome, whole ? wholes : parts, plot);
+    const int rest = finish(arguments, outcome, whole ? wholes : parts, results);
     return whole ? rest : code;
 }
 
-static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out, kt_csv *csv,
-                         kt_plot_run *plot, int code) {
-    const kt_result_names wholes = {out, arguments->summary, arguments->plot};
-    char *part_out = kt_part_name(out), *part_summary = kt_part_name(wholes.summary),
-         *part_plot = kt_part_name(wholes.plot);
-    if (part_out == NULL || (part_summary == NULL && wholes.summary != NULL) ||
-        (part_plot == NULL && wholes.plot != NULL)) {
-        kt_say("there is not enough memory");
-        (void)kt_csv_close(csv, KT_OUTPUT_AS_IS);
-        code = code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
+/* The names of partial results; *fine is false if memory was insufficient for one. */
+static char *name_part(const char *path, bool *fine) {
+    char *part = kt_part_name(path);
+    *fine = *fine && (part != NULL || path == NULL);
+    return part;
+}
+
+static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
+                         kt_results *results, int code) {
+    bool fine = true;
+    char *const out = name_part(wholes->out, &fine), *const summary = name_part(wholes->summary, &fine),
+                *const plot = name_part(wholes->plot, &fine), *const view = name_part(wholes->view, &fine);
+    if (fine) {
+        const kt_result_names parts = {out, summary, plot, view};
+        code = end_results(arguments, outcome, wholes, &parts, results, code);
     } else {
-        const kt_result_names parts = {part_out, part_summary, part_plot};
-        code = end_results(arguments, outcome, &wholes, &parts, csv, plot, code);
+        kt_say("there is not enough memory");
+        (void)kt_csv_close(&results->csv, KT_OUTPUT_AS_IS);
+        code = code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
     }
-    free(part_out);
-    free(part_summary);
-    free(part_plot);
+    free(out);
+    free(summary);
+    free(plot);
+    free(view);
     return code;
 }
 
@@ -243,29 +276,65 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
     return code >= 0 ? code : kt_csv_reopen(csv, out, outcome->model, outcome->run, lines);
 }
 
-/* Runs a simulation that has been created, with the names of all files known. */
-static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const char *out,
-                          kt_checkpoint *checkpoint) {
-    kt_csv csv;
-    kt_plot_run *plot = NULL;
-    if (arguments->plot != NULL) {
-        plot = kt_plot_run_start(outcome->model, outcome->run);
-        if (plot == NULL) {
-            kt_say("there is not enough memory for the picture");
-            return KT_EXIT_INTEGRATION;
-        }
+/* Starts what collects the picture and the motion. Returns false if memory is insufficient. */
+static bool start_results(const kt_outcome *outcome, const kt_result_names *names, unsigned record,
+                          kt_results *results) {
+    if (names->plot != NULL)
+        results->plot = kt_plot_run_start(outcome->model, outcome->run);
+    if (names->view != NULL)
+        results->motion =
+            kt_motion_start(outcome->scene, outcome->model, outcome->run,
+                            kt_simulation_record_count(outcome->simulation), (record & KT_RECORD_REACTION) != 0);
+    return (results->plot != NULL || names->plot == NULL) && (results->motion != NULL || names->view == NULL);
+}
+
+/* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
+static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
+    if (motion == NULL || motion->count < 2)
+        return;
+    const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
+    const kt_warning thinned = {.code = "thinned_view",
+                                .time = (double)NAN,
+                                .value = (double)motion->stride,
+                                .remedy = "Give a longer --interval, or view a part of the motion with --duration"};
+    const kt_warning spin = {.code = "fast_rotation",
+                             .time = (double)NAN,
+                             .value = motion->fastest,
+                             .unit = "rad/s",
+                             .remedy = "Give a shorter --interval"};
+    if (motion->stride > 1)
+        kt_warn(&outcome->warnings, &thinned,
+                "the view shows one record in %lld, for all would make it larger than %d MB", (long long)motion->stride,
+                KT_MOTION_BYTES_MAX / 1000000);
+    if (motion->fastest * gap > half_turn)
+        kt_warn(&outcome->warnings, &spin,
+                "'%s' turns by %.2g turns from frame to frame of the view, which shows it slower or backwards",
+                kt_body_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
+}
+
+/* Runs a simulation that has been created, with the names of all files known. record: all that records have. */
+static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
+                          unsigned record, kt_checkpoint *checkpoint) {
+    kt_results results = {.plot = NULL};
+    int code = -1;
+    if (!start_results(outcome, names, record, &results)) {
+        kt_say("there is not enough memory for the picture");
+        code = KT_EXIT_INTEGRATION;
     }
-    int code = open_records(arguments, outcome, checkpoint, out, &csv);
+    if (code < 0)
+        code = open_records(arguments, outcome, checkpoint, names->out, &results.csv);
     if (code < 0) {
         kt_mode_watch *modes = kt_watch_steps(outcome);
-        code = simulate(outcome, &csv, plot, checkpoint, modes, arguments->quiet);
+        code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_warn_of_step(outcome, modes);
         kt_mode_watch_free(modes);
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
-        code = close_results(arguments, outcome, out, &csv, plot, code);
+        warn_of_frames(outcome, results.motion);
+        code = close_results(arguments, outcome, names, &results, code);
     }
-    kt_plot_run_free(plot);
+    kt_motion_free(results.motion);
+    kt_plot_run_free(results.plot);
     return code;
 }
 
@@ -315,77 +384,120 @@ static void tell_start(kt_outcome *outcome, bool quiet) {
         (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);
 }
 
-/* Runs a compiled scene: applies the remaining options, checks the files, then creates and runs the simulation. Returns
- * an exit code. */
+/* "BASE.csv". The caller frees it. */
+static char *name_after(const char *base, const char *ending) {
+    const size_t room = strlen(base) + strlen(ending) + 1;
+    char *name = malloc(room);
+    if (name != NULL)
+        snprintf(name, room, "%s%s", base, ending);
+    else
+        kt_say("there is not enough memory");
+    return name;
+}
+
+/* Records in a view play at 60 a second, but are neither very few nor very many. */
+static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
+
+/* The quantities that records have besides those that are written. */
+static kt_simulation_options choose_options(const kt_run_arguments *arguments, const kt_result_names *names,
+                                            const kt_outcome *outcome, const kt_run_manner *manner) {
+    kt_simulation_options options = kt_simulation_options_default();
+    options.unprojected = arguments->unprojected;
+    options.kinematics = names->view != NULL;
+    if (kt_loop_count(outcome->model) > 0)
+        options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
+    if (names->summary != NULL || names->plot != NULL)
+        options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    if (outcome->energy.energetics != KT_ENERGY_SUPPLIED) /* otherwise the energy alone does not show errors */
+        options.record |= KT_RECORD_ENERGY;
+    if (names->view != NULL && !manner->has_records)
+        options.record |= KT_RECORD_REACTION;
+    return options;
+}
+
+/* Creates and runs the simulation, with the names of all files known. Returns an exit code. */
+static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
+                          const kt_run_manner *manner) {
+    kt_error error = {0};
+    const kt_simulation_options options = choose_options(arguments, names, outcome, manner);
+    const kt_status status = kt_simulation_create(outcome->model, outcome->run, &options, &outcome->simulation, &error);
+    int code = status != KT_OK ? kt_exit_code(status) : -1;
+    if (status != KT_OK)
+        kt_say_error(&error);
+    else
+        tell_start(outcome, arguments->quiet);
+    if (status == KT_ERROR_CONSTRAINT)
+        kt_say_open_loops(outcome->scene, outcome->model);
+    kt_checkpoint checkpoint = {.path = NULL};
+    if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
+        code =
+            kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, outcome, &options);
+    if (code < 0)
+        code = run_simulation(arguments, outcome, names, kt_run_record(outcome->run, outcome->model) | options.record,
+                              &checkpoint);
+    kt_checkpoint_close(&checkpoint);
+    kt_simulation_free(outcome->simulation);
+    kt_warnings_free(&outcome->warnings);
+    json_decref(outcome->moved);
+    return code;
+}
+
+/* Runs a compiled scene: applies the remaining options, names and checks the files, then runs. Returns an exit code. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
-                     const char *base, bool careful) {
+                     const char *base, const kt_run_manner *manner) {
     kt_run run = scene->run;
     kt_marker_pair *markers;
     int code = kt_run_override_markers(arguments->markers, model, &run, &markers);
     if (code >= 0)
         return code;
-    size_t room = strlen(base) + sizeof ".csv";
-    char *csv_name = malloc(room);
-    if (csv_name == NULL)
-        kt_say("there is not enough memory");
-    else
-        snprintf(csv_name, room, "%s.csv", base);
-    const char *out = arguments->out != NULL ? arguments->out : csv_name;
-    code = csv_name == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, out);
-    code = code < 0 && careful ? spare_results(arguments, out) : code;
+    char *csv = name_after(base, ".csv"), *page = csv != NULL ? name_after(base, ".html") : NULL;
+    const kt_result_names names = {.out = arguments->out != NULL || !manner->has_records ? arguments->out : csv,
+                                   .summary = arguments->summary,
+                                   .plot = arguments->plot,
+                                   .view = arguments->view != NULL || !manner->has_view ? arguments->view : page};
+    code = page == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, &names);
+    code = code < 0 && manner->is_careful && arguments->resume == NULL ? spare_results(&names) : code;
     code = code < 0 ? check_columns(model, &run) : code;
-
-    kt_error error = {0};
-    kt_simulation_options options = kt_simulation_options_default();
-    options.unprojected = arguments->unprojected;
-    if (kt_loop_count(model) > 0)
-        options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
-    if (arguments->summary != NULL || arguments->plot != NULL)
-        options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
-    kt_outcome outcome = {.scene = scene,
-                          .model = model,
-                          .run = &run,
-                          .unprojected = arguments->unprojected,
-                          .energy = kt_energy_watch_start(model),
-                          .corrected_since = (double)NAN,
-                          .warnings.quiet = arguments->quiet};
-    if (outcome.energy.energetics != KT_ENERGY_SUPPLIED) /* otherwise the energy alone does not show errors */
-        options.record |= KT_RECORD_ENERGY;
-    outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+    if (!manner->has_records && run.interval == 0.0)
+        run.interval = frame_interval(run.duration);
     if (code < 0) {
-        kt_status status = kt_simulation_create(model, &run, &options, &outcome.simulation, &error);
-        code = status != KT_OK ? kt_exit_code(status) : -1;
-        if (status != KT_OK)
-            kt_say_error(&error);
-        else
-            tell_start(&outcome, arguments->quiet);
-        if (status == KT_ERROR_CONSTRAINT)
-            kt_say_open_loops(scene, model);
+        kt_outcome outcome = {.scene = scene,
+                              .model = model,
+                              .run = &run,
+                              .unprojected = arguments->unprojected,
+                              .energy = kt_energy_watch_start(model),
+                              .corrected_since = (double)NAN,
+                              .warnings.quiet = arguments->quiet};
+        outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+        code = run_with_names(arguments, &outcome, &names, manner);
     }
-    kt_checkpoint checkpoint = {.path = NULL};
-    if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
-        code =
-            kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, &outcome, &options);
-    if (code < 0)
-        code = run_simulation(arguments, &outcome, out, &checkpoint);
-    kt_checkpoint_close(&checkpoint);
-    kt_simulation_free(outcome.simulation);
-    kt_warnings_free(&outcome.warnings);
-    json_decref(outcome.moved);
-    free(csv_name);
+    free(csv);
+    free(page);
     free(markers);
     return code;
 }
 
-int kt_command_run(int argc, char **argv) { return kt_run_command(argc, argv, false); }
+int kt_command_run(int argc, char **argv) {
+    const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true};
+    return kt_run_command(argc, argv, &manner);
+}
 
-int kt_run_command(int argc, char **argv, bool careful) {
+int kt_command_view(int argc, char **argv) {
+    const kt_run_manner manner = {.usage = &kt_usage_view, .has_view = true};
+    return kt_run_command(argc, argv, &manner);
+}
+
+int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
     kt_run_arguments arguments;
     kt_scene scene;
     kt_model *model = NULL;
-    int code = kt_run_arguments_read(argc, argv, &arguments);
+    int code = kt_run_arguments_read(manner->usage, argc, argv, &arguments);
     if (code >= 0)
         return code;
+    if (!manner->has_records && arguments.out == NULL && (arguments.checkpoint != NULL || arguments.resume != NULL)) {
+        kt_say("%s: --checkpoint and --resume need records: give --out FILE", manner->usage->command);
+        return KT_EXIT_USAGE;
+    }
     const char *path = argv[1];
     code = kt_read_scene(path, &scene);
     if (code != KT_EXIT_DONE)
@@ -399,7 +511,7 @@ int kt_run_command(int argc, char **argv, bool careful) {
         if (code < 0)
             code = kt_compile_scene(&scene, &model);
         if (code == KT_EXIT_DONE && model != NULL)
-            code = run_model(&arguments, path, &scene, model, base, careful);
+            code = run_model(&arguments, path, &scene, model, base, manner);
     }
     free(base);
     kt_model_free(model);

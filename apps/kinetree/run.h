@@ -20,16 +20,23 @@ typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric, plan;
-    const char *out, *summary, *plot, *checkpoint, *resume;
+    const char *out, *summary, *plot, *view, *checkpoint, *resume;
     double checkpoint_interval;
     bool unprojected, dark, quiet;
 } kt_run_arguments;
 
-/* `kinetree run`; careful: existing results are not replaced. */
-int kt_run_command(int argc, char **argv, bool careful);
+/* The subcommands that run a scene. */
+typedef struct kt_run_manner {
+    const kt_usage *usage;
+    bool has_records; /* they are written, --out or not */
+    bool has_view;    /* a view is written, --view or not */
+    bool is_careful;  /* existing results are not replaced */
+} kt_run_manner;
+
+int kt_run_command(int argc, char **argv, const kt_run_manner *manner);
 
 /* Parses the command line. Returns -1 if the command can continue, else an exit code. */
-int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments);
+int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments);
 
 /* Applies the options of the command line to the scene's run, except for markers. Returns -1 on success, else an exit
  * code. */
@@ -48,7 +55,8 @@ typedef struct kt_csv {
     kt_lines lines;
 } kt_csv;
 
-/* Opens the file ("-": standard output; else see output.h) and writes the header. Returns -1 on success, else an exit
+/* Opens the file ("-": standard output; NULL: there are no records to be written; else see output.h) and writes the
+ * header. Returns -1 on success, else an exit
  * code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
 /* Opens records of which the first `written` bytes exist, in NAME.partial or, if that does not exist, in NAME; the
@@ -80,6 +88,8 @@ typedef struct kt_outcome {
     kt_residual constraint; /* largest residuals */
     json_t *moved;          /* changes of the given values by the assembly (kt_start_moved) */
     double cpu_seconds;
+    kt_error
+        failed; /* why the run has ended early; KT_OK: it has not, or a message was printed that no call returned */
     char replaced[800]; /* earlier results that were replaced (kt_note_replaced) */
     kt_warnings warnings;
 } kt_outcome;
@@ -112,8 +122,20 @@ void kt_warn_of_energy(kt_outcome *outcome);
 /* Reports that the integration has blown up at this time, and adds a warning to the list. */
 void kt_say_blown_up(kt_outcome *outcome, double time);
 
+/* The names of the results; NULL: none. */
+typedef struct kt_result_names {
+    const char *out, *summary, *plot, *view;
+} kt_result_names;
+
 /* Prints a short report on standard error. */
-void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot);
+void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names);
+
+/* "dopri5, tolerance 1e-9" */
+typedef struct kt_method_words {
+    char text[96];
+} kt_method_words;
+
+kt_method_words kt_describe_method(const kt_run *run);
 
 /* ---- progress ---------------------------------------------------------------------------------------------------- */
 

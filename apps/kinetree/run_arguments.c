@@ -28,6 +28,8 @@ static const kt_option options[] = {
      NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
      "a picture of what --record names, or of positions and energy: FILE.svg or FILE.png", NULL},
+    {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html", "a page that shows the motion, in one file for any browser",
+     NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
      NULL},
@@ -58,7 +60,28 @@ const kt_usage kt_usage_run = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
+const kt_usage kt_usage_view = {
+    .command = "view",
+    .examples = "  kinetree view pendulum.yaml\n"
+                "  kinetree view four-bar.yaml --duration 2 --view four-bar.html\n"
+                "  kinetree make chain --links 20 | kinetree view -\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Simulates a scene and writes a page that shows its motion: NAME.html, one file that any browser with WebGL 2 "
+        "opens,\n"
+        "without a network. It plays, and can be turned and zoomed; under the picture are curves of what is recorded.\n"
+        "Takes the options of 'kinetree run', and writes records only where --out names a file. Frames are the "
+        "records:\n"
+        "60 a second, but at least 600 and at most 6000 if the scene gives no interval. Reactions in joints and "
+        "loops,\n"
+        "which 'run --view' shows only if they are recorded, are always there.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
     *arguments = (kt_run_arguments){.duration = (double)NAN,
                                     .step = (double)NAN,
                                     .interval = (double)NAN,
@@ -68,7 +91,7 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
                                     .plan = -1,
                                     .checkpoint_interval = 10.0};
     int operands;
-    int code = kt_arguments_read(&kt_usage_run, argc, argv, arguments, &operands);
+    int code = kt_arguments_read(usage, argc, argv, arguments, &operands);
     if (code >= 0)
         return code;
     int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
@@ -84,6 +107,10 @@ int kt_run_arguments_read(int argc, char **argv, kt_run_arguments *arguments) {
     }
     if (arguments->resume != NULL && arguments->plot != NULL) {
         kt_say("run: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->resume != NULL && arguments->view != NULL) {
+        kt_say("run: --view would not show what was before the checkpoint; leave one of --resume and --view out");
         return KT_EXIT_USAGE;
     }
     if (!isnan(arguments->step) && arguments->tolerance != NULL) {

@@ -134,6 +134,18 @@ static void say_size(const kt_outcome *outcome) {
     fprintf(stderr, ", %d degree%s of freedom", dof.minimal, plural(dof.minimal));
 }
 
+kt_method_words kt_describe_method(const kt_run *run) {
+    kt_method_words words;
+    if (run->step > 0.0)
+        snprintf(words.text, sizeof words.text, "%s, step %g s", run->integrator, run->step);
+    else if (run->relative == run->absolute)
+        snprintf(words.text, sizeof words.text, "%s, tolerance %g", run->integrator, run->relative);
+    else
+        snprintf(words.text, sizeof words.text, "%s, tolerances %g relative, %g absolute", run->integrator,
+                 run->relative, run->absolute);
+    return words;
+}
+
 static void say_method(const kt_run *run) {
     fprintf(stderr, ", %s", run->integrator);
     if (run->step > 0.0)
@@ -161,7 +173,7 @@ static void say_file(const char *what, const char *path) {
         fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
 }
 
-void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *summary, const char *plot) {
+void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
     double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
     fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
     if (time < duration)
@@ -181,10 +193,12 @@ void kt_report_outcome(const kt_outcome *outcome, const char *out, const char *s
     if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);
-    fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
-            strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
-    say_file("summary", summary);
-    say_file("picture", plot);
+    if (names->out != NULL)
+        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
+                strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);
+    say_file("summary", names->summary);
+    say_file("picture", names->plot);
+    say_file("view", names->view);
     if (outcome->replaced[0] != '\0')
         fprintf(stderr, "  replaces an older %s\n", outcome->replaced);
 }

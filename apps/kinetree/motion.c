@@ -1,0 +1,217 @@
+/* The motion of a mechanism for pictures that move. */
+#include "motion.h"
+
+#include "command.h"
+#include "kinetree/dynamics.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+size_t kt_motion_width(const kt_motion *motion) { return motion->columns.count - 1 + (motion->has_drift ? 1 : 0); }
+
+size_t kt_motion_bodies(const kt_motion *motion) { return (size_t)kt_model_body_count(motion->model) - 1; }
+
+static size_t frame_size(const kt_motion *motion, size_t forces) {
+    return sizeof(double) + kt_motion_bodies(motion) * (3 * sizeof(float) + 4 * sizeof(int16_t)) +
+           (kt_motion_width(motion) + 3 * forces) * sizeof(float);
+}
+
+kt_motion *kt_motion_start(const kt_scene *scene, const kt_model *model, const kt_run *run, int64_t records,
+                           bool has_reactions) {
+    kt_motion *motion = calloc(1, sizeof *motion);
+    if (motion == NULL)
+        return NULL;
+    const unsigned record = kt_run_record(run, model);
+    *motion = (kt_motion){.scene = scene, .model = model, .has_drift = (record & KT_RECORD_ENERGY) != 0};
+    const size_t forces = has_reactions ? kt_motion_bodies(motion) + (size_t)scene->description.loop_count : 0;
+    motion->poses = malloc((size_t)kt_model_body_count(model) * sizeof *motion->poses);
+    motion->forces = calloc(forces + 1, sizeof *motion->forces);
+    if (!kt_columns_list(&motion->columns, model, run, record) || motion->poses == NULL || motion->forces == NULL) {
+        kt_motion_free(motion);
+        return NULL;
+    }
+    motion->force_count = has_reactions ? -1 : 0; /* counted with the first frame */
+    const double bytes = (double)records * (double)frame_size(motion, forces);
+    motion->stride = (int64_t)ceil(fmax(bytes / (double)KT_MOTION_BYTES_MAX, 1.0));
+    return motion;
+}
+
+void kt_motion_free(kt_motion *motion) {
+    if (motion == NULL)
+        return;
+    kt_columns_free(&motion->columns);
+    kt_picture_free(motion->picture);
+    free(motion->forces);
+    free(motion->poses);
+    free(motion->times);
+    free(motion->places);
+    free(motion->turns);
+    free(motion->values);
+    free(motion->reactions);
+    free(motion);
+}
+
+/* ---- the first frame --------------------------------------------------------------------------------------------- */
+
+static void list_forces(kt_motion *motion) {
+    const kt_picture *picture = motion->picture;
+    motion->force_count = 0;
+    for (int i = 0; i < picture->joint_count; i++) {
+        const kt_picture_joint *joint = &picture->joints[i];
+        if (joint->type != KT_JOINT_FREE)
+            motion->forces[motion->force_count++] =
+                (kt_motion_force){false, joint->body, joint->frame.body, joint->frame.pose.position};
+    }
+    for (int i = 0; i < picture->loop_count; i++) {
+        const kt_body_frame *end = &picture->loops[i].ends[0];
+        motion->forces[motion->force_count++] =
+            (kt_motion_force){true, picture->loops[i].loop, end->body, end->pose.position};
+    }
+}
+
+/* What there is to see, and the sizes of it, are taken from the first frame. */
+static int look_at_first(kt_motion *motion) {
+    kt_error error = {0};
+    if (motion->picture != NULL)
+        return 0;
+    if (kt_picture_create(&motion->scene->description, motion->model, motion->poses, &motion->picture, &error) !=
+        KT_OK) {
+        kt_say_error(&error);
+        return -1;
+    }
+    const kt_bounds bounds = kt_picture_widen(motion->picture, motion->poses, kt_bounds_empty());
+    if (bounds.low.x <= bounds.high.x)
+        motion->centre = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
+    if (motion->force_count < 0)
+        list_forces(motion);
+    return 0;
+}
+
+/* ---- frames ------------------------------------------------------------------------------------------------------ */
+
+static bool widen(void *list, size_t room, size_t size) {
+    void **at = list;
+    void *more = realloc(*at, room * size + 1);
+    if (more != NULL)
+        *at = more;
+    return more != NULL;
+}
+
+static int make_room(kt_motion *motion) {
+    if (motion->count < motion->room)
+        return 0;
+    const size_t room = 2 * motion->room + 256, bodies = kt_motion_bodies(motion);
+    if (!widen(&motion->times, room, sizeof *motion->times) ||
+        !widen(&motion->places, room, 3 * bodies * sizeof *motion->places) ||
+        !widen(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||
+        !widen(&motion->values, room, kt_motion_width(motion) * sizeof *motion->values) ||
+        !widen(&motion->reactions, room, 3 * (size_t)motion->force_count * sizeof *motion->reactions)) {
+        kt_say("there is not enough memory for the motion");
+        return -1;
+    }
+    motion->room = room;
+    return 0;
+}
+
+static void put_vector(float *to, kt_vec3 u) {
+    to[0] = (float)u.x;
+    to[1] = (float)u.y;
+    to[2] = (float)u.z;
+}
+
+/* q and -q are the same rotation; between frames the shorter way is the right one. */
+static void put_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
+    const double x[] = {q.w, q.x, q.y, q.z};
+    double same = 0.0;
+    for (int k = 0; k < 4 && before != NULL; k++)
+        same += x[k] * before[k];
+    for (int k = 0; k < 4; k++)
+        to[k] = (int16_t)lround((same < 0.0 ? -32767.0 : 32767.0) * x[k]);
+}
+
+static void put_poses(kt_motion *motion, const kt_data *data) {
+    const size_t bodies = kt_motion_bodies(motion), frame = motion->count;
+    for (size_t b = 0; b < bodies; b++) {
+        const size_t at = frame * bodies + b;
+        const kt_pose *pose = &motion->poses[b + 1];
+        put_vector(motion->places + 3 * at, kt_vec3_sub(pose->position, motion->centre));
+        put_quaternion(motion->turns + 4 * at, frame > 0 ? motion->turns + 4 * (at - bodies) : NULL,
+                       kt_quat_from_matrix(pose->rotation));
+        const double speed = kt_vec3_norm(kt_body_twist(motion->model, data, (int)b + 1).angular);
+        if (speed > motion->fastest) {
+            motion->fastest = speed;
+            motion->fastest_body = (int)b + 1;
+        }
+    }
+}
+
+static double energy_of(const kt_record *record) {
+    const double balance = kt_balance_of(record);
+    return isnan(balance) ? record->kinetic + record->potential : balance;
+}
+
+static void put_values(kt_motion *motion, const kt_record *record) {
+    float *row = motion->values + motion->count * kt_motion_width(motion);
+    for (size_t i = 1; i < motion->columns.count; i++)
+        *row++ = (float)kt_column_value(&motion->columns, i, record);
+    if (motion->count == 0)
+        motion->energy_start = energy_of(record);
+    if (motion->has_drift)
+        *row = (float)(energy_of(record) - motion->energy_start);
+}
+
+static void put_forces(kt_motion *motion, const kt_record *record) {
+    static const kt_wrench none;
+    for (int i = 0; i < motion->force_count; i++) {
+        const kt_motion_force *force = &motion->forces[i];
+        const kt_wrench *all = force->is_loop ? record->loop_reactions : record->reactions;
+        const kt_wrench *w = all != NULL ? &all[force->index] : &none;
+        put_vector(motion->reactions + 3 * (motion->count * (size_t)motion->force_count + (size_t)i), w->force);
+    }
+}
+
+int kt_motion_take(kt_motion *motion, const kt_record *record) {
+    for (int body = 0; body < kt_model_body_count(motion->model); body++)
+        motion->poses[body] = kt_body_pose(motion->model, record->data, body);
+    if (motion->is_loose)
+        motion->count--;
+    motion->is_loose = false;
+    if (look_at_first(motion) != 0 || make_room(motion) != 0)
+        return -1;
+    motion->times[motion->count] = record->time;
+    put_poses(motion, record->data);
+    put_values(motion, record);
+    put_forces(motion, record);
+    motion->count++;
+    motion->is_loose = motion->taken % motion->stride != 0;
+    motion->taken++;
+    return 0;
+}
+
+int kt_motion_take_state(kt_motion *motion, double time, const double *q, const double *v) {
+    if (motion->count > 0 && !(time > motion->times[motion->count - 1]))
+        return 0;
+    kt_error error = {0};
+    kt_data *data = NULL;
+    kt_status status = kt_data_create(motion->model, &data, &error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(motion->model, data, q, v, NULL, &error);
+    int failed = -1;
+    if (status == KT_OK) {
+        const kt_record record = {.time = time,
+                                  .q = q,
+                                  .v = v,
+                                  .kinetic = (double)NAN,
+                                  .potential = (double)NAN,
+                                  .work = {(double)NAN, (double)NAN},
+                                  .constraint = {(double)NAN, (double)NAN},
+                                  .data = data};
+        motion->is_loose = false;
+        failed = kt_motion_take(motion, &record);
+    } else {
+        kt_say_error(&error);
+    }
+    kt_data_free(data);
+    return failed;
+}

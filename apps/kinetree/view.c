@@ -1,0 +1,310 @@
+/* Writes the page that shows a motion: its sources, made into texts by the build (view/embed.py), with the description
+ * of the mechanism as JSON and the frames in base64 between them (view/motion.js has the order of the bytes). */
+#include "view.h"
+
+#include "command.h"
+#include "json.h"
+#include "kinetree/descriptor.h"
+#include "kinetree/loop.h"
+#include "output.h"
+#include "view/page.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- base64 ------------------------------------------------------------------------------------------------------ */
+
+/* Bytes that have not yet made three, from which four letters are made. */
+typedef struct base64 {
+    FILE *file;
+    unsigned char rest[3];
+    size_t count;
+} base64;
+
+static void put_letters(base64 *out, const unsigned char *three) {
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char four[] = {letters[three[0] >> 2], letters[(three[0] & 3) << 4 | three[1] >> 4],
+                         letters[(three[1] & 15) << 2 | three[2] >> 6], letters[three[2] & 63]};
+    (void)fwrite(four, 1, sizeof four, out->file); /* errors are asked for at the end */
+}
+
+static void put_byte(base64 *out, unsigned char byte) {
+    out->rest[out->count++] = byte;
+    if (out->count < sizeof out->rest)
+        return;
+    put_letters(out, out->rest);
+    out->count = 0;
+}
+
+/* Numbers of `size` bytes each, little-endian on every machine. */
+static void put_numbers(base64 *out, const void *numbers, size_t count, size_t size) {
+    const unsigned char *from = numbers;
+    const bool is_reversed = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
+    for (size_t i = 0; i < count; i++, from += size)
+        for (size_t k = 0; k < size; k++)
+            put_byte(out, from[is_reversed ? size - 1 - k : k]);
+}
+
+static void put_frames(const kt_motion *motion, FILE *file) {
+    const size_t n = motion->count, bodies = kt_motion_bodies(motion);
+    base64 out = {.file = file};
+    put_numbers(&out, motion->times, n, sizeof *motion->times);
+    put_numbers(&out, motion->places, 3 * n * bodies, sizeof *motion->places);
+    put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
+    put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
+    put_numbers(&out, motion->reactions, 3 * n * (size_t)motion->force_count, sizeof *motion->reactions);
+    while (out.count > 0)
+        put_byte(&out, 0); /* fills up the last three, which no reader looks at */
+}
+
+/* ---- the mechanism as JSON --------------------------------------------------------------------------------------- */
+
+static json_t *describe_quaternion(kt_mat3 rotation) {
+    const kt_quat q = kt_quat_from_matrix(rotation);
+    const double x[] = {q.w, q.x, q.y, q.z};
+    return kt_json_numbers(x, 4);
+}
+
+static void add_pose(json_t *object, kt_pose pose) {
+    json_object_set_new(object, "at", kt_json_vector(pose.position));
+    json_object_set_new(object, "turn", describe_quaternion(pose.rotation));
+}
+
+static json_t *describe_frame(const kt_body_frame *frame) {
+    json_t *object = json_object();
+    json_object_set_new(object, "body", json_integer(frame->body));
+    add_pose(object, frame->pose);
+    return object;
+}
+
+static json_t *describe_ends(const kt_body_frame *ends, int count) {
+    json_t *list = json_array();
+    for (int k = 0; k < count; k++)
+        json_array_append_new(list, describe_frame(&ends[k]));
+    return list;
+}
+
+static json_t *describe_bodies(const kt_motion *motion) {
+    const kt_model *model = motion->model;
+    json_t *list = json_array();
+    for (int body = 0; body < kt_model_body_count(model); body++) {
+        json_t *one = json_object();
+        json_object_set_new(one, "name", kt_json_text(kt_body_name(model, body)));
+        json_object_set_new(one, "parent", json_integer(body > 0 ? kt_body_parent(model, body) : 0));
+        json_object_set_new(one, "joint", json_string(kt_joint_type_name(kt_body_coordinates(model, body).type)));
+        json_object_set_new(one, "mass", kt_json_number(body > 0 ? kt_body_mass(model, body) : 0.0));
+        json_object_set_new(one, "colour", json_integer(motion->picture->colour[body]));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe_solids(const kt_picture *picture) {
+    static const char *const types[] = {
+        [KT_SOLID_BOX] = "box", [KT_SOLID_SPHERE] = "sphere", [KT_SOLID_CYLINDER] = "cylinder", [KT_SOLID_ROD] = "rod"};
+    json_t *list = json_array();
+    for (int i = 0; i < picture->solid_count; i++) {
+        const kt_solid *solid = &picture->solids[i];
+        json_t *one = json_object();
+        json_object_set_new(one, "type", json_string(types[solid->type]));
+        json_object_set_new(one, "body", json_integer(solid->body));
+        add_pose(one, solid->pose);
+        json_object_set_new(one, "half", kt_json_vector(solid->half));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe_joints(const kt_picture *picture) {
+    json_t *list = json_array();
+    for (int i = 0; i < picture->joint_count; i++) {
+        const kt_picture_joint *joint = &picture->joints[i];
+        json_t *one = json_object();
+        json_object_set_new(one, "name", kt_json_text(joint->name));
+        json_object_set_new(one, "type", json_string(kt_joint_type_name(joint->type)));
+        json_object_set_new(one, "body", json_integer(joint->body));
+        json_object_set_new(one, "on", json_integer(joint->frame.body));
+        add_pose(one, joint->frame.pose);
+        if (joint->type == KT_JOINT_UNIVERSAL)
+            json_object_set_new(one, "axis2", kt_json_vector(joint->axis2));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe_loops(const kt_picture *picture) {
+    json_t *list = json_array();
+    for (int i = 0; i < picture->loop_count; i++) {
+        const kt_picture_loop *loop = &picture->loops[i];
+        json_t *one = json_object();
+        json_object_set_new(one, "name", kt_json_text(loop->name));
+        json_object_set_new(one, "type", json_string(kt_loop_type_name(loop->type)));
+        json_object_set_new(one, "ends", describe_ends(loop->ends, 2));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe_effects(const kt_picture *picture) {
+    json_t *list = json_array();
+    for (int i = 0; i < picture->effect_count; i++) {
+        const kt_picture_effect *effect = &picture->effects[i];
+        json_t *one = json_object();
+        json_object_set_new(one, "name", effect->name != NULL ? kt_json_text(effect->name) : json_null());
+        json_object_set_new(one, "type", json_string(kt_effect_type_name(effect->type)));
+        json_object_set_new(one, "ends", describe_ends(effect->ends, effect->end_count));
+        json_object_set_new(one, "radius", kt_json_number(effect->radius));
+        json_object_set_new(one, "stiff", json_boolean(effect->has_stiffness));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe_planes(const kt_picture *picture) {
+    json_t *list = json_array();
+    for (int i = 0; i < picture->plane_count; i++) {
+        json_t *one = describe_frame(&picture->planes[i].frame);
+        json_object_set_new(one, "half", kt_json_number(picture->planes[i].half));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static bool is_traced(const kt_view *view, const char *body, const char *marker) {
+    for (int i = 0; view->run != NULL && i < view->run->marker_count; i++) {
+        const kt_marker_pair *pair = &view->run->markers[i];
+        if (strcmp(pair->body != NULL ? pair->body : "world", body) == 0 && strcmp(pair->marker, marker) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* Markers of the world do not move. */
+static json_t *describe_markers(const kt_motion *motion, const kt_view *view) {
+    json_t *list = json_array();
+    for (int body = 1; body < kt_model_body_count(motion->model); body++)
+        for (int k = 0; k < kt_marker_count(motion->model, body); k++) {
+            const char *name = kt_marker_name(motion->model, body, k);
+            json_t *one = json_object();
+            json_object_set_new(one, "body", json_integer(body));
+            json_object_set_new(one, "name", kt_json_text(name));
+            json_object_set_new(one, "at", kt_json_vector(kt_marker_at(motion->model, body, k)));
+            json_object_set_new(one, "traced", json_boolean(is_traced(view, kt_body_name(motion->model, body), name)));
+            json_array_append_new(list, one);
+        }
+    return list;
+}
+
+static json_t *describe_column(const char *name, const char *title, const char *unit) {
+    json_t *one = json_object();
+    json_object_set_new(one, "name", kt_json_text(name));
+    json_object_set_new(one, "group", json_string(title));
+    json_object_set_new(one, "unit", json_string(unit));
+    return one;
+}
+
+static json_t *describe_columns(const kt_motion *motion) {
+    json_t *list = json_array();
+    for (size_t i = 1; i < motion->columns.count; i++) {
+        char name[512];
+        const kt_quantity quantity = kt_column_quantity(&motion->columns, i);
+        (void)kt_column_name(&motion->columns, i, name, sizeof name);
+        json_array_append_new(list, describe_column(name, quantity.title, quantity.unit));
+    }
+    if (motion->has_drift)
+        json_array_append_new(list, describe_column("energy.total less its start", "Change of the energy", "J"));
+    return list;
+}
+
+static json_t *describe_forces(const kt_motion *motion) {
+    json_t *list = json_array();
+    for (int i = 0; i < motion->force_count; i++) {
+        const kt_motion_force *force = &motion->forces[i];
+        json_t *one = json_object();
+        json_object_set_new(one, "layer", json_string("reactions"));
+        json_object_set_new(one, "body", json_integer(force->body));
+        json_object_set_new(one, "at", kt_json_vector(force->at));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe(const kt_motion *motion, const kt_view *view) {
+    const kt_picture *picture = motion->picture;
+    json_t *root = json_object();
+    json_object_set_new(root, "version", json_string(kt_version()));
+    json_object_set_new(root, "name", kt_json_text(view->name));
+    json_object_set_new(root, "method", json_string(view->method));
+    json_object_set_new(root, "frames", json_integer((json_int_t)motion->count));
+    json_object_set_new(root, "centre", kt_json_vector(motion->centre));
+    json_object_set_new(root, "gravity", kt_json_vector(picture->gravity));
+    json_object_set_new(root, "normal", picture->is_planar ? kt_json_vector(picture->normal) : json_null());
+    json_object_set_new(root, "size", kt_json_number(picture->size));
+    json_object_set_new(root, "radius", kt_json_number(picture->radius));
+    json_object_set_new(root, "bodies", describe_bodies(motion));
+    json_object_set_new(root, "solids", describe_solids(picture));
+    json_object_set_new(root, "joints", describe_joints(picture));
+    json_object_set_new(root, "loops", describe_loops(picture));
+    json_object_set_new(root, "effects", describe_effects(picture));
+    json_object_set_new(root, "planes", describe_planes(picture));
+    json_object_set_new(root, "markers", describe_markers(motion, view));
+    json_object_set_new(root, "columns", describe_columns(motion));
+    json_object_set_new(root, "arrows", describe_forces(motion));
+    json_object_set_new(root, "overlay", json_boolean(view->is_overlay));
+    if (view->notes != NULL)
+        json_object_set(root, "notes", view->notes);
+    return root;
+}
+
+/* Within a script element nothing but "<" could begin what a browser takes for markup; in JSON it stands in texts
+ * alone. */
+static void put_json(const char *text, FILE *file) {
+    for (const char *less; (less = strchr(text, '<')) != NULL; text = less + 1) {
+        (void)fwrite(text, 1, (size_t)(less - text), file);
+        (void)fputs("\\u003c", file);
+    }
+    (void)fputs(text, file);
+}
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+/* Returns 0, or the errno. */
+static int write_page(const kt_motion *motion, const char *json, const char *path) {
+    errno = 0;
+    FILE *file = fopen(path, "w");
+    if (file == NULL)
+        return errno;
+    (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
+    put_json(json, file);
+    (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);
+    put_frames(motion, file);
+    (void)fwrite(kt_page_tail, 1, kt_page_tail_size, file);
+    const bool fine = fflush(file) == 0 && !ferror(file);
+    const int reason = fine ? 0 : errno != 0 ? errno : EIO;
+    return fclose(file) != 0 && reason == 0 ? errno : reason;
+}
+
+int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path) {
+    if (motion->count == 0)
+        return KT_EXIT_DONE; /* there is nothing to see, and why was said */
+    json_t *root = describe(motion, view);
+    char *json = root != NULL ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+    json_decref(root);
+    if (json == NULL) {
+        kt_say("there is not enough memory for the view");
+        return KT_EXIT_INTEGRATION;
+    }
+    kt_output output;
+    int code = kt_output_start(&output, path);
+    if (code < 0) {
+        const int reason = write_page(motion, json, kt_output_path(&output));
+        if (reason != 0)
+            kt_say("%s cannot be written: %s", path, strerror(reason));
+        const int ended = kt_output_end(&output, reason != 0 ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE);
+        code = reason != 0 || ended != 0 ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
+    }
+    free(json);
+    return code;
+}

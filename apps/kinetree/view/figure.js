@@ -1,0 +1,338 @@
+/* What is painted: the solids of the bodies, symbols of joints, loops and contacts, all fixed to their bodies; and what
+ * changes from frame to frame: springs, gaps of loops, arrows, traces. */
+
+const SERIES = [[0.0, 0.447, 0.698], [0.835, 0.369, 0.0], [0.0, 0.62, 0.451], [0.8, 0.475, 0.655], [0.902, 0.624, 0.0],
+    [0.337, 0.706, 0.914]];
+const THEMES = {
+    light: {paper: [1, 1, 1], ink: [0.13, 0.13, 0.13], quiet: [0.42, 0.42, 0.42], faint: [0.86, 0.87, 0.88],
+        series: SERIES, fixed: [0.62, 0.63, 0.65], joint: [0.3, 0.31, 0.34], alarm: [0.85, 0.05, 0.1]},
+    dark: {paper: [0.051, 0.067, 0.09], ink: [0.9, 0.92, 0.94], quiet: [0.62, 0.65, 0.69], faint: [0.19, 0.21, 0.25],
+        series: [[0.22, 0.545, 0.992], ...SERIES.slice(1)], fixed: [0.5, 0.52, 0.55], joint: [0.75, 0.77, 0.8],
+        alarm: [1, 0.35, 0.35]},
+};
+
+const LAYERS = [
+    ["joints", "Joints", true], ["axes", "Joint axes", false], ["loops", "Loops", true], ["springs", "Springs", true],
+    ["planes", "Planes", true], ["contacts", "Contact points", true], ["reactions", "Reactions", false],
+    ["forces", "Forces on bodies", true], ["traces", "Traces", true], ["markers", "Markers", false],
+    ["names", "Names", false], ["frame", "World axes", true],
+];
+
+/* Loops whose points coincide, or are held at a distance: a line joins them where they are apart. */
+const JOINED = ["spherical", "revolute", "universal", "weld", "distance"];
+
+const PICKABLE = ["joints", "loops", "contacts", "markers"];
+
+class Figure {
+    constructor(painter, data, motion) {
+        Object.assign(this, {painter, data, motion});
+        this.hidden = new Set();
+        this.traced = new Set(data.markers.map((m, i) => (m.traced ? i : -1)).filter((i) => i >= 0));
+        this.force_scale = 1;
+        this.strongest = data.arrows.map((_, i) => this.longest_force(i));
+        this.make_buffers();
+    }
+
+    make_buffers() {
+        this.static = Object.fromEntries(["bodies", ...PICKABLE].map((layer) => [layer, []]));
+        this.arrows = ["cylinder", "cone"].map((name) => this.painter.make_batch(name, 1.5 * this.data.radius));
+        this.thin = this.painter.make_lines(1.5, false);
+        this.thick = this.painter.make_lines(2.5, false);
+        this.paths = [];
+    }
+
+    /* The longest vector of an arrow in the motion, but for the longest fiftieth of them: blows, which would leave no
+     * length to all others. */
+    longest_force(arrow) {
+        const {motion} = this, stride = Math.max(1, Math.floor(motion.frames / 2000)), all = [];
+        for (let i = 0; i < motion.frames; i += stride) {
+            const k = 3 * (i * motion.arrows + arrow);
+            const f = Math.hypot(motion.forces[k], motion.forces[k + 1], motion.forces[k + 2]);
+            if (Number.isFinite(f))
+                all.push(f);
+        }
+        all.sort((a, b) => a - b);
+        return all.length > 0 ? all[Math.floor(0.98 * (all.length - 1))] : 0;
+    }
+
+    /* ---- fixed to bodies ------------------------------------------------------------------------------------------ */
+
+    colour_of(body) {
+        const k = this.data.bodies[body].colour;
+        return this.marked(body) ? this.theme.alarm : k < 0 ? this.theme.fixed : this.theme.series[k % 6];
+    }
+
+    marked(body) { return this.data.failed !== undefined && this.data.failed.bodies.includes(body); }
+
+    /* What the pointer finds: its number in the picture is its place in the list plus one. */
+    thing(text, body) {
+        this.things.push({text, body});
+        return this.things.length;
+    }
+
+    /* A batch for each doubling of the radius, for small circles need fewer sides. */
+    batch(layer, name, radius) {
+        const rounded = name === "box" ? 0 : 2 ** Math.ceil(Math.log2(radius));
+        const found = this.static[layer].find((one) => one.name === name && one.radius === rounded);
+        if (found === undefined)
+            this.static[layer].push(this.painter.make_batch(name, rounded));
+        return found ?? this.static[layer].at(-1);
+    }
+
+    put(layer, name, body, at, turned, half, colour, id, mark = 0) {
+        const batch = this.batch(layer, name, half[0]);
+        batch.numbers.push_all(...at, ...turned, ...half);
+        batch.numbers.push_colour([...colour, 1]);
+        batch.numbers.push_all(body, id, mark);
+        batch.is_changed = true;
+    }
+
+    /* Builds everything that is fixed to bodies; again after a change of the theme or of what is hidden. */
+    build(theme) {
+        this.theme = theme;
+        this.things = [];
+        for (const batches of Object.values(this.static))
+            for (const batch of batches) {
+                batch.numbers.clear();
+                batch.is_changed = true;
+            }
+        this.data.bodies.forEach((body, i) => this.thing(describe_body(this.data, i), i));
+        this.data.solids.filter((solid) => !this.hidden.has(solid.body)).forEach((solid) => this.put_solid(solid));
+        this.data.joints.filter((joint) => !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
+        this.data.loops.forEach((loop, i) => this.put_loop(loop, i));
+        this.data.effects.filter((effect) => effect.type === "contact").forEach((effect) => this.put_contact(effect));
+        this.data.markers.forEach((marker) => this.put("markers", "sphere", marker.body, marker.at, [1, 0, 0, 0],
+            Array(3).fill(0.8 * this.data.radius), this.theme.ink,
+            this.thing(`marker ${this.data.bodies[marker.body].name}.${marker.name}`, marker.body)));
+        this.build_paths();
+    }
+
+    put_solid({type, body, at, turn: turned, half}) {
+        const colour = this.colour_of(body), id = body + 1;
+        const mark = type !== "box" && half[0] > 1.5 * this.data.radius && half[0] > 0.3 * half[2] ? 1 : 0;
+        if (type === "rod" || type === "cylinder")
+            this.put("bodies", "cylinder", body, at, turned, half, colour, id, mark);
+        else
+            this.put("bodies", type, body, at, turned, half, colour, id, mark);
+        for (const side of type === "rod" ? [-1, 1] : [])
+            this.put("bodies", "end", body, add(at, turn(turned, [0, 0, side * half[2]])), turned,
+                [half[0], half[0], half[0]], colour, id);
+    }
+
+    put_joint({name, type, body, on, at, turn: turned}) {
+        const r = this.data.radius, colour = this.marked(body) ? this.theme.alarm : this.theme.joint;
+        const id = this.thing(`${type} joint ${name}${on > 0 ? ` on ${this.data.bodies[on].name}` : " on the world"}`, body);
+        if (["revolute", "cylindrical", "screw"].includes(type))
+            this.put("joints", "cylinder", on, at, turned, [1.25 * r, 1.25 * r, type === "revolute" ? 1.8 * r : 3 * r], colour, id);
+        else if (type === "prismatic")
+            this.put("joints", "box", on, at, turned, [1.5 * r, 1.5 * r, 2.2 * r], colour, id);
+        else if (type === "spherical" || type === "universal")
+            this.put("joints", "sphere", on, at, turned, [1.6 * r, 1.6 * r, 1.6 * r], colour, id);
+        else if (type === "planar")
+            this.put("joints", "box", on, at, turned, [2.5 * r, 2.5 * r, 0.15 * r], colour, id);
+        if (on === 0 && type !== "free" && type !== "planar")
+            this.put("joints", "box", 0, at, turned, [2.2 * r, 2.2 * r, 0.9 * r], this.theme.fixed, id);
+    }
+
+    loop_is_marked(i) { return this.data.failed !== undefined && this.data.failed.loops.includes(i); }
+
+    put_loop({name, type, ends}, i) {
+        const r = this.data.radius, colour = this.loop_is_marked(i) ? this.theme.alarm : this.theme.ink;
+        const id = this.thing(`${type} loop ${name}`, ends[1].body);
+        ends.slice(0, type === "rolling" ? 1 : 2).forEach((end, k) => this.put("loops", type === "distance" || type === "spherical" ? "sphere" : "cylinder",
+            end.body, end.at, end.turn, [(1.15 + 0.25 * k) * r, (1.15 + 0.25 * k) * r, (2.1 - 0.5 * k) * r], colour, id));
+    }
+
+    put_contact({name, ends, radius}) {
+        const r = Math.max(0.6 * this.data.radius, 1.02 * radius);
+        const id = this.thing(`contact ${name ?? ""} of ${this.data.bodies[ends[0].body].name} and ` +
+            `${this.data.bodies[ends[1].body].name}`.replace("  ", " "), ends[0].body);
+        if (radius < this.data.radius || !this.data.solids.some((s) => s.body === ends[0].body))
+            this.put("contacts", "sphere", ends[0].body, ends[0].at, [1, 0, 0, 0], [r, r, r], this.theme.ink, id);
+    }
+
+    /* ---- from frame to frame -------------------------------------------------------------------------------------- */
+
+    line(lines, a, b, colour) {
+        lines.numbers.push_all(...a);
+        lines.numbers.push_colour(colour);
+        lines.numbers.push_all(...b);
+        lines.numbers.push_colour(colour);
+    }
+
+    update(t, poses, shown) {
+        this.thin.numbers.clear();
+        this.thick.numbers.clear();
+        this.arrows.forEach((batch) => batch.numbers.clear());
+        if (shown.frame)
+            this.draw_frame(poses);
+        if (shown.planes)
+            this.data.planes.forEach((plane) => this.draw_plane(poses, plane));
+        if (shown.axes)
+            this.data.joints.forEach((joint) => this.draw_axis(poses, joint));
+        if (shown.loops)
+            this.data.loops.forEach((loop, i) => this.draw_gap(poses, loop, i));
+        if (shown.springs)
+            this.data.effects.filter(({ends, type}) => ends.length === 2 && type !== "contact")
+                .forEach((effect) => this.draw_spring(poses, effect));
+        this.data.arrows.forEach((arrow, i) => {
+            if (shown[arrow.layer])
+                this.draw_arrow(poses, arrow, i, force_at(this.motion, t, i));
+        });
+        [this.thin, this.thick, ...this.arrows].forEach((one) => { one.is_changed = true; });
+        this.update_paths(t);
+    }
+
+    place(poses, end) { return point_of(poses, end.body, end.at); }
+
+    draw_frame(poses) {
+        const o = point_of(poses, 0, [0, 0, 0]), l = 0.12 * this.data.size;
+        [[0.8, 0.2, 0.2], [0.2, 0.6, 0.2], [0.25, 0.4, 0.95]].forEach((colour, k) => {
+            const to = [...o];
+            to[k] += l;
+            this.line(this.thin, o, to, [...colour, 1]);
+        });
+    }
+
+    /* A grid under all of the motion. */
+    draw_plane(poses, {body, at, turn: turned, half, range}) {
+        const q = turn_of(poses, body, turned), o = point_of(poses, body, at), colour = [...this.theme.quiet, 0.35];
+        const to = (u, v) => add(o, turn(q, [u, v, 0])), [low, high] = range ?? [[-half, -half], [half, half]];
+        const most = Math.max(high[0] - low[0], high[1] - low[1]), step = Math.max(0.2 * half, most / 60);
+        for (let u = low[0]; u <= high[0] + 0.01 * step; u += step)
+            this.line(this.thin, to(u, low[1]), to(u, high[1]), colour);
+        for (let v = low[1]; v <= high[1] + 0.01 * step; v += step)
+            this.line(this.thin, to(low[0], v), to(high[0], v), colour);
+    }
+
+    draw_axis(poses, {type, body, on, at, turn: turned, axis2}) {
+        if (type === "spherical" || type === "free" || this.hidden.has(body))
+            return;
+        const o = point_of(poses, on, at), l = 0.09 * this.data.size, colour = [...this.theme.ink, 0.9];
+        const draw = (n) => {
+            this.line(this.thick, add(o, scale(-l, n)), add(o, scale(1.4 * l, n)), colour);
+            this.arrow_head(add(o, scale(1.4 * l, n)), n, 1.1 * this.data.radius, this.theme.ink);
+        };
+        draw(turn(turn_of(poses, on, turned), [0, 0, 1]));
+        if (axis2)
+            draw(turn(turn_of(poses, body, [1, 0, 0, 0]), axis2));
+    }
+
+    draw_gap(poses, {type, ends}, i) {
+        if (!JOINED.includes(type) && !this.loop_is_marked(i))
+            return;
+        const [a, b] = ends.map((end) => this.place(poses, end));
+        if (norm(sub(a, b)) > 1e-3 * this.data.radius)
+            this.line(this.thick, a, b, [...(this.loop_is_marked(i) ? this.theme.alarm : this.theme.ink), 0.8]);
+    }
+
+    /* Springs as coils whose windings are fixed to their ends; others straight. */
+    draw_spring(poses, {type, ends, stiff}) {
+        const [a, b] = ends.map((end) => this.place(poses, end)), d = sub(b, a), length = norm(d), n = unit(d);
+        const colour = [...this.theme.ink, type === "attraction" ? 0.35 : 1];
+        if (type !== "spring" || !stiff || length < 1e-9 * this.data.size)
+            return this.line(this.thick, a, b, colour);
+        const u = normal_to(n), v = cross(n, u), r = 2 * this.data.radius, turns = 8, steps = 12 * turns;
+        const at = (s) => add(a, scale(s, d));
+        let last = a;
+        for (let i = 0; i <= steps; i++) {
+            const w = (2 * Math.PI * i * turns) / steps, s = 0.12 + (0.76 * i) / steps;
+            const r_here = r * Math.min(1, i / 6, (steps - i) / 6);
+            const p = add(at(s), add(scale(r_here * Math.cos(w), u), scale(r_here * Math.sin(w), v)));
+            this.line(this.thin, last, p, colour);
+            last = p;
+        }
+        this.line(this.thin, last, b, colour);
+    }
+
+    instance(name, at, turned, half, colour) {
+        const {numbers} = this.arrows.find((one) => one.name === name);
+        numbers.push_all(...add(at, this.data.centre), ...turned, ...half); /* of the world, whose pose takes `centre` off */
+        numbers.push_colour([...colour, 1]);
+        numbers.push_all(0, 0, 0);
+    }
+
+    arrow_head(tip, n, r, colour) {
+        this.instance("cone", sub(tip, scale(1.5 * r, n)), from_z(n), [r, r, 1.5 * r], colour);
+    }
+
+    /* An arrow from the point where a force acts; a contact's ends there. The strongest of its kind in the motion is a
+     * fourth of the mechanism long. */
+    draw_arrow(poses, {body, at, layer}, i, force) {
+        const f = norm(force);
+        const all = this.strongest.filter((_, k) => this.data.arrows[k].layer === layer), most = Math.max(...all);
+        if (!(f > 1e-3 * most) || this.hidden.has(body))
+            return;
+        const length = Math.min((0.25 * f) / most, 0.75) * this.data.size * this.force_scale, n = scale(1 / f, force);
+        const o = point_of(poses, body, at), r = 0.5 * this.data.radius, head = Math.min(3.6 * r, 0.6 * length);
+        const colour = layer === "reactions" ? [0.75, 0.2, 0.55] : [0.85, 0.25, 0.15];
+        const middle = add(o, scale(0.5 * (length - head), n)), tip = add(o, scale(length, n));
+        this.instance("cylinder", middle, from_z(n), [r, r, 0.5 * (length - head)], colour);
+        this.instance("cone", sub(tip, scale(0.5 * head, n)), from_z(n), [2.2 * r, 2.2 * r, 0.5 * head], colour);
+    }
+
+    /* ---- traces --------------------------------------------------------------------------------------------------- */
+
+    build_paths() {
+        const known = new Map(this.paths.map((path) => [path.marker, path]));
+        this.paths = [...this.traced].map((marker) => {
+            const {body, at} = this.data.markers[marker];
+            const path = known.get(marker) ?? {marker, body, ...path_of(this.motion, body, at, 20000),
+                faint: this.painter.make_lines(1.2, true), past: this.painter.make_lines(2.2, true)};
+            path.faint.numbers.clear();
+            path.points.forEach((p) => this.path_point(path.faint, p, [...this.colour_of(body), 0.3]));
+            path.faint.is_changed = true;
+            path.shown = -1;
+            return path;
+        });
+    }
+
+    path_point(lines, p, colour) {
+        lines.numbers.push_all(...p);
+        lines.numbers.push_colour(colour);
+    }
+
+    /* The way so far is drawn stronger; points are only added while time goes on. */
+    update_paths(t) {
+        const frame = frame_at(this.motion, t);
+        for (const path of this.paths) {
+            const upto = Math.floor(frame / path.stride);
+            if (upto === path.shown)
+                continue;
+            if (upto < path.shown)
+                path.past.numbers.clear();
+            for (let i = path.past.numbers.used / 4; i <= upto; i++)
+                this.path_point(path.past, path.points[i], [...this.colour_of(path.body), 0.95]);
+            path.past.is_changed = true;
+            path.shown = upto;
+        }
+    }
+
+    /* ---- all of it ------------------------------------------------------------------------------------------------ */
+
+    layers(shown) { return ["bodies", ...PICKABLE.filter((layer) => shown[layer])].flatMap((layer) => this.static[layer]); }
+
+    paint(camera, shown, sides, pixels) {
+        const p = this.painter;
+        p.paint_solids(this.layers(shown), camera, p.texture, sides);
+        p.paint_solids(this.arrows, camera, p.texture, sides);
+        const paths = shown.traces ? this.paths.flatMap(({faint, past}) => [faint, past]) : [];
+        p.paint_lines([this.thin, this.thick, ...paths], camera, pixels);
+    }
+
+    /* The numbers of things in a rectangle of the picture, 0 for none. */
+    pick(camera, shown, width, height, x, y, w, h) {
+        const p = this.painter;
+        p.begin_numbers(width, height);
+        p.paint_solids(this.layers(shown), camera, p.texture, 8, 1, true);
+        return p.end_numbers(x, y, w, h);
+    }
+}
+
+function describe_body(data, i) {
+    const {name, parent, joint, mass} = data.bodies[i];
+    if (i === 0)
+        return "the world";
+    const on = parent === 0 ? "the world" : data.bodies[parent].name;
+    return `${name}: ${joint} joint on ${on}${mass > 0 ? `, ${show_number(mass)} kg` : ""}`;
+}

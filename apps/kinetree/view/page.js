@@ -1,0 +1,524 @@
+/* The page: reads the data, paints when something has changed, and listens to keys, buttons and the slider. */
+
+const find = (id) => document.getElementById(id);
+const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000, 10000];
+const NAMES_MAX = 60, LISTED_MAX = 300;
+
+/* Steps by which drawing becomes cheaper where the machine cannot keep up: sides of circles, pixels a pixel of the page. */
+const QUALITIES = [[40, 2], [16, 1], [8, 1], [6, 0.6]];
+
+class Page {
+    constructor() {
+        this.data = JSON.parse(find("data").textContent);
+        this.motion = read_motion(this.data, find("motion").textContent);
+        find("motion").remove();
+        complete(this.data);
+        this.poses = new Float32Array(8 * POSES_A_ROW * Math.ceil(this.data.bodies.length / POSES_A_ROW));
+        this.shown = Object.fromEntries(LAYERS.map(([key, , is_on]) => [key, is_on]));
+        this.times = [this.motion.times[0], this.motion.times[this.motion.frames - 1]];
+        this.time = this.data.failed ? this.times[1] : this.times[0];
+        this.speed = this.choose_speed();
+        this.is_playing = false;
+        this.quality = this.data.bodies.length > 300 ? 1 : 0;
+        this.spent = [];
+        this.notes = (this.data.notes ?? []).map(({what, remedy}) => `${what[0].toUpperCase()}${what.slice(1)}. ${remedy}.`);
+        this.survey();
+        this.describe();
+        this.camera = new Camera(this.data);
+        this.chart = new Chart({canvas: find("chart"), legend: find("legend"), cursor: find("cursor"), list: find("columns"),
+            filter: find("filter")}, this.data, this.motion, (t) => this.seek(t));
+        this.start_picture();
+        this.set_theme(window.matchMedia("(prefers-color-scheme: dark)").matches);
+        this.build_panel();
+        this.listen();
+        this.resize();
+        this.fit();
+        if (!this.data.failed && this.motion.frames > 1 && !window.matchMedia("(prefers-reduced-motion: reduce)").matches)
+            this.play();
+        this.loop = (now) => {
+            this.advance(now);
+            requestAnimationFrame(this.loop);
+        };
+        requestAnimationFrame(this.loop);
+    }
+
+    /* Without WebGL the chart is still of use. */
+    start_picture() {
+        try {
+            this.painter = new Painter(find("picture"), this.data.bodies.length);
+            this.figure = new Figure(this.painter, this.data, this.motion);
+        } catch (error) {
+            this.painter = this.figure = null;
+            this.notes.push(`The mechanism cannot be drawn: ${error.message}. The chart below does not need it.`);
+        }
+        if (this.data.overlay && this.painter !== null)
+            this.start_overlay();
+    }
+
+    /* The first frame, pale, under the last: what assembly has moved. */
+    start_overlay() {
+        this.ghost = this.painter.make_texture();
+        const poses = new Float32Array(this.poses.length);
+        pose_bodies(this.motion, this.times[0], poses);
+        this.painter.set_poses(this.ghost, poses);
+        this.time = this.times[1];
+    }
+
+    /* ---- words ---------------------------------------------------------------------------------------------------- */
+
+    describe() {
+        const {data} = this, count = (n, one) => `${n} ${one}${n === 1 ? "" : "s"}`;
+        const bodies = data.bodies.length - 1;
+        document.title = `${data.name} \u2013 Kinetree`;
+        find("title").textContent = data.name;
+        find("method").textContent = data.method;
+        find("picture").setAttribute("aria-label", `Picture of the mechanism ${data.name}: ${count(bodies, "body").replace("bodys", "bodies")}, ` +
+            `${count(data.loops.length, "loop")}. Shift and arrow keys turn it, plus and minus zoom.`);
+        if (data.failed) {
+            find("failed").hidden = false;
+            find("failed").textContent = data.failed.message;
+        }
+    }
+
+    say(words) { find("spoken").textContent = words; }
+
+    show_notes() {
+        find("notes").hidden = this.notes.length === 0;
+        find("notes").textContent = this.notes.join(" ");
+    }
+
+    /* About the pace of the clock, but motions of less than two seconds slower, of more than a minute faster. */
+    choose_speed() {
+        const duration = this.times[1] - this.times[0], right = duration < 2 ? duration / 5 : duration > 60 ? duration / 30 : 1;
+        return SPEEDS.reduce((best, s) => (Math.abs(Math.log(s / right)) < Math.abs(Math.log(best / right)) ? s : best), 1);
+    }
+
+    /* ---- time ----------------------------------------------------------------------------------------------------- */
+
+    advance(now) {
+        const gone = this.last === undefined ? 0 : (now - this.last) / 1000;
+        this.last = now;
+        if (this.is_playing) {
+            let t = this.time + Math.min(gone, 0.25) * this.speed;
+            if (t >= this.times[1]) {
+                t = this.repeats && this.times[1] > this.times[0] ? this.times[0] + ((t - this.times[1]) % (this.times[1] - this.times[0])) : this.times[1];
+                if (!this.repeats)
+                    this.pause();
+            }
+            this.set_time(t);
+            this.watch_pace(gone);
+        }
+        if (this.is_stale)
+            this.paint();
+    }
+
+    set_time(t) {
+        this.time = clamp(t, this.times[0], this.times[1]);
+        const slider = find("slider"), i = frame_at(this.motion, this.time);
+        slider.value = this.motion.frames > 1 ? i : 0;
+        slider.setAttribute("aria-valuetext", `${show_number(this.time)} seconds`);
+        find("time").textContent = `${show_time(this.time, this.times[1])} s`;
+        this.chart.move(this.time);
+        this.is_stale = true;
+    }
+
+    seek(t) {
+        this.pause();
+        this.set_time(t);
+    }
+
+    step(count) {
+        const i = clamp(frame_at(this.motion, this.time) + count, 0, this.motion.frames - 1);
+        this.seek(this.motion.times[i]);
+        this.say(`frame ${i + 1} of ${this.motion.frames}, ${show_number(this.time)} seconds`);
+    }
+
+    play() {
+        if (this.motion.frames < 2)
+            return;
+        if (this.time >= this.times[1])
+            this.set_time(this.times[0]);
+        this.is_playing = true;
+        this.spent = [];
+        find("play").setAttribute("aria-label", "Pause");
+        find("play").dataset.state = "playing";
+    }
+
+    pause() {
+        if (!this.is_playing)
+            return;
+        this.is_playing = false;
+        find("play").setAttribute("aria-label", "Play");
+        find("play").dataset.state = "paused";
+        this.say(`paused at ${show_number(this.time)} seconds`);
+    }
+
+    /* Where thirty pictures a second cannot be kept, drawing becomes cheaper, and the page says so. */
+    watch_pace(gone) {
+        this.spent.push(gone);
+        const all = this.spent.reduce((a, b) => a + b), mean = all / this.spent.length;
+        if (all < 0.6 || this.spent.length < 3)
+            return;
+        this.pace = 1 / mean;
+        this.spent = [];
+        if (mean < 1 / 30 || document.hidden || this.quality === QUALITIES.length - 1)
+            return;
+        this.quality++;
+        const note = "This machine draws slowly, so that curved surfaces and fine lines are coarser.";
+        if (!this.notes.includes(note))
+            this.notes.push(note);
+        this.show_notes();
+        this.resize();
+    }
+
+    /* ---- painting ------------------------------------------------------------------------------------------------- */
+
+    resize() {
+        const canvas = find("picture"), ratio = Math.min(window.devicePixelRatio || 1, QUALITIES[this.quality][1]);
+        this.ratio = ratio;
+        canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+        canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+        this.chart.paint(this.theme);
+        this.chart.move(this.time);
+        this.is_stale = true;
+    }
+
+    get aspect() { return find("picture").width / find("picture").height; }
+
+    /* How far the mechanism has moved since the first frame: the mean place of its bodies. */
+    shift() {
+        if (!this.follows || this.motion.bodies === 0)
+            return [0, 0, 0];
+        const all = this.moving().map((i) => sub([...this.poses.subarray(8 * i, 8 * i + 3)], this.start_place(i)));
+        return all.length > 0 ? scale(1 / all.length, all.reduce(add, [0, 0, 0])) : [0, 0, 0];
+    }
+
+    moving() { return this.data.bodies.map((body, i) => i).filter((i) => i > 0 && this.data.bodies[i].colour >= 0); }
+
+    start_place(body) {
+        const k = 3 * (body - 1);
+        return [...this.motion.places.subarray(k, k + 3)];
+    }
+
+    pose() {
+        pose_bodies(this.motion, this.time, this.poses);
+        this.painter.set_poses(this.painter.texture, this.poses);
+        return this.camera.look(find("picture").width, find("picture").height, this.shift());
+    }
+
+    paint() {
+        this.is_stale = false;
+        if (this.figure === null)
+            return;
+        const canvas = find("picture"), view = this.pose(), p = this.painter;
+        this.figure.update(this.time, this.poses, this.shown);
+        p.begin(canvas.width, canvas.height, this.theme.paper);
+        const pixels = [canvas.width / this.ratio, canvas.height / this.ratio];
+        this.figure.paint(view, this.shown, QUALITIES[this.quality][0], pixels);
+        if (this.ghost !== undefined)
+            p.paint_solids(this.figure.static.bodies, view, this.ghost, QUALITIES[this.quality][0], 0.3);
+        this.place_names(view);
+        this.pictures = (this.pictures ?? 0) + 1;
+    }
+
+    /* Points of the mechanism at up to `count` frames, for the camera: centres of solids and their ends, in the world. */
+    points(count) {
+        const poses = new Float32Array(this.poses.length), all = [];
+        const frames = this.data.overlay ? [0, 1] : this.follows ? [0]
+            : [...Array(count).keys()].map((k) => Math.round((k * (this.motion.frames - 1)) / Math.max(1, count - 1)));
+        for (const i of new Set(frames)) {
+            pose_bodies(this.motion, this.motion.times[i], poses);
+            for (const {body, at, turn: turned, half} of this.data.solids)
+                for (const s of [-1, 1]) {
+                    const end = turn(turned, [0, 0, s * half[2]]), r = Math.max(half[0], half[1]);
+                    const p = point_of(poses, body, add(at, end));
+                    all.push(add(p, [r, r, r]), sub(p, [r, r, r]));
+                }
+            [...this.data.loops, ...this.data.effects.filter(({type}) => type !== "contact")]
+                .forEach(({ends}) => ends.forEach((end) => all.push(point_of(poses, end.body, end.at))));
+            if (this.follows)
+                all.push(...this.under(poses));
+            this.data.joints.forEach(({on, at}) => all.push(point_of(poses, on, at)));
+        }
+        return all.filter((p) => p.every(Number.isFinite));
+    }
+
+    /* The feet of the moving bodies on the planes. */
+    under(poses) {
+        return this.data.planes.flatMap(({body, at, turn: turned}) => {
+            const n = turn(turn_of(poses, body, turned), [0, 0, 1]), o = point_of(poses, body, at);
+            return this.moving().map((i) => [...poses.subarray(8 * i, 8 * i + 3)]).map((p) => sub(p, scale(dot(sub(p, o), n), n)));
+        });
+    }
+
+    /* Planes that rest extend under all of the motion; a motion much longer than the mechanism is followed. */
+    survey() {
+        const {motion, data} = this, poses = new Float32Array(this.poses.length), box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+        const ranges = data.planes.map(() => [[Infinity, Infinity], [-Infinity, -Infinity]]);
+        for (let k = 0; k < 40; k++) {
+            pose_bodies(motion, this.times[0] + (k / 39) * (this.times[1] - this.times[0]), poses);
+            for (const i of this.moving()) {
+                const p = [...poses.subarray(8 * i, 8 * i + 3)];
+                widen(box, p);
+                data.planes.forEach(({body, at, turn: turned}, n) => {
+                    const [w, x, y, z] = turn_of(poses, body, turned);
+                    widen(ranges[n], turn([w, -x, -y, -z], sub(p, point_of(poses, body, at))).slice(0, 2));
+                });
+            }
+        }
+        data.planes.forEach((plane, n) => {
+            const room = plane.half;
+            if (Number.isFinite(ranges[n][0][0]))
+                plane.range = [ranges[n][0].map((x) => Math.min(x, 0) - room), ranges[n][1].map((x) => Math.max(x, 0) + room)];
+        });
+        this.follows = !data.overlay && norm(sub(box[1], box[0])) > 8 * data.size;
+    }
+
+    fit() {
+        const frames = this.data.bodies.length > 300 ? 5 : 40;
+        this.camera.fit(this.points(frames), this.aspect);
+        this.is_stale = true;
+    }
+
+    look_from(to_eye) {
+        this.camera.aim(to_eye);
+        this.fit();
+    }
+
+    /* ---- names ---------------------------------------------------------------------------------------------------- */
+
+    place_names(view) {
+        const layer = find("names"), {data} = this;
+        layer.hidden = !this.shown.names;
+        if (!this.shown.names)
+            return;
+        if (layer.childElementCount === 0)
+            this.named = data.bodies.map((body, i) => i).filter((i) => i > 0).slice(0, NAMES_MAX)
+                .map((i) => ({body: i, at: data.solids.find((s) => s.body === i)?.at ?? [0, 0, 0], label: element("span", {text: data.bodies[i].name}, layer)}));
+        for (const {body, at, label} of this.named) {
+            const xy = to_page(view, point_of(this.poses, body, at));
+            label.hidden = xy === null || this.figure.hidden.has(body);
+            if (xy !== null)
+                label.style.transform = `translate(${xy[0] * layer.clientWidth}px, ${xy[1] * layer.clientHeight}px) translate(-50%, -50%)`;
+        }
+    }
+
+    thing_at(x, y) {
+        if (this.figure === null)
+            return null;
+        const canvas = find("picture"), box = canvas.getBoundingClientRect(), share = [(x - box.left) / box.width, (y - box.top) / box.height];
+        const column = clamp(Math.floor(share[0] * canvas.width), 0, canvas.width - 1);
+        const row = clamp(Math.floor((1 - share[1]) * canvas.height), 0, canvas.height - 1);
+        const n = this.figure.pick(this.pose(), this.shown, canvas.width, canvas.height, column, row, 1, 1)[0];
+        this.is_stale = true;
+        return n > 0 ? this.figure.things[n - 1] : null;
+    }
+
+    hover(event) {
+        const tip = find("tip"), thing = event.buttons === 0 && event.pointerType !== "touch" ? this.thing_at(event.clientX, event.clientY) : null;
+        tip.hidden = thing === null;
+        if (thing === null)
+            return;
+        const box = find("stage").getBoundingClientRect();
+        tip.textContent = thing.text;
+        const x = clamp(event.clientX - box.left + 14, 0, Math.max(0, box.width - tip.offsetWidth - 4));
+        const y = clamp(event.clientY - box.top + 14, 0, Math.max(0, box.height - tip.offsetHeight - 4));
+        tip.style.transform = `translate(${x}px, ${y}px)`;
+    }
+
+    /* ---- the panel ------------------------------------------------------------------------------------------------ */
+
+    set_theme(is_dark) {
+        this.is_dark = is_dark;
+        this.theme = THEMES[is_dark ? "dark" : "light"];
+        document.documentElement.dataset.theme = is_dark ? "dark" : "light";
+        this.figure?.build(this.theme);
+        document.querySelectorAll("[data-body]").forEach((one) => { one.style.background = css(this.figure?.colour_of(Number(one.dataset.body)) ?? this.theme.quiet); });
+    }
+
+    tick(parent, text, is_on, changed) {
+        const label = element("label", {}, parent), box = element("input", {type: "checkbox"}, label);
+        box.checked = is_on;
+        const words = element("span", {text}, label);
+        box.addEventListener("change", () => {
+            changed(box.checked);
+            this.is_stale = true;
+        });
+        return {label, words, box};
+    }
+
+    /* Only layers of which this scene has something. */
+    build_panel() {
+        const {data} = this, has = {
+            joints: data.joints.length, axes: data.joints.some((j) => j.type !== "free" && j.type !== "spherical"), loops: data.loops.length,
+            springs: data.effects.some((e) => e.ends.length === 2 && e.type !== "contact"), planes: data.planes.length,
+            contacts: data.effects.some((e) => e.type === "contact"), reactions: data.arrows.some((a) => a.layer === "reactions"),
+            forces: data.arrows.some((a) => a.layer === "forces"), traces: data.markers.length, markers: data.markers.length,
+            names: true, frame: true,
+        };
+        for (const [key, text, is_on] of LAYERS.filter(([key]) => has[key]))
+            this.tick(find("layers"), text, is_on, (on) => { this.shown[key] = on; });
+        find("lengths").hidden = data.arrows.length === 0;
+        this.list_traces();
+        this.list_bodies();
+        this.show_notes();
+    }
+
+    list_traces() {
+        const all = this.data.markers.slice(0, LISTED_MAX);
+        find("traces").closest("details").hidden = all.length === 0;
+        all.forEach((marker, i) => this.tick(find("traces"), `${this.data.bodies[marker.body].name}.${marker.name}`, this.figure?.traced.has(i), (on) => {
+            this.figure?.traced[on ? "add" : "delete"](i);
+            this.figure?.build_paths();
+        }));
+    }
+
+    list_bodies() {
+        const {data} = this;
+        data.bodies.slice(1, LISTED_MAX + 1).forEach((body, k) => {
+            const {label, words} = this.tick(find("bodies"), body.name, true, (on) => {
+                this.figure?.hidden[on ? "delete" : "add"](k + 1);
+                this.figure?.build(this.theme);
+            });
+            words.before(element("i", {"data-body": k + 1, style: `background:${css(this.figure?.colour_of(k + 1) ?? this.theme.quiet)}`}));
+            label.title = describe_body(data, k + 1);
+        });
+        if (data.bodies.length - 1 > LISTED_MAX)
+            element("p", {text: `and ${data.bodies.length - 1 - LISTED_MAX} more`}, find("bodies"));
+    }
+
+    /* ---- input ---------------------------------------------------------------------------------------------------- */
+
+    listen() {
+        const on = (id, kind, act) => find(id).addEventListener(kind, act), slider = find("slider"), speed = find("speed");
+        slider.max = Math.max(1, this.motion.frames - 1);
+        for (const s of SPEEDS)
+            element("option", {value: s, text: `\u00d7\u202f${s}`, ...(s === this.speed ? {selected: ""} : {})}, speed);
+        on("play", "click", () => (this.is_playing ? this.pause() : this.play()));
+        on("back", "click", () => this.step(-1));
+        on("forth", "click", () => this.step(1));
+        on("slider", "input", () => this.seek(this.motion.times[Number(slider.value)]));
+        on("speed", "change", () => { this.speed = Number(speed.value); });
+        on("repeat", "change", () => { this.repeats = find("repeat").checked; });
+        on("follow", "change", () => {
+            this.follows = find("follow").checked;
+            this.fit();
+        });
+        on("parallel", "change", () => {
+            this.camera.is_parallel = find("parallel").checked;
+            this.fit();
+        });
+        find("parallel").checked = this.camera.is_parallel;
+        find("follow").checked = this.follows;
+        on("length", "input", () => {
+            if (this.figure !== null)
+                this.figure.force_scale = 2 ** Number(find("length").value);
+            this.is_stale = true;
+        });
+        on("theme", "click", () => {
+            this.set_theme(!this.is_dark);
+            this.resize();
+        });
+        on("help", "click", () => find("keys").showModal());
+        document.querySelectorAll("[data-view]").forEach((one) => one.addEventListener("click", () => this.view_named(one.dataset.view)));
+        this.listen_to_canvas();
+        document.addEventListener("keydown", (event) => this.press(event));
+        window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => {
+            this.set_theme(event.matches);
+            this.resize();
+        });
+        new ResizeObserver(() => this.resize()).observe(find("stage"));
+        new ResizeObserver(() => this.resize()).observe(find("chart"));
+        this.set_time(this.time);
+    }
+
+    listen_to_canvas() {
+        const canvas = find("picture");
+        listen_to_pointers(canvas, this.camera, () => { this.is_stale = true; });
+        canvas.addEventListener("pointermove", (event) => this.hover(event));
+        canvas.addEventListener("pointerleave", () => { find("tip").hidden = true; });
+        canvas.addEventListener("dblclick", (event) => this.turn_about(event));
+        canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+        canvas.addEventListener("webglcontextrestored", () => {
+            this.painter.start();
+            this.figure.make_buffers();
+            this.figure.build(this.theme);
+            if (this.ghost !== undefined)
+                this.start_overlay();
+            this.is_stale = true;
+        });
+    }
+
+    /* A double click makes a body the point about which the picture turns. */
+    turn_about(event) {
+        const thing = this.thing_at(event.clientX, event.clientY);
+        if (thing === null)
+            return;
+        const solid = this.data.solids.find((one) => one.body === thing.body);
+        this.camera.target = sub(point_of(this.poses, thing.body, solid?.at ?? [0, 0, 0]), this.shift());
+        this.is_stale = true;
+    }
+
+    view_named(name) {
+        const {camera} = this, plus = {x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1]}[name];
+        if (name === "iso")
+            camera.aim(unit(add(add(scale(0.75, camera.east), scale(-1, camera.north)), scale(0.55, camera.up))));
+        else if (name === "start")
+            camera.reset();
+        else if (plus !== undefined)
+            camera.aim(plus);
+        this.fit();
+    }
+
+    /* Keys of the whole page; not while a text or a list has the focus. */
+    press(event) {
+        if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input:not([type=checkbox]), select, dialog[open]") !== null)
+            return;
+        const {camera} = this, on_picture = event.target === find("picture"), shifted = event.shiftKey, key = event.key;
+        const arrows = {ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[key];
+        if (key === " " && event.target.closest("button, summary, input") === null)
+            find("play").click();
+        else if (arrows && shifted && on_picture)
+            camera.turn_by(0.1 * arrows[0], 0.1 * arrows[1]);
+        else if (key === "ArrowLeft" || key === "ArrowRight")
+            this.step((key === "ArrowLeft" ? -1 : 1) * (shifted ? 10 : 1));
+        else if (key === "Home" || key === "End")
+            this.step(key === "Home" ? -this.motion.frames : this.motion.frames);
+        else if ("+=".includes(key) || key === "-")
+            camera.zoom_by(key === "-" ? 1.15 : 1 / 1.15);
+        else if ("xyz".includes(key))
+            this.view_named(key);
+        else if (key === "i" || key === "f")
+            this.view_named(key === "i" ? "iso" : "fit");
+        else if (key === "?")
+            find("keys").showModal();
+        else
+            return;
+        event.preventDefault();
+        this.is_stale = true;
+    }
+}
+
+/* What follows from the data: the upward direction, and what is to the right. */
+function complete(data) {
+    const along = (a, b) => Math.abs(dot(a, b)) > 0.999, z = [0, 0, 1], y = [0, 1, 0], x = [1, 0, 0];
+    const weight = norm(data.gravity) > 0;
+    data.up = weight ? scale(-1, unit(data.gravity)) : data.normal !== null && along(data.normal, z) ? y : z;
+    if (data.normal !== null && !along(data.normal, data.up))
+        data.east = unit(cross(data.up, data.normal));
+    else
+        data.east = unit(sub(along(data.up, x) ? y : x, scale(dot(along(data.up, x) ? y : x, data.up), data.up)));
+}
+
+/* A box, [lowest, highest], that holds p too. */
+function widen(box, p) {
+    p.forEach((x, k) => {
+        box[0][k] = Math.min(box[0][k], x);
+        box[1][k] = Math.max(box[1][k], x);
+    });
+}
+
+/* As many digits after the point as the duration needs. */
+function show_time(t, end) { return t.toFixed(clamp(3 - Math.floor(Math.log10(Math.max(end, 1e-9))), 0, 9)); }
+
+window.kinetree = new Page();

@@ -1,0 +1,244 @@
+"""page KINETREE SCENES: the page that `kinetree view` writes, in a headless Chromium: it loads in silence, draws, plays, seeks, and takes
+names for names. Of the bundled scenes it takes a dozen, which have every kind of solid, joint, symbol and plane; KT_VIEW_ALL=1 takes all (half a
+second each).
+
+The page's own numbers of what is under each pixel tell which bodies are seen; colours are read from a picture of the whole page.
+"""
+import json
+import os
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import browser
+from claims import claim, finish, note, skip
+
+KINETREE, SCENES = sys.argv[1:]
+WIDTH, HEIGHT = 560, 420
+PAGE_BYTES = 150_000
+DOZEN = ("articulated-rotor", "bicycle", "chain", "engine-mounts", "four-bar", "humanoid", "n-four-bar-40", "puck", "rolling-ball", "rope", "stewart",
+         "tethered-satellites")
+
+# Which bodies are seen at two times, and which have solids.
+SEEN = """(() => {
+    const page = window.kinetree, {width, height} = document.getElementById("picture"), seen = new Set();
+    for (const s of [0, 0.4]) {
+        page.set_time(page.times[0] + s * (page.times[1] - page.times[0]));
+        for (const n of page.figure.pick(page.pose(), page.shown, width, height, 0, 0, width, height))
+            if (n > 0)
+                seen.add(page.figure.things[n - 1].body);
+    }
+    return {seen: [...seen], solid: [...new Set(page.data.solids.map((s) => s.body))], frames: page.motion.frames};
+})()"""
+PAINTED = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def kinetree(*words, folder, text=None):
+    return subprocess.run([KINETREE, *words], cwd=folder, input=text, capture_output=True, text=True)
+
+
+def pixels_of(png):
+    """Rows of [red, green, blue] of a PNG with eight bits a channel, without interlace."""
+    at, data, (width, height, _, kind) = 8, b"", struct.unpack(">IIBB", png[16:26])
+    while at < len(png):
+        size, name = struct.unpack(">I4s", png[at:at + 8])
+        data += png[at + 8:at + 8 + size] if name == b"IDAT" else b""
+        at += size + 12
+    raw, step = zlib.decompress(data), {2: 3, 6: 4}[kind]
+    rows, before, at = [], bytearray(step * width), 0
+    for _ in range(height):
+        filter_, row = raw[at], bytearray(raw[at + 1:at + 1 + step * width])
+        at += 1 + step * width
+        for i in range(len(row)):
+            a, b, c = row[i - step] if i >= step else 0, before[i], before[i - step] if i >= step else 0
+            if filter_ == 1:
+                row[i] = (row[i] + a) & 255
+            elif filter_ == 2:
+                row[i] = (row[i] + b) & 255
+            elif filter_ == 3:
+                row[i] = (row[i] + (a + b) // 2) & 255
+            elif filter_ == 4:
+                p = a + b - c
+                row[i] = (row[i] + min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]) & 255
+        rows.append([row[i:i + 3] for i in range(0, len(row), step)])
+        before = row
+    return rows
+
+
+def of_colour(rows, colour):
+    """Pixels whose colour is this one, lighter or darker: the direction in the cube of colours is what light leaves alone."""
+    size, count = sum(x * x for x in colour) ** 0.5, 0
+    for row in rows:
+        for pixel in row:
+            norm = sum(x * x for x in pixel) ** 0.5
+            if 60 < norm < 330 and sum(x * y for x, y in zip(pixel, colour)) > 0.995 * norm * size:
+                count += 1
+    return count
+
+
+def check_scenes(page, folder):
+    """Bundled scenes: not a word on the console, no request, and most bodies with a solid are seen somewhere (a few are inside others)."""
+    words, unseen, slow = [], [], 0.0
+    for scene in sorted(pathlib.Path(SCENES).glob("*.yaml")):
+        if scene.stem not in DOZEN and not os.environ.get("KT_VIEW_ALL"):
+            continue
+        run = kinetree("view", scene, "--quiet", folder=folder)
+        if run.returncode != 0:
+            words.append(f"{scene.stem}: {run.stderr}")
+            continue
+        path, start = f"{folder}/{scene.stem}.html", time.monotonic()
+        page.open(path)
+        result = page.evaluate(SEEN)
+        slow = max(slow, time.monotonic() - start)
+        words += [f"{scene.stem}: {word}" for word in page.complaints()]
+        found, wanted = len(set(result["seen"]) & set(result["solid"])), len(result["solid"])
+        if not (wanted > 0 and found >= 0.6 * wanted and result["frames"] > 100):
+            unseen.append(f"{scene.stem}: {found} of {wanted} bodies with solids are seen, {result['frames']} frames")
+        os.remove(path)
+    note(f"slowest scene, s: {slow:.2f}")
+    claim("bundled_scenes_load_in_silence", words)
+    claim("bundled_scenes_show_their_bodies", unseen)
+
+
+def check_colours(page, path):
+    """The three bodies of the four-bar, by their colours on the page, light and dark."""
+    for scheme, blue in (("light", (0, 114, 178)), ("dark", (56, 139, 253))):
+        page.resize(WIDTH, HEIGHT, scheme)
+        page.open(path)
+        page.evaluate("document.querySelectorAll('aside').forEach((one) => one.remove()); kinetree.shown.traces = false; kinetree.fit()")
+        page.evaluate("document.getElementById('curves').remove()")
+        page.evaluate(PAINTED)
+        rows = pixels_of(page.picture())[60:HEIGHT - 60]
+        counts = {name: of_colour(rows, colour) for name, colour in (("crank", blue), ("coupler", (213, 94, 0)), ("rocker", (0, 158, 115)))}
+        note(f"pixels by colour, {scheme}: {counts}")
+        claim(f"bodies_have_their_colours_{scheme}", [f"{name}: {n} pixels" for name, n in counts.items() if n < 300])
+
+
+def check_time(page, path):
+    """Buttons, keys and the slider move the time; resizing paints anew."""
+    page.resize(WIDTH, HEIGHT)
+    page.open(path)
+    faults = []
+
+    def expect(what, expression, wanted):
+        found = page.evaluate(expression)
+        if found != wanted:
+            faults.append(f"{what}: {found}, not {wanted}")
+
+    def key(name, code=0):
+        for kind in ("keyDown", "keyUp"):
+            page.call("Input.dispatchKeyEvent", type=kind, key=name, text=" " if name == " " else "", windowsVirtualKeyCode=code)
+
+    expect("rests at first where motion is to be reduced", "kinetree.is_playing", False)
+    key("ArrowRight", 39)
+    expect("an arrow steps by a frame", "kinetree.time === kinetree.motion.times[1]", True)
+    key("End", 35)
+    expect("End is the last frame", "kinetree.time === kinetree.times[1]", True)
+    key("Home", 36)
+    expect("Home is the first", "kinetree.time", 0)
+    page.evaluate("document.getElementById('slider').value = 30; document.getElementById('slider').dispatchEvent(new Event('input'))")
+    expect("the slider seeks", "kinetree.time === kinetree.motion.times[30]", True)
+    expect("and is told", "document.getElementById('slider').getAttribute('aria-valuetext')", page.evaluate("`${show_number(kinetree.time)} seconds`"))
+    page.evaluate("document.getElementById('play').click()")
+    page.evaluate("new Promise((done) => setTimeout(done, 400))")
+    played = page.evaluate("kinetree.time - kinetree.motion.times[30]")
+    if not 0.02 < played < 5:
+        faults.append(f"played {played} s in 0.4 s")
+    key(" ", 32)
+    expect("the space bar pauses", "[kinetree.is_playing, document.getElementById('play').getAttribute('aria-label')]", [False, "Play"])
+    before = page.evaluate("kinetree.pictures")
+    page.resize(400, 700)
+    page.evaluate(PAINTED)
+    expect("a narrow window is painted anew, and nothing is cut off", f"kinetree.pictures > {before} && document.documentElement.scrollWidth <= 400", True)
+    expect("every control has a name", """[...document.querySelectorAll("button, input, select, canvas")].filter((one) => !(one.getAttribute("aria-label")
+        || one.textContent.trim() || one.closest("label")?.textContent.trim())).map((one) => one.outerHTML)""", [])
+    claim("time_moves_by_buttons_keys_and_slider", faults + page.complaints())
+
+
+HOSTILE = "</script><img src=x onerror=document.title='taken'>"
+
+
+def check_names(page, folder):
+    """A name is a name, whatever it looks like: that of a scene is free text."""
+    scene = f"""kinetree: 1
+name: "{HOSTILE}<!--<script>"
+bodies:
+  - name: rod
+    joint: {{type: revolute, axis: z}}
+    mass: 1
+    shape: {{type: rod, to: [1, 0, 0]}}
+"""
+    run = kinetree("view", "-", "--duration", "1", "--quiet", folder=folder, text=scene)
+    page.open(f"{folder}/scene.html")
+    title = page.evaluate("[document.getElementById('title').textContent, document.images.length]")
+    claim("hostile_names_do_nothing", ([run.stderr] if run.returncode else []) + page.complaints() +
+          ([] if title == [HOSTILE + "<!--<script>", 0] else [f"title and images: {title}"]))
+
+
+def check_sizes(path, long):
+    """The page without its data, and ten seconds of the humanoid at 60 Hz."""
+    text = pathlib.Path(path).read_text()
+    bare = re.sub(r'(<script type="(?:application/json|text/plain)"[^>]*>)[^<]*', r"\1", text)
+    note(f"bytes of the page, of the humanoid's ten seconds: {(len(bare), os.path.getsize(long))}")
+    claim("page_is_small", [] if len(bare) < PAGE_BYTES else [f"{len(bare)} bytes"])
+    claim("ten_seconds_of_the_humanoid_are_small", [] if os.path.getsize(long) < 2_000_000 else [f"{os.path.getsize(long)} bytes"])
+
+
+def check_large(page, folder):
+    """1,000 bodies: thirty pictures a second, or the page says what it leaves out."""
+    scene = kinetree("make", "chain", "--links", "1000", folder=folder).stdout
+    run = kinetree("view", "-", "--view", "long.html", "--duration", "0.05", "--interval", "5e-4", "--quiet", "--integrator", "rk4", "--step", "5e-4", folder=folder, text=scene)
+    page.resize(WIDTH, HEIGHT)
+    page.open(f"{folder}/long.html")
+    page.evaluate("document.getElementById('repeat').click(); document.getElementById('play').click()")
+    page.evaluate("new Promise((done) => setTimeout(done, 2500))")
+    pace, notes = page.evaluate("[kinetree.pace, kinetree.notes.join(' ')]")
+    note(f"1,000 bodies: pictures a second, notes: {(pace, notes)}")
+    claim("a_thousand_bodies_play_or_say_so", ([run.stderr] if run.returncode else []) + page.complaints() +
+          ([] if pace and (pace > 29 or "draws slowly" in notes) else [f"{pace} pictures a second, and no word"]))
+
+
+def check_long(page, folder):
+    """100,000 frames."""
+    run = kinetree("view", f"{SCENES}/pendulum.yaml", "--interval", "1e-4", "--duration", "10", "--quiet", folder=folder)
+    page.open(f"{folder}/pendulum.html")
+    frames = page.evaluate("kinetree.step(1e9), kinetree.motion.frames")
+    claim("a_hundred_thousand_frames_load", ([run.stderr] if run.returncode else []) + page.complaints() + ([] if frames == 100001 else [f"{frames} frames"]))
+
+
+def main():
+    if browser.find() is None:
+        skip("command/page", "Chromium is not on this machine")
+        sys.exit(77)
+    page = browser.Browser(WIDTH, HEIGHT)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            times = {}
+
+            def timed(name, act, *words):
+                start = time.monotonic()
+                act(*words)
+                times[name] = round(time.monotonic() - start, 1)
+
+            kinetree("view", f"{SCENES}/four-bar.yaml", "--quiet", "--view", "page.html", folder=folder)
+            kinetree("view", f"{SCENES}/humanoid.yaml", "--quiet", "--duration", "10", "--interval", repr(1 / 60), "--view", "ten.html", folder=folder)
+            check_sizes(f"{folder}/page.html", f"{folder}/ten.html")
+            timed("scenes", check_scenes, page, folder)
+            timed("colours", check_colours, page, f"{folder}/page.html")
+            timed("time", check_time, page, f"{folder}/page.html")
+            timed("names", check_names, page, folder)
+            timed("large", check_large, page, folder)
+            timed("long", check_long, page, folder)
+            note(f"seconds: {times}")
+    finally:
+        page.close()
+    finish()
+
+
+main()

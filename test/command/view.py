@@ -1,0 +1,131 @@
+"""view KINETREE SCENES: the frames in a view are the motion of its records.
+
+The page's JSON and base64 are read back; poses are held against markers in the CSV file, which come from the library's own kinematics, and
+columns and forces against its columns.
+"""
+import base64
+import csv
+import json
+import math
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+KINETREE, SCENES = sys.argv[1:]
+
+
+def kinetree(*words, folder, text=None):
+    return subprocess.run([KINETREE, *words], cwd=folder, input=text, capture_output=True, text=True)
+
+
+def read_view(path):
+    """The description and the blocks of frames, by name."""
+    text = pathlib.Path(path).read_text()
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
+    raw = base64.b64decode(re.search(r'<script type="text/plain" id="motion">(.*?)</script>', text, re.S)[1])
+    frames, bodies, at, blocks = data["frames"], len(data["bodies"]) - 1, 0, {}
+    for name, kind, width in (("times", "d", 1), ("places", "f", 3 * bodies), ("turns", "h", 4 * bodies), ("values", "f", len(data["columns"])),
+                              ("forces", "f", 3 * len(data["arrows"]))):
+        size = struct.calcsize(kind) * width
+        blocks[name] = [struct.unpack(f"<{width}{kind}", raw[at + i * size:at + (i + 1) * size]) for i in range(frames)]
+        at += frames * size
+    return data, blocks, len(raw) - at
+
+
+def turned(q, u):
+    w, x, y, z = q
+    a = [y * u[2] - z * u[1] + w * u[0], z * u[0] - x * u[2] + w * u[1], x * u[1] - y * u[0] + w * u[2]]
+    return [u[0] + 2 * (y * a[2] - z * a[1]), u[1] + 2 * (z * a[0] - x * a[2]), u[2] + 2 * (x * a[1] - y * a[0])]
+
+
+def marker_of(data, blocks, frame, marker):
+    """Where a marker is, from the pose of its body."""
+    b = marker["body"] - 1
+    q = [x / 32767 for x in blocks["turns"][frame][4 * b:4 * b + 4]]
+    norm = math.sqrt(sum(x * x for x in q))
+    place = blocks["places"][frame][3 * b:3 * b + 3]
+    return [p + c + u for p, c, u in zip(place, data["centre"], turned([x / norm for x in q], marker["at"]))]
+
+
+def check_scene(name, folder):
+    """Bounds: half a unit of 1/32767 in each of four components of a quaternion turns a lever by 2 * 1/32767 of it; a place has 2^-24 of its size."""
+    markers = ",".join(f"{body}.{marker}" for body, marker in re.findall(r"\[?([\w-]+)\.([\w-]+)", re.search(r"^  markers: \[(.*?)\]", pathlib.Path(
+        f"{SCENES}/{name}.yaml").read_text(), re.M)[1]))
+    run = kinetree("run", f"{SCENES}/{name}.yaml", "--record", "position,energy,reaction", "--markers", markers, "--out", "r.csv", "--view", "r.html", "--quiet",
+                   folder=folder)
+    if run.returncode != 0:
+        return [run.stderr]
+    with open(f"{folder}/r.csv", newline="", encoding="utf-8") as file:
+        header, *rows = list(csv.reader(file))
+    data, blocks, rest = read_view(f"{folder}/r.html")
+    table = {column: [float(row[i]) for row in rows] for i, column in enumerate(header)}
+    faults = [] if len(rows) == data["frames"] and 0 <= rest < 3 else [f"{len(rows)} records, {data['frames']} frames, {rest} bytes too many"]
+    faults += [] if [t[0] for t in blocks["times"]] == table["time"] else ["times differ"]
+    worst = 0.0
+    for marker in (m for m in data["markers"] if m["traced"]):
+        column = f"marker.{data['bodies'][marker['body']]['name']}.{marker['name']}"
+        lever = math.hypot(*marker["at"])
+        for i in range(0, len(rows), 7):
+            found, wanted = marker_of(data, blocks, i, marker), [table[f"{column}.{k}"][i] for k in "xyz"]
+            bound = 2 * lever / 32767 + sum(abs(w - c) + abs(c) * 1e-8 for w, c in zip(wanted, data["centre"])) * 2**-23 + 1e-12
+            worst = max(worst, math.dist(found, wanted) / bound)
+    note(f"{name}: farthest marker, over its bound: {worst:.2g}")
+    faults += [] if 0 < worst < 1 else [f"a marker is {worst:.3g} times its bound away"]
+    for k, column in enumerate(data["columns"]):
+        if column["name"] in table:
+            pairs = ((blocks["values"][i][k], table[column["name"]][i]) for i in range(len(rows)))
+            faults += [f"{column['name']} differs" for _ in [0] if any(struct.pack("<f", a) != struct.pack("<f", b) for a, b in pairs)]
+        elif column["group"] != "Change of the energy":
+            faults.append(f"{column['name']} is no column")
+    names = [j["name"] for j in data["joints"] if j["type"] != "free"] + [loop["name"] for loop in data["loops"]]
+    for k, joint in enumerate(names):
+        for i in range(0, len(rows), 7):
+            wanted = [table[f"reaction.{joint}.f{x}"][i] for x in "xyz"]
+            if struct.pack("<3f", *blocks["forces"][i][3 * k:3 * k + 3]) != struct.pack("<3f", *wanted):
+                faults.append(f"force of {joint} differs at record {i}")
+                break
+    jumps = sum(1 for i in range(1, len(rows)) for b in range(len(data["bodies"]) - 1)
+                if sum(x * y for x, y in zip(blocks["turns"][i][4 * b:4 * b + 4], blocks["turns"][i - 1][4 * b:4 * b + 4])) < 0)
+    return faults + ([f"{jumps} quaternions change their sign"] if jumps else [])
+
+
+def check_thinning(folder):
+    """What would be too large is thinned, and said: on standard error, on the page and in the summary."""
+    scene = kinetree("make", "chain", "--links", "1000", folder=folder).stdout
+    run = kinetree("run", "-", "--duration", "3", "--step", "1e-3", "--integrator", "rk4", "--interval", "1e-3", "--record", "energy", "--out", "/dev/null", "--view",
+                   "long.html", "--summary", "long.json", folder=folder, text=scene)
+    faults = [] if run.returncode == 0 else [run.stderr]
+    size = (pathlib.Path(folder) / "long.html").stat().st_size
+    head = (pathlib.Path(folder) / "long.html").read_text()[:2_000_000]
+    frames, codes = int(re.search(r'"frames":(\d+)', head)[1]), [w["code"] for w in json.loads((pathlib.Path(folder) / "long.json").read_text())["warnings"]]
+    note(f"a thousand bodies, 3001 records: {frames} frames, {size} bytes")
+    faults += [] if frames == 1501 and size < 70e6 else [f"{frames} frames, {size} bytes"]
+    faults += [] if "thinned_view" in codes and "one record in 2" in run.stderr and "one record in 2" in head else [f"not said: {codes}, {run.stderr}"]
+    return faults
+
+
+def check_fast(folder):
+    """A rotation that is too fast for the frames is said."""
+    words = ("view", f"{SCENES}/landing-gear.yaml", "--interval", "0.05", "--duration", "0.5", "--summary", "fast.json", "--quiet")
+    kinetree(*words, folder=folder)
+    warnings = json.loads((pathlib.Path(folder) / "fast.json").read_text())["warnings"]
+    found = [w for w in warnings if w["code"] == "fast_rotation"]
+    return [] if len(found) == 1 and "'wheel'" in found[0]["what"] and abs(found[0]["value"] - 120) < 5 else [f"{warnings}"]
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("four-bar", "landing-gear", "bead", "stewart"):
+            claim(f"frames_are_the_records_{name}", check_scene(name, folder))
+        claim("too_large_a_view_is_thinned_and_says_so", check_thinning(folder))
+        claim("rotation_too_fast_for_frames_is_said", check_fast(folder))
+    finish()
+
+
+main()
