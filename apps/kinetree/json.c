@@ -60,14 +60,20 @@ static int write_text(const char *text, FILE *file) {
     return fflush(file) != 0 || failed || ferror(file);
 }
 
-int kt_json_write(json_t *object, const char *path) {
-    char *text = object != NULL ? json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) : NULL;
+char *kt_json_print(json_t *object, size_t flags) {
+    char *text = object != NULL ? json_dumps(object, flags) : NULL;
     json_decref(object);
-    if (text == NULL || is_short) {
-        free(text);
-        kt_say("there is not enough memory for the JSON text");
+    if (text != NULL && !is_short)
+        return text;
+    free(text);
+    kt_say("there is not enough memory for the JSON text");
+    return NULL;
+}
+
+int kt_json_write(json_t *object, const char *path) {
+    char *text = kt_json_print(object, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    if (text == NULL)
         return KT_EXIT_INTEGRATION;
-    }
     bool to_stdout = strcmp(path, "-") == 0;
     kt_output output;
     int code = kt_output_start(&output, path);

@@ -6,7 +6,7 @@
 
 #include <jansson.h>
 
-/* Must be called before all other functions: it makes kt_json_write fail if memory was insufficient for any part. */
+/* Must be called before all other functions: it makes kt_json_print and kt_json_write fail if memory was insufficient for any part. */
 void kt_json_watch_memory(void);
 
 /* A text; one that is not valid UTF-8 is escaped (kt_show). */
@@ -19,6 +19,10 @@ json_t *kt_json_vector(kt_vec3 u);
 /* Object that maps each body's name to a number (joint with one coordinate) or a list (more coordinates); joints
  * without coordinates are left out. Velocities if `of_velocity`, else positions. x may be NULL: all values are null. */
 json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity);
+
+/* Returns an object as text, which the caller frees, and releases the object; flags: those of jansson. NULL, after
+ * printing the error: memory was insufficient. */
+char *kt_json_print(json_t *object, size_t flags);
 
 /* Writes an object with 17 digits per number ("-": to standard output), and releases it. NULL is reported as
  * insufficient memory. Returns KT_EXIT_DONE, or an exit code after printing the error. */

@@ -289,13 +289,9 @@ static int write_page(const kt_motion *motion, const char *json, const char *pat
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path) {
     if (motion->count == 0)
         return KT_EXIT_DONE; /* there is nothing to see, and why was said */
-    json_t *root = describe(motion, view);
-    char *json = root != NULL ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(root);
-    if (json == NULL) {
-        kt_say("there is not enough memory for the view");
+    char *json = kt_json_print(describe(motion, view), JSON_COMPACT | JSON_REAL_PRECISION(9));
+    if (json == NULL)
         return KT_EXIT_INTEGRATION;
-    }
     kt_output output;
     int code = kt_output_start(&output, path);
     if (code < 0) {
