@@ -74,7 +74,8 @@ KT_TEST(scenes_that_were_promised_are_there) {
                                         "articulated-rotor",
                                         "rolling-ball",
                                         "rope",
-                                        "engine-mounts"};
+                                        "engine-mounts",
+                                        "servo-arm"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         kt_case c;
         kt_check_true(names[i], kt_case_open(&c, names[i]));
