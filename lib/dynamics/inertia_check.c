@@ -48,7 +48,11 @@ typedef struct judgement {
     size_t found;
 } judgement;
 
-static bool passes_inertia(const kt_link *link) { return link->motion != KT_MOTION_FREE; }
+/* A link that can move in every direction passes none. */
+static bool passes_inertia(const kt_link *link) { return kt_link_facts(link).velocities < KT_DOF_MAX; }
+
+/* Whether a link can rotate about every axis: nothing of J remains then. */
+static bool rotates_freely(const kt_link *link) { return kt_link_facts(link).quaternions > 0; }
 
 /* Adds the sizes of what link i passes to its parent. */
 static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
@@ -57,7 +61,7 @@ static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
     size *up = size_of(data, (size_t)link->parent);
     if (!passes_inertia(link))
         return;
-    if (link->motion == KT_MOTION_SPHERICAL)
+    if (rotates_freely(link))
         s.trace = s.largest = 0.0;
     up->mass += s.mass;
     up->trace += s.trace;

@@ -58,4 +58,10 @@ enum { KT_DOF_MAX = 6 }; /* velocities of a motion */
 KT_MOTION_LIST(KT_MOTION_FITS)
 #undef KT_MOTION_FITS
 
+/* kt_planar_link tells two motions apart. */
+#define KT_MOTION_FITS_PLANE(id, name, v, l, a, q, planar)                                                             \
+    _Static_assert(!(planar) || ((v) == 1 && (l) + (a) == 1), #name " is neither a rotation nor a translation");
+KT_MOTION_LIST(KT_MOTION_FITS_PLANE)
+#undef KT_MOTION_FITS_PLANE
+
 #endif
