@@ -23,6 +23,7 @@ In a page, `kt_name` (where a header has that name) and [words](page.md) become 
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
@@ -383,9 +384,13 @@ def build(output, dependencies):
     version = re.search(r'#define KT_VERSION "(.*)"', (HERE / "kinetree/status.h").read_text())[1]
     environment = {**os.environ, "KT_PYTHON": sys.executable, "KT_OUTPUT": str(output), "KT_VERSION": version}
     if dependencies:
-        read = [HERE / "Doxyfile", *sorted((HERE / "kinetree").glob("*.h")), *sorted((HERE / "pages").glob("*.md"))]
+        read = [HERE / "Doxyfile", *sorted((HERE / "kinetree").glob("*.h")), *sorted((HERE / "pages").glob("*.md")),
+                *sorted((HERE / "pages/pictures").glob("*.svg"))]
         pathlib.Path(dependencies).write_text(f"{output / 'html'}: " + " ".join(str(path) for path in read) + "\n")
-    return subprocess.run(["doxygen", "Doxyfile"], cwd=HERE, env=environment).returncode
+    status = subprocess.run(["doxygen", "Doxyfile"], cwd=HERE, env=environment).returncode
+    if status == 0:  # Doxygen leaves a picture in a folder where it is
+        shutil.copytree(HERE / "pages/pictures", output / "html/pictures", dirs_exist_ok=True)
+    return status
 
 
 def main():

@@ -26,6 +26,7 @@ typedef struct family {
     const kt_descriptor *(*describe)(int type);
     item (*standard)(void); /* an item with its defaults */
     int first, count;
+    bool drawn; /* include/pages/draw.py has a picture of each */
 } family;
 
 #define FAMILY(noun, default_value)                                                                                    \
@@ -44,22 +45,22 @@ static const family families[] = {
      "positions. A position or velocity that stands in the file, zero or not, is given: when loops are closed it moves "
      "only\n"
      "where they cannot be closed without.\n",
-     joint, joint_standard, 0, KT_JOINT_TYPE_COUNT},
+     joint, joint_standard, 0, KT_JOINT_TYPE_COUNT, true},
     {"loop", "Loops",
      "Constraints that the tree of joints cannot carry. Every loop has a `name`. An end is `BODY.MARKER`, `BODY` (its\n"
      "origin), `world`, or `{body: B, at: [x, y, z], rotation: R}` (or `marker` instead of `at`).\n",
-     loop, loop_standard, 0, KT_LOOP_TYPE_COUNT},
+     loop, loop_standard, 0, KT_LOOP_TYPE_COUNT, true},
     {"effect", "Effects",
      "What acts on bodies and joints besides gravity. An effect may have a `name`. A joint that an effect acts in has "
      "one\n"
      "coordinate q: an angle, or a length; v is its rate. Of two units the first is that of an angle.\n",
-     effect, effect_standard, 0, KT_EFFECT_TYPE_COUNT},
+     effect, effect_standard, 0, KT_EFFECT_TYPE_COUNT, true},
     {"function", "Functions of time", "Where a key takes a function of time y(t). y stands for its unit.\n", function,
-     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1},
+     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1, false},
     {"shape", "Shapes",
      "What a picture shows of a body. A body of mass m takes its `com` and `inertia` I from its shape where it gives "
      "none.\n",
-     shape, shape_standard, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT},
+     shape, shape_standard, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT, false},
 };
 
 enum { FAMILY_COUNT = sizeof families / sizeof *families };
@@ -234,6 +235,8 @@ static void print_section(const family *f, int type) {
     char scene[96];
     printf("### %s: %s\n\n%c%s", f->noun, d->name, toupper((unsigned char)d->help[0]), d->help + 1);
     printf(".%s%s%s\n\n", size.text[0] ? " " : "", size.text, size.text[0] ? "." : "");
+    if (f->drawn)
+        printf("![%s %s](pictures/%s-%s.svg)\n\n", f->noun, d->name, f->noun, d->name);
     print_lines("    ", d->formula);
     printf("\n");
     if (d->key_count > 0)

@@ -55,6 +55,16 @@ def main():
     claim("scene_shows_its_type", [f"{noun} {name}" for noun, name, _, _, scene in sections
                                    if not re.search(r"torque: [\d.]+}" if name == "constant" else rf"\b{name}\b", scene.partition("bodies:")[2])])
 
+    shown = set(re.findall(r"\(pictures/([\w-]+\.svg)\)", page))
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, PAGE.parent / "draw.py", folder], check=True)
+        drawn = {path.name: path.read_text() for path in pathlib.Path(folder).iterdir()}
+    stored = {path.name: path.read_text() for path in (PAGE.parent / "pictures").iterdir()}
+    claim("joints_loops_and_effects_have_pictures",
+          [f"{noun} {name}" for noun, name, *_ in sections if noun in ("joint", "loop", "effect") and f"{noun}-{name}.svg" not in shown])
+    claim("pictures_are_what_draw_py_makes",
+          sorted(name for name in {*drawn, *stored, *shown} if not drawn.get(name) == stored.get(name) or name not in shown))
+
     helps = {name: kinetree("help", name) or "" for name in {name for _, name, *_ in sections}}
     flat = {name: re.sub(r"\s+", " ", text) for name, text in helps.items()}
     claim("help_of_a_type_has_its_formula", [f"{noun} {name}" for noun, name, _, formula, _ in sections

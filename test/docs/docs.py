@@ -85,6 +85,11 @@ def main():
         claim("every_page_is_linked_from_the_first",
               sorted(page for page in pages - {"kinetree"}
                      if f"({page}.md)" not in (include / "pages/kinetree.md").read_text()))
+        shown = {source for path in (folder / "html").glob("*.html")
+                 for source in re.findall(r'<img src="([^"]+\.svg)"', path.read_text())}
+        note(f"{len(shown)} pictures")
+        claim("every_picture_is_there", sorted(source for source in shown if not (folder / "html" / source).exists())
+              if len(shown) > 30 else [f"only {len(shown)} are shown"])
         claim("no_order_is_left_as_text", list(left_over(folder / "html")))
     finish()
 

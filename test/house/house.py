@@ -121,7 +121,7 @@ def main():
           [f"{path.relative_to(root)}" for path in library if not path.read_bytes().isascii()])
 
     pages = "".join(path.read_text() for path in [root / "README.md", *(root / "include/pages").glob("*.md")])
-    pictures = [path for path in sorted((root / "apps/pictures").iterdir()) if path.suffix == ".svg"]
+    pictures = [*sorted((root / "apps/pictures").glob("*.svg")), *sorted((root / "include/pages/pictures").glob("*.svg"))]
     claim("pictures_are_shown_and_small_and_keep_text_as_text",
           [problem for path in pictures for problem in picture_problems(path, pages)] if pictures else ["no pictures"])
 

@@ -1,0 +1,756 @@
+"""Draws the pictures of joints, loops and effects that types.md shows: one SVG each, from the table at the end.
+
+draw.py FOLDER [NAME...]      writes FOLDER/NOUN-TYPE.svg (all, or those named)
+
+Solids are seen from one direction, without perspective: x to the front left, y to the right, z up. What is drawn later
+covers what was drawn before. The first body (a parent, the first end) is grey, the second blue, motions are orange,
+forces green, axes dashed and dotted, and hatching stands for the world. Lengths in scenes are in units of 60 pixels.
+"""
+import math
+import pathlib
+import sys
+
+AZIMUTH, ELEVATION, SCALE = math.radians(35), math.radians(24), 60.0
+SIZE = (320, 190)
+
+STYLE = """
+text{font:13px "Helvetica Neue",Arial,"Liberation Sans",sans-serif;fill:#24292f}text.i{font-style:italic}
+path,circle{stroke-linejoin:round;stroke-linecap:round;stroke-width:1.3;stroke:#24292f;fill:none}
+.card{fill:#fff;stroke:none}
+.p1{fill:#f1f3f5}.p2{fill:#d3d8dd}.p3{fill:#b7bec6}.b1{fill:#d6e7fb}.b2{fill:#a3c9f3}.b3{fill:#79aee8}
+.plane{fill:#9aa4af;fill-opacity:.22;stroke:#7d8792}.rubber{fill:#8f979f}
+.axis{stroke:#6b7580;stroke-dasharray:9 3 2 3;stroke-width:1.1}.thin{stroke-width:1}.hatch{stroke:#57606a;stroke-width:1}
+.m{stroke:#cf4a0c;stroke-width:1.8}.mf{fill:#cf4a0c;stroke:#cf4a0c}text.m{fill:#cf4a0c;stroke:none}
+.f{stroke:#1a7f37;stroke-width:1.8}.ff{fill:#1a7f37;stroke:#1a7f37}text.f{fill:#1a7f37;stroke:none}
+text.a{fill:#57606a}.dot{fill:#24292f}
+@media (prefers-color-scheme:dark){
+text{fill:#e3e8ee}path,circle{stroke:#d5dbe2}.card{fill:#12161c}
+.p1{fill:#5b646e}.p2{fill:#48505a}.p3{fill:#383f48}.b1{fill:#3a74b3}.b2{fill:#2c5b90}.b3{fill:#21466f}
+.plane{fill:#8b96a3;stroke:#8b96a3}.rubber{fill:#6b737c}.axis{stroke:#9aa5b1}.hatch{stroke:#9aa5b1}
+.m{stroke:#ff9c5a}.mf{fill:#ff9c5a;stroke:#ff9c5a}text.m{fill:#ff9c5a}
+.f{stroke:#56d07c}.ff{fill:#56d07c;stroke:#56d07c}text.f{fill:#56d07c}text.a{fill:#a9b3be}.dot{fill:#e3e8ee}}
+"""
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+
+
+def add(*vectors):
+    return tuple(map(sum, zip(*vectors)))
+
+
+def scale(factor, u):
+    return tuple(factor * c for c in u)
+
+
+def minus(u, v):
+    return add(u, scale(-1, v))
+
+
+def dot(u, v):
+    return sum(a * b for a, b in zip(u, v))
+
+
+def cross(u, v):
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+
+
+def unit(u):
+    return scale(1 / math.sqrt(dot(u, u)), u)
+
+
+def across(u):
+    """Two unit vectors that make a right-handed triad with the unit vector u."""
+    a = unit(cross(u, X if abs(u[0]) < 0.9 else Y))
+    return a, cross(u, a)
+
+
+def about(axis, angle, u):
+    """Rodrigues' formula."""
+    axis = unit(axis)
+    return add(scale(math.cos(angle), u), scale(math.sin(angle), cross(axis, u)),
+               scale((1 - math.cos(angle)) * dot(axis, u), axis))
+
+
+RIGHT = (-math.sin(AZIMUTH), math.cos(AZIMUTH), 0)
+VIEWER = (math.cos(ELEVATION) * math.cos(AZIMUTH), math.cos(ELEVATION) * math.sin(AZIMUTH), math.sin(ELEVATION))
+UP = cross(VIEWER, RIGHT)
+
+
+class Picture:
+    def __init__(self, title, centre=(160, 105), size=SCALE):
+        self.title, self.centre, self.size, self.parts = title, centre, size, []
+
+    # -- the plane of the picture --
+
+    def at(self, p):
+        """A point of the scene; a pair is a point of the picture already."""
+        if len(p) == 2:
+            return p
+        return self.centre[0] + self.size * dot(p, RIGHT), self.centre[1] - self.size * dot(p, UP)
+
+    def path(self, points, style, closed=False):
+        flat = [self.at(p) for p in points]
+        text = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in flat) + ("z" if closed else "")
+        self.parts.append(f'<path class="{style}" d="{text}"/>')
+
+    def text(self, p, words, style="", anchor="middle", shift=(0, 0)):
+        """A letter after `_` is set lower."""
+        x, y = self.at(p)
+        head, *rest = words.split("_")
+        marked = head + "".join(
+            f'<tspan dy="3" font-size="9">{part[0]}</tspan><tspan dx="{4 if part[1:2] == " " else 0}" dy="-3">{part[1:].lstrip()}</tspan>'
+            for part in rest)
+        self.parts.append(f'<text class="{style}" x="{x + shift[0]:.1f}" y="{y + shift[1]:.1f}" '
+                          f'text-anchor="{anchor}">{marked}</text>')
+
+    def coordinate(self, p, words, loop, *rest, **named):
+        """The name of a coordinate, which a joint has and a loop has not."""
+        if not loop:
+            self.text(p, words, "i m", *rest, **named)
+
+    def head(self, tip, direction, style):
+        """The head of an arrow, in the plane of the picture."""
+        (x, y), length = tip, math.hypot(*direction)
+        dx, dy = direction[0] / length, direction[1] / length
+        back = (x - 9 * dx, y - 9 * dy)
+        self.path([tip, (back[0] - 3.4 * dy, back[1] + 3.4 * dx), (back[0] + 3.4 * dy, back[1] - 3.4 * dx)],
+                  style + "f", True)
+
+    def arrow(self, start, end, style="m", both=False):
+        a, b = self.at(start), self.at(end)
+        d = (b[0] - a[0], b[1] - a[1])
+        n = math.hypot(*d)
+        cut = (6 * d[0] / n, 6 * d[1] / n)
+        self.path([(a[0] + cut[0], a[1] + cut[1]) if both else a, (b[0] - cut[0], b[1] - cut[1])], style)
+        self.head(b, d, style)
+        if both:
+            self.head(a, (-d[0], -d[1]), style)
+
+    def dot(self, p, radius=2.6, style="dot"):
+        x, y = self.at(p)
+        self.parts.append(f'<circle class="{style}" cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}"/>')
+
+    # -- curves in space --
+
+    def circle_points(self, centre, axis, radius, begin=0.0, end=360.0, count=None, start=None):
+        a, b = across(unit(axis))
+        if start is not None:
+            a = unit(start)
+            b = cross(unit(axis), a)
+        count = count or max(8, int(abs(end - begin) / 12))
+        return [add(centre, scale(radius * math.cos(t), a), scale(radius * math.sin(t), b))
+                for t in (math.radians(begin + (end - begin) * k / count) for k in range(count + 1))]
+
+    def turn(self, centre, axis, radius, begin, end, style="m", start=None, both=False):
+        """An arrow that turns about an axis."""
+        points = self.circle_points(centre, axis, radius, begin, end, start=start)
+        flat = [self.at(p) for p in points]
+        self.path(points, style)
+        self.head(flat[-1], (flat[-1][0] - flat[-2][0], flat[-1][1] - flat[-2][1]), style)
+        if both:
+            self.head(flat[0], (flat[0][0] - flat[1][0], flat[0][1] - flat[1][1]), style)
+
+    def axis(self, start, end, words=None, shift=(0, -4), anchor="middle"):
+        self.path([start, end], "axis")
+        if words:
+            self.text(end, words, "a", anchor, shift)
+
+    def helix(self, begin, axis, radius, length, turns, style):
+        """The visible half of each turn of a thread."""
+        axis = unit(axis)
+        a, b = across(axis)
+        run = []
+        for k in range(int(turns * 24) + 1):
+            t = 2 * math.pi * k / 24
+            out = add(scale(math.cos(t), a), scale(math.sin(t), b))
+            if dot(out, VIEWER) > -0.12:
+                run.append(add(begin, scale(length * k / (turns * 24), axis), scale(radius, out)))
+            elif run:
+                self.path(run, style)
+                run = []
+        if run:
+            self.path(run, style)
+
+    # -- solids --
+
+    def box(self, centre, size, kind, turn=lambda u: u):
+        """Edges along x, y, z, turned."""
+        axes = [turn(u) for u in (X, Y, Z)]
+        faces = []
+        for k in range(3):
+            for sign in (-1, 1):
+                n = scale(sign, axes[k])
+                if dot(n, VIEWER) > 1e-9:
+                    i, j = (k + 1) % 3, (k + 2) % 3
+                    corners = [add(centre, scale(sign * size[k] / 2, axes[k]), scale(u * size[i] / 2, axes[i]),
+                                   scale(v * size[j] / 2, axes[j])) for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+                    shade = 1 if n[2] > 0.6 else 2 if dot(n, RIGHT) > 0 else 3
+                    faces.append((shade, corners))
+        for shade, corners in faces:
+            self.path(corners, f"{kind}{shade}", True)
+
+    def cylinder(self, begin, axis, radius, length, kind, hole=0.0):
+        axis = unit(axis)
+        end = add(begin, scale(length, axis))
+        near, far = (end, begin) if dot(axis, VIEWER) > 0 else (begin, end)
+        a, b = across(axis)
+        side = math.atan2(dot(b, cross(axis, VIEWER)), dot(a, cross(axis, VIEWER)))
+        half = [math.pi * k / 14 for k in range(15)]
+
+        def rim(centre, t):
+            return add(centre, scale(radius * math.cos(t), a), scale(radius * math.sin(t), b))
+
+        away = 1 if dot(rim((0, 0, 0), side + math.pi / 2), VIEWER) > 0 else -1  # the half that is seen
+        self.path([rim(far, side + away * t) for t in half] + [rim(near, side + away * (math.pi - t)) for t in half],
+                  f"{kind}2", True)
+        self.path(self.circle_points(near, axis, radius, count=28), f"{kind}1", True)
+        if hole:
+            self.path(self.circle_points(near, axis, hole, count=20), f"{kind}3", True)
+
+    def ball(self, centre, radius, kind):
+        self.dot(centre, radius * self.size, f"{kind}2")
+        x, y = self.at(centre)
+        r = 0.62 * radius * self.size
+        self.path([(x + r * math.cos(math.radians(t)), y - r * math.sin(math.radians(t))) for t in range(100, 171, 10)],
+                  "thin")
+
+    def bar(self, begin, end, width, kind, height=None):
+        """A beam between two points."""
+        along = unit(minus(end, begin))
+        side = unit(cross(Z if abs(along[2]) < 0.9 else X, along))
+        up = cross(along, side)
+        size = (math.dist(begin, end), width, height or width)
+
+        def turn(u):
+            return add(scale(u[0], along), scale(u[1], side), scale(u[2], up))
+
+        self.box(scale(0.5, add(begin, end)), size, kind, turn)
+
+    def frame(self, p, length=0.45, turn=lambda u: u, names="xyz"):
+        for name, u in zip(names, (X, Y, Z)):
+            tip = add(p, scale(length, turn(u)))
+            self.arrow(p, tip, "n")
+            if name != " ":
+                self.text(add(p, scale(length + 0.14, turn(u))), name, "i", shift=(0, 4))
+
+    def ground(self, begin, end, side=1):
+        """A hatched edge of the world, in the plane of the picture; side: where the hatching is."""
+        (x0, y0), (x1, y1) = self.at(begin), self.at(end)
+        n = math.hypot(x1 - x0, y1 - y0)
+        ux, uy = (x1 - x0) / n, (y1 - y0) / n
+        vx, vy = -side * uy, side * ux
+        strokes = "".join(f"M{x0 + s * ux:.1f} {y0 + s * uy:.1f}l{7 * (vx - ux):.1f} {7 * (vy - uy):.1f}"
+                          for s in range(8, int(n) + 1, 8))
+        self.parts.append(f'<path class="hatch" d="{strokes}"/>')
+        self.path([begin, end], "")
+
+    def coil(self, begin, end, turns=7, width=9, lead=0.16):
+        """A spring."""
+        (x0, y0), (x1, y1) = self.at(begin), self.at(end)
+        dx, dy = x1 - x0, y1 - y0
+        n = math.hypot(dx, dy)
+        px, py = -dy / n * width, dx / n * width
+        points = [(x0, y0), (x0 + lead * dx, y0 + lead * dy)]
+        for k in range(2 * turns):
+            s, side = lead + (1 - 2 * lead) * (k + 0.5) / (2 * turns), 1 if k % 2 else -1
+            points.append((x0 + s * dx + side * px, y0 + s * dy + side * py))
+        self.path([*points, (x1 - lead * dx, y1 - lead * dy), (x1, y1)], "")
+
+    def dashpot(self, begin, end, width=8):
+        """A damper."""
+        (x0, y0), (x1, y1) = self.at(begin), self.at(end)
+        n = math.hypot(x1 - x0, y1 - y0)
+        u, v = ((x1 - x0) / n, (y1 - y0) / n), (-(y1 - y0) / n * width, (x1 - x0) / n * width)
+
+        def point(s, side=0.0):
+            return x0 + s * n * u[0] + side * v[0], y0 + s * n * u[1] + side * v[1]
+
+        self.path([point(0), point(0.4)], "")
+        self.path([point(0.66, 1), point(0.4, 1), point(0.4, -1), point(0.66, -1)], "")
+        self.path([point(0.54, 0.8), point(0.54, -0.8)], "")
+        self.path([point(0.54), point(1)], "")
+
+    def dimension(self, begin, end, words, shift=(0, -5)):
+        a, b = self.at(begin), self.at(end)
+        self.arrow(a, b, "n", both=True)
+        self.text(((a[0] + b[0]) / 2, (a[1] + b[1]) / 2), words, "i", shift=shift)
+
+    def svg(self):
+        width, height = SIZE
+        return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
+                f'role="img"><title>{self.title}</title><style>{STYLE}.n{{stroke-width:1.2}}.nf{{fill:#24292f}}'
+                f'@media (prefers-color-scheme:dark){{.nf{{fill:#d5dbe2}}}}</style>\n'
+                f'<path class="card" d="M0 0H{width}V{height}H0z"/>\n' + "\n".join(self.parts) + "\n</svg>\n")
+
+
+# ---- pairs: what a joint leaves free between a body and its parent, and a loop between two ends ----------------------
+
+def base(p, loop):
+    """A plate under the first body."""
+    p.box((0, 0, -0.75), (1.5, 1.9, 0.14), "p")
+
+
+def names(p, loop, first, second):
+    p.text(first, "first" if loop else "parent", "a")
+    p.text(second, "second" if loop else "body", "a")
+
+
+def fixed(p, loop):
+    p.box((0, -0.55, 0), (0.7, 1.1, 0.7), "p")
+    p.box((0, 0.62, 0), (0.5, 1.24, 0.5), "b")
+    for k in range(8):
+        s = 0.25 - 0.5 * k / 7
+        p.path([(s, 0.0, 0.32), (s, 0.1, 0.25)], "thin")
+        p.path([(0.32, 0.0, s), (0.25, 0.1, s)], "thin")
+    names(p, loop, (64, 92), (248, 86))
+
+
+def revolute(p, loop):
+    base(p, loop)
+    p.cylinder((0, 0, -0.68), Z, 0.42, 0.55, "p")
+    p.cylinder((0, 0, -0.13), Z, 0.42, 0.38, "b")
+    p.bar((0.0, 0.34, 0.06), (0.0, 1.7, 0.06), 0.34, "b", 0.2)
+    p.axis((0, 0, 0.25), (0, 0, 1.15), "axis", shift=(18, 4))
+    p.turn((0, 0, 0.62), Z, 0.42, -150, 95, start=X)
+    p.coordinate((0, 0.42, 0.62), "q", loop, shift=(12, 0))
+    names(p, loop, (72, 168), (252, 90))
+
+
+def prismatic(p, loop):
+    p.box((0, 0, -0.12), (0.44, 3.1, 0.2), "p")
+    for y in (-1.55, 1.55):
+        p.box((0, y, -0.3), (0.6, 0.16, 0.6), "p")
+    p.axis((0, 1.63, -0.12), (0, 2.25, -0.12), "axis", shift=(4, -8))
+    p.box((0, -0.1, 0.0), (0.72, 0.9, 0.56), "b")
+    p.arrow((0, -0.85, 0.62), (0, 0.7, 0.62))
+    p.coordinate((0, 0.0, 0.62), "q", loop, shift=(0, -7))
+    names(p, loop, (60, 140), (234, 92))
+
+
+def screw(p, loop):
+    p.axis((0, 0, 1.2), (0, 0, 1.5), "axis", shift=(20, 4))
+    base(p, loop)
+    p.cylinder((0, 0, -0.68), Z, 0.22, 1.88, "p")
+    p.helix((0, 0, -0.66), Z, 0.225, 1.8, 15, "thin")
+    p.cylinder((0, 0, -0.1), Z, 0.5, 0.42, "b")
+    p.path(p.circle_points((0, 0, 0.32), Z, 0.22, count=20), "p1", True)
+    p.cylinder((0, 0, 0.32), Z, 0.22, 0.88, "p")
+    p.helix((0, 0, 0.36), Z, 0.225, 0.8, 6.7, "thin")
+    p.turn((0, 0, 0.55), Z, 0.6, -120, 85, start=X)
+    p.coordinate((0, 0.6, 0.55), "q", loop, shift=(14, 0))
+    p.arrow((0, 0.95, -0.1), (0, 0.95, 0.5))
+    p.coordinate((0, 0.95, 0.15), "pitch · q", loop, "start", shift=(8, 6))
+    names(p, loop, (58, 166), (96, 96))
+
+
+def cylindrical(p, loop):
+    p.cylinder((0, -1.5, 0), Y, 0.2, 3.2, "p")
+    p.box((0, -1.5, -0.2), (0.5, 0.22, 0.9), "p")
+    p.axis((0, 1.7, 0), (0, 2.25, 0), "axis", shift=(0, -8))
+    p.cylinder((0, -0.45, 0), Y, 0.42, 0.9, "b")
+    p.path(p.circle_points((0, 0.45, 0), Y, 0.2, count=20), "p1", True)
+    p.cylinder((0, 0.45, 0), Y, 0.2, 1.25, "p")
+    p.turn((0, 0.85, 0), Y, 0.5, 20, 235, start=X)
+    p.coordinate((0, 0.85, 0.5), "q_1", loop, shift=(14, -6))
+    p.arrow((0, -0.5, 0.75), (0, 0.5, 0.75))
+    p.coordinate((0, -0.1, 0.75), "q_2", loop, shift=(-6, -7))
+    names(p, loop, (66, 156), (146, 172))
+
+
+def planar(p, loop):
+    p.box((0, 0, -0.3), (2.4, 3.0, 0.12), "p")
+    p.box((-0.1, 0.1, -0.03), (0.8, 0.9, 0.42), "b")
+    p.axis((-0.1, 0.1, 0.18), (-0.1, 0.1, 1.15), "axis", shift=(18, 4))
+    p.turn((-0.1, 0.1, 0.62), Z, 0.36, -150, 90, start=X)
+    p.coordinate((-0.1, 0.5, 0.62), "q_3", loop, shift=(12, 2))
+    p.arrow((0.3, 0.0, -0.24), (0.9, 0.0, -0.24))
+    p.coordinate((0.9, 0.0, -0.24), "q_1", loop, shift=(13, 10))
+    p.arrow((0.1, 0.55, -0.24), (0.1, 1.2, -0.24))
+    p.coordinate((0.1, 1.2, -0.24), "q_2", loop, shift=(-9, 14))
+    names(p, loop, (262, 174), (74, 80))
+
+
+def universal(p, loop):
+    # the first yoke, below, holds the arm of the cross along x; the second, above, that along y
+    p.axis((-1.35, 0, 0), (-0.6, 0, 0))
+    p.box((-0.5, 0, -0.28), (0.14, 0.34, 0.85), "p")
+    p.box((0, 0, -0.72), (1.14, 0.34, 0.14), "p")
+    p.cylinder((0, 0, -1.25), Z, 0.17, 0.5, "p")
+    p.cylinder((-0.43, 0, 0), X, 0.1, 0.86, "p")
+    p.box((0, -0.5, 0.28), (0.34, 0.14, 0.85), "b")
+    p.cylinder((0, -0.43, 0), Y, 0.1, 0.86, "p")
+    p.box((0.5, 0, -0.28), (0.14, 0.34, 0.85), "p")
+    p.box((0, 0.5, 0.28), (0.34, 0.14, 0.85), "b")
+    p.box((0, 0, 0.72), (0.34, 1.14, 0.14), "b")
+    p.cylinder((0, 0, 0.79), Z, 0.17, 0.5, "b")
+    p.axis((0.58, 0, 0), (1.6, 0, 0), "axis", shift=(-8, 14))
+    p.axis((0, 0.58, 0), (0, 1.75, 0), "axis2", shift=(12, 14))
+    p.axis((0, -0.58, 0), (0, -1.3, 0))
+    p.turn((1.05, 0, 0), X, 0.3, -60, 150, start=Y)
+    p.coordinate((1.05, 0, 0.34), "q_1", loop, shift=(-22, 2))
+    p.turn((0, 1.05, 0), Y, 0.3, -60, 150, start=Z)
+    p.coordinate((0, 1.05, 0.34), "q_2", loop, shift=(10, -6))
+    names(p, loop, (112, 178), (222, 38))
+
+
+def spherical(p, loop):
+    base(p, loop)
+    p.cylinder((0, 0, -0.68), Z, 0.2, 0.3, "p")
+    r, x, y = 0.47 * p.size, *p.at((0, 0, 0))
+    bowl = [(x + r * math.cos(math.radians(t)), y + r * math.sin(math.radians(t))) for t in range(0, 181, 12)]
+    flat = math.sin(ELEVATION)
+    p.path([*bowl, *[(x - r * math.cos(math.radians(t)), y - flat * r * math.sin(math.radians(t))) for t in range(0, 181, 12)]],
+           "p3", True)
+    p.ball((0, 0, 0.05), 0.37, "b")
+    p.path([*bowl, *[(x - r * math.cos(math.radians(t)), y + flat * r * math.sin(math.radians(t))) for t in range(0, 181, 12)]],
+           "p2", True)
+    tip = scale(1.65, unit((0, 0.75, 0.8)))
+    p.cylinder(add((0, 0, 0.05), scale(0.35, unit((0, 0.75, 0.8)))), (0, 0.75, 0.8), 0.13, 1.3, "b")
+    p.turn((0, 0, 0.05), Z, 0.95, 150, 235, start=X, both=True)
+    p.turn((0, 0, 0.05), X, 1.0, 100, 160, start=Y, both=True)
+    p.turn(scale(0.82, tip), tip, 0.32, -60, 160, start=X)
+    p.coordinate((96, 50), "q", loop)
+    names(p, loop, (78, 170), (264, 50))
+
+
+def free(p, loop):
+    p.frame((0, -1.75, -0.75), 0.5)
+    p.box((0, 0.5, 0), (0.62, 0.8, 0.5), "b")
+    for axis, begin, angle in ((X, 0.31, Y), (Y, 0.4, Z), (Z, 0.25, X)):
+        p.arrow(add((0, 0.5, 0), scale(begin, axis)), add((0, 0.5, 0), scale(1.15, axis)))
+        p.turn(add((0, 0.5, 0), scale(0.78, axis)), axis, 0.22, -60, 190, start=angle)
+    p.text((0, -1.75, -0.75), "parent", "a", shift=(4, 34))
+    p.text((150, 78), "body", "a")
+
+
+# ---- other loops ------------------------------------------------------------------------------------------------------
+
+def two_blocks(p, first, second, turn=lambda u: u, size=(0.5, 0.6, 0.5)):
+    p.box(first, size, "p")
+    p.box(second, size, "b", turn)
+
+
+def parallel(p, loop):
+    two_blocks(p, (0, -0.95, -0.3), (0, 0.95, 0.35))
+    p.frame((0, -0.95, -0.05), 0.72)
+    p.frame((0, 0.95, 0.6), 0.72)
+    names(p, loop, (104, 178), (226, 152))
+
+
+def orthogonal(p, loop):
+    two_blocks(p, (0, -0.95, -0.35), (0, 0.95, 0.1))
+    p.axis((0, -0.95, -0.1), (0, -0.95, 1.05), "axis", shift=(-20, 8))
+    p.axis((0, 0.65, 0.1), (0, -0.95, 0.1))
+    p.axis((0, 1.25, 0.1), (0, 1.95, 0.1), "axis2", shift=(2, -8))
+    p.path([(0, -0.75, 0.1), (0, -0.75, 0.3), (0, -0.95, 0.3)], "m")
+    names(p, loop, (104, 180), (226, 158))
+
+
+def coaxial(p, loop):
+    def tilt(u):
+        return about(Z, math.radians(35), u)
+    two_blocks(p, (0, -0.95, -0.35), (0, 0.95, 0.1), tilt)
+    p.axis((0, -0.95, -0.1), (0, -0.95, 1.1), "axis", shift=(-20, 8))
+    p.axis((0, 0.95, 0.35), (0, 0.95, 1.45), "axis", shift=(22, 8))
+    p.turn((0, 0.95, 0.85), Z, 0.3, -150, 100, start=X)
+    p.text((164, 30), "parallel", "a")
+    names(p, loop, (104, 180), (230, 156))
+
+
+def inline(p, loop):
+    p.axis((0, -2.2, 0), (0, 2.3, 0), "axis", shift=(-6, -8))
+    p.box((0, 0, -0.2), (0.5, 3.0, 0.14), "p")
+    p.path([(0.1, -1.3, -0.13), (0.1, 1.3, -0.13), (-0.1, 1.3, -0.13), (-0.1, -1.3, -0.13)], "p3", True)
+    p.bar((0, 0.2, 0.0), (-0.4, 0.9, 1.1), 0.2, "b")
+    p.ball((0, 0.2, 0), 0.13, "b")
+    p.arrow((0, -0.85, 0.22), (0, 0.85, 0.22), both=True)
+    names(p, loop, (84, 160), (262, 44))
+
+
+def inplane(p, loop):
+    p.box((0, -0.2, -0.35), (0.5, 0.6, 0.5), "p")
+    p.path([(1.25, -1.6, 0), (1.25, 1.6, 0), (-1.25, 1.6, 0), (-1.25, -1.6, 0)], "plane", True)
+    p.axis((0, -0.2, 0), (0, -0.2, 1.1), "axis", shift=(-20, 8))
+    p.arrow((0.1, 0.95, 0), (0.85, 0.95, 0))
+    p.arrow((0.1, 0.95, 0), (0.1, 1.75, 0))
+    p.bar((0, 0.85, 0.1), (-0.3, 1.3, 1.1), 0.2, "b")
+    p.ball((0, 0.85, 0.08), 0.11, "b")
+    names(p, loop, (66, 160), (280, 48))
+
+
+def distance(p, loop):
+    two_blocks(p, (0, -1.2, -0.35), (0, 1.15, 0.3), size=(0.55, 0.75, 0.55))
+    a, b = p.at((0.27, -1.0, -0.2)), p.at((0.27, 1.0, 0.35))
+    p.path([a, b], "m")
+    p.dot(a)
+    p.dot(b)
+    p.dimension((a[0] - 6, a[1] - 22), (b[0] - 6, b[1] - 22), "length", shift=(-4, -7))
+    names(p, loop, (90, 178), (244, 158))
+
+
+def gear(p, centre, radius, teeth, kind, phase):
+    points = []
+    for k in range(teeth):
+        for out, part in ((-3.5, -0.30), (3.5, -0.16), (3.5, 0.16), (-3.5, 0.30)):
+            t = 2 * math.pi * (k + part + phase) / teeth
+            points.append((centre[0] + (radius + out) * math.cos(t), centre[1] - (radius + out) * math.sin(t)))
+    p.path(points, f"{kind}2", True)
+    p.dot(centre, 0.28 * radius, f"{kind}1")
+    p.dot(centre, 2.6)
+
+
+def flat_turn(p, centre, radius, begin, end, style="m"):
+    points = [(centre[0] + radius * math.cos(math.radians(t)), centre[1] - radius * math.sin(math.radians(t)))
+              for t in (begin + (end - begin) * k / 16 for k in range(17))]
+    p.path(points, style)
+    p.head(points[-1], (points[-1][0] - points[-2][0], points[-1][1] - points[-2][1]), style)
+
+
+def coupling(p, loop):
+    gear(p, (196, 88), 60, 24, "b", 0.5)
+    gear(p, (106, 88), 30, 12, "p", 0.0)
+    flat_turn(p, (106, 88), 43, 100, 200)
+    flat_turn(p, (196, 88), 74, 65, 15)
+    p.text((60, 54), "q_1", "i m")
+    p.text((276, 54), "q_2", "i m")
+    p.text((160, 183), "c_1 q_1 + c_2 q_2 = offset", "i")
+
+
+def motion(p, loop):
+    p.path([(64, 92), (52, 122), (76, 122)], "p2", True)
+    p.ground((40, 122), (90, 122))
+    p.parts.append('<path class="b2" d="M59 86L115 46a8 8 0 0 1 10 13L70 98a9 9 0 0 1-11-12z"/>')
+    p.dot((64, 92), 4.5, "p1")
+    p.axis((70, 92), (146, 92))
+    flat_turn(p, (64, 92), 62, 0, 31)
+    p.text((138, 76), "q", "i m")
+    for tip in ((292, 140), (176, 32)):
+        p.arrow((176, 140), tip, "n")
+    p.text((292, 156), "t", "i")
+    p.text((186, 40), "q = f(t)", "i", "start")
+    p.path([(176, 128), (200, 128), *[(200 + 52 * s, 128 - 62 * (3 * s * s - 2 * s ** 3)) for s in (k / 14 for k in range(15))],
+            (282, 66)], "m")
+
+
+def rolling(p, loop):
+    p.centre = (150, 88)
+    p.path([(1.1, -1.8, -0.72), (1.1, 1.9, -0.72), (-1.1, 1.9, -0.72), (-1.1, -1.8, -0.72)], "plane", True)
+    p.path([(0.09, -1.7, -0.72), (0.09, 0.1, -0.72)], "axis")
+    p.axis((0, 0.1, 0), (-0.95, 0.1, 0))
+    p.cylinder((-0.09, 0.1, 0), X, 0.72, 0.18, "b", hole=0.1)
+    p.axis((0.09, 0.1, 0), (1.15, 0.1, 0), "axis", shift=(-16, 4))
+    p.turn((0.12, 0.1, 0), X, 0.92, 150, 65, start=Y)
+    p.arrow((0, 0.95, 0), (0, 1.7, 0))
+    p.dot((0.09, 0.1, -0.72))
+    p.arrow(p.at((0.09, 0.1, 0)), p.at((0.09, 0.1, -0.7)), "n", both=True)
+    p.path([add((0.09, 0.1, -0.3), (0, 0.0, 0)), (0.09, 1.0, -0.42)], "thin")
+    p.text((0.09, 1.0, -0.42), "radius", "i", "start", shift=(4, 6))
+    p.text((60, 176), "plane (first)", "a")
+    p.text((228, 28), "wheel (second)", "a")
+
+
+# ---- effects ----------------------------------------------------------------------------------------------------------
+
+def flat_box(p, x, y, width, height, kind):
+    p.path([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], f"{kind}2", True)
+
+
+def spring(p, loop):
+    flat_box(p, 22, 60, 54, 72, "p")
+    flat_box(p, 244, 60, 54, 72, "b")
+    for x in (76, 244):
+        p.path([(x, 96), (x + (22 if x < 160 else -22), 96)], "")
+    for x in (98, 222):
+        p.path([(x, 76), (x, 116)], "")
+    p.coil((98, 76), (222, 76))
+    p.dashpot((98, 116), (222, 116))
+    p.dot((76, 96))
+    p.dot((244, 96))
+    p.text((160, 60), "k", "i")
+    p.text((160, 144), "c", "i")
+    p.dimension((76, 168), (244, 168), "d")
+
+
+def bushing(p, loop):
+    p.cylinder((0, -0.5, 0), Y, 0.72, 1.0, "p")
+    near = (0, 0.5, 0)
+    p.path(p.circle_points(near, Y, 0.56, count=28), "rubber", True)
+    p.path(p.circle_points(near, Y, 0.27, count=20), "b1", True)
+    p.cylinder((0, 0.5, 0), Y, 0.27, 0.8, "b")
+    p.axis((0, 1.3, 0), (0, 2.1, 0))
+    p.axis((0, -1.0, 0), (0, -2.0, 0))
+    p.arrow((0, 1.3, 0), (0, 1.9, 0))
+    p.arrow((0, 1.45, 0.3), (0, 1.45, 0.95))
+    p.arrow((0.3, 1.3, 0), (1.1, 1.3, 0))
+    p.turn((0, 1.62, 0), Y, 0.24, -30, 220, start=X)
+    p.path([(126, 62), (112, 30)], "thin")
+    p.text((108, 24), "six stiffnesses and dampings", "a", shift=(24, 0))
+    names(p, True, (72, 152), (286, 122))
+
+
+def hinge(p, x, y, angle=28, length=120):
+    """A bar on a bearing, in the plane."""
+    p.path([(x, y), (x - 17, y + 34), (x + 17, y + 34)], "p2", True)
+    p.ground((x - 32, y + 34), (x + 32, y + 34))
+    c, s = math.cos(math.radians(angle)), -math.sin(math.radians(angle))
+    p.path([(x - 9 * s, y + 9 * c), (x + length * c - 9 * s, y + length * s + 9 * c),
+            (x + length * c + 9 * s, y + length * s - 9 * c), (x + 9 * s, y - 9 * c)], "b2", True)
+    p.dot((x, y), 11, "b1")
+    p.dot((x, y), 3)
+
+
+def joint_spring(p, loop):
+    hinge(p, 116, 112)
+    p.path([(116 + (12 + 2.1 * t / 60) * math.cos(math.radians(t)), 112 - (12 + 2.1 * t / 60) * math.sin(math.radians(t)))
+            for t in range(-90, 749, 15)], "")
+    p.axis((152, 112), (262, 112), "rest", shift=(8, 14))
+    flat_turn(p, (116, 112), 96, 2, 26)
+    p.text((220, 92), "q − r", "i m", "start", shift=(2, 4))
+
+
+def arc(p, centre, radius, begin, end, style=""):
+    p.path([(centre[0] + radius * math.cos(math.radians(begin + (end - begin) * k / 16)),
+             centre[1] - radius * math.sin(math.radians(begin + (end - begin) * k / 16))) for k in range(17)], style)
+
+
+def joint_damper(p, loop):
+    c = (130, 120)
+    hinge(p, *c)
+    arc(p, c, 36, 34, 146)
+    for radius in (28, 44):
+        arc(p, c, radius, 122, 196)
+    for t, low, high in ((146, 30, 42), (196, 28, 44)):
+        u = (math.cos(math.radians(t)), -math.sin(math.radians(t)))
+        p.path([(c[0] + low * u[0], c[1] + low * u[1]), (c[0] + high * u[0], c[1] + high * u[1])], "")
+    arc(p, c, 36, 196, 250)
+    flat_turn(p, c, 100, 34, 56)
+    p.text((202, 36), "v", "i m", shift=(-6, -2))
+    flat_turn(p, c, 76, 62, 36, "f")
+    p.text((160, 50), "c v", "i f", "end", shift=(0, 4))
+
+
+def axes_of_graph(p, origin, right, top, x, y, left=None, bottom=None):
+    p.arrow((left if left is not None else origin[0], origin[1]), (right, origin[1]), "n")
+    p.arrow((origin[0], bottom if bottom is not None else origin[1]), (origin[0], top), "n")
+    p.text((right, origin[1] + 15), x, "i", "end")
+    p.text((origin[0] + 8, top + 10), y, "i", "start")
+
+
+def joint_friction(p, loop):
+    axes_of_graph(p, (150, 98), 296, 14, "v", "−force", 18, 182)
+
+    def law(v):
+        return 30 * math.tanh(v / 4) * (1 + 0.9 * math.exp(-abs(v) / 22)) + 0.14 * v
+    p.path([(150 + v, 98 - law(v)) for v in range(-126, 127, 3)], "m")
+    p.path([(150, 98 - 30), (280, 98 - 30 - 0.14 * 130)], "axis")
+    p.path([(143, 98 - law(9)), (164, 98 - law(9))], "thin")
+    p.text((138, 98 - law(9) + 5), "S", "i", "end")
+    p.text((138, 98 - 30 + 7), "C", "i", "end")
+    p.text((240, 40), "C + c v", "i")
+
+
+def joint_limit(p, loop):
+    axes_of_graph(p, (160, 112), 304, 14, "q", "force", 16, 186)
+    p.path([(30, 40), (82, 112), (238, 112), (290, 184)], "m")
+    for x, name in ((82, "lower"), (238, "upper")):
+        p.path([(x, 106), (x, 118)], "")
+        p.text((x, 134 if x < 160 else 102), name, "i")
+    p.text((66, 60), "k", "i", "start")
+
+
+def motor(p, loop):
+    hinge(p, 112, 116, 30, 126)
+    p.dot((112, 116), 24, "p1")
+    p.text((112, 121), "M", "")
+    flat_turn(p, (112, 116), 44, -20, 120, "f")
+    p.text((168, 122), "f(t)", "i f", "start", shift=(-2, 4))
+
+
+def force(p, loop):
+    p.box((0, -0.2, -0.25), (0.9, 1.3, 0.8), "b")
+    corner = (0.45, 0.45, 0.15)
+    p.arrow(corner, add(corner, (0, 1.15, 0.75)), "f")
+    p.dot(corner)
+    p.text(add(corner, (0, 1.15, 0.75)), "f(t)", "i f", shift=(4, -8))
+    p.text(corner, "at", "i", shift=(-10, -6))
+
+
+def torque(p, loop):
+    p.box((0, 0, -0.3), (0.9, 1.5, 0.7), "b")
+    p.axis((0, 0, 0.05), (0, 0, 1.35))
+    p.arrow((0, 0, 0.05), (0, 0, 1.2), "f")
+    p.arrow((0, 0, 0.05), (0, 0, 1.05), "f")
+    p.turn((0, 0, 0.6), Z, 0.42, -150, 110, "f", start=X)
+    p.text((0, 0, 1.2), "m(t)", "i f", shift=(22, 4))
+
+
+def drag(p, loop):
+    for k, y in enumerate((40, 62, 130, 152)):
+        bend = (-9, -17, 17, 9)[k]
+        p.path([(20 + x, y + bend * math.exp(-((x - 132) / 44) ** 2)) for x in range(0, 277, 8)], "hatch")
+    p.dot((152, 96), 32, "b2")
+    p.arrow((184, 96), (270, 96))
+    p.text((272, 88), "v", "i m", shift=(-8, -2))
+    p.arrow((120, 96), (46, 96), "f")
+    p.text((60, 88), "drag", "i f", shift=(0, -2))
+    p.dot((152, 96))
+
+
+def attraction(p, loop):
+    p.dot((82, 112), 34, "p2")
+    p.dot((242, 76), 22, "b2")
+    p.path([(82, 112), (242, 76)], "axis")
+    p.arrow((82, 112), (138, 99.4), "f")
+    p.arrow((242, 76), (190, 87.7), "f")
+    p.dot((82, 112))
+    p.dot((242, 76))
+    p.dimension((90, 152), (250, 116), "d", shift=(6, 16))
+
+
+def contact(p, loop):
+    p.path([(18, 122), (302, 122), (302, 172), (18, 172)], "plane", True)
+    p.ground((18, 122), (302, 122))
+    p.dot((150, 82), 54, "b2")
+    p.path([(18, 122), (302, 122)], "axis")
+    p.path([(150, 136), (222, 136)], "thin")
+    p.arrow((214, 164), (214, 137), "n")
+    p.arrow((214, 96), (214, 121), "n")
+    p.text((224, 133), "x", "i", "start")
+    p.arrow((150, 122), (150, 30), "f")
+    p.text((142, 24), "normal force", "i f", "end")
+    p.arrow((150, 122), (92, 122), "f")
+    p.text((88, 114), "friction", "i f", "end")
+    p.arrow((262, 122), (262, 66), "n")
+    p.text((262, 58), "n", "i")
+    p.dimension((150, 82), (188, 44), "")
+    p.text((194, 40), "r", "i", "start")
+    p.dot((150, 82))
+
+
+PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
+LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
+         inline, inplane, distance, coupling, motion, rolling]
+EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, force, torque, drag,
+           attraction, contact]
+FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS}
+
+
+def name_of(noun, draw):
+    return "weld" if noun == "loop" and draw is fixed else draw.__name__
+
+
+def main():
+    folder, wanted = pathlib.Path(sys.argv[1]), sys.argv[2:]
+    folder.mkdir(exist_ok=True)
+    for noun, draws in FAMILIES.items():
+        for draw in draws:
+            name = f"{noun}-{name_of(noun, draw)}"
+            if wanted and name not in wanted:
+                continue
+            picture = Picture(name.replace("-", ": ").replace("_", " "))
+            draw(picture, noun == "loop")
+            (folder / f"{name}.svg").write_text(picture.svg())
+
+
+if __name__ == "__main__":
+    main()
