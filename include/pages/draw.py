@@ -666,6 +666,19 @@ def motor(p, loop):
     p.text((168, 122), "f(t)", "i f", "start", shift=(-2, 4))
 
 
+def servo(p, loop):
+    x, y = 116, 132
+    hinge(p, x, y, 22, 126)
+    p.dot((x, y), 24, "p1")
+    p.text((x, y + 5), "M", "")
+    target = (x + 150 * math.cos(math.radians(52)), y - 150 * math.sin(math.radians(52)))
+    p.axis((x + 20, y - 26), target, "r(t)", shift=(16, 8))
+    flat_turn(p, (x, y), 100, 26, 50)
+    p.text((212, 70), "r − q", "i m", "start")
+    flat_turn(p, (x, y), 44, 70, 165, "f")
+    p.text((74, 92), "force", "i f", "end")
+
+
 def force(p, loop):
     p.box((0, -0.2, -0.25), (0.9, 1.3, 0.8), "b")
     corner = (0.45, 0.45, 0.15)
@@ -730,7 +743,7 @@ def contact(p, loop):
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
          inline, inplane, distance, coupling, motion, rolling]
-EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, force, torque, drag,
+EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, servo, force, torque, drag,
            attraction, contact]
 FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS}
 
