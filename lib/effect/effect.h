@@ -36,6 +36,19 @@ typedef kt_wrench kt_effect_wrench;
 typedef kt_effect_balance kt_effect_power;
 #endif
 
+/* How the wrench on the last of an effect's ends changes while the other end (of one end: the ground) is at rest: with
+ * the rotation and the displacement of that end, and with its angular velocity and velocity. The moment is about its
+ * point, and moves along with it; world axes. The wrench on the other end is the opposite in every state, so this tells
+ * all of the effect's derivatives. */
+typedef struct kt_effect_slopes {
+    kt_vec3 moment, force;
+    bool
+        at_point; /* a force alone, by displacement and velocity alone: stiffness[1][1] and damping[1][1]; the moment and
+                    * the other matrices are not set */
+    kt_mat3 stiffness[2][2]; /* of moment, force: by rotation, displacement */
+    kt_mat3 damping[2][2];   /* of moment, force: by angular velocity, velocity */
+} kt_effect_slopes;
+
 /* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
  * KT_EFFECT(kt_effect_spring). Its descriptor, which is compiled once, has its keys; which ends, joint and functions of
  * time it reads follows from them. */
@@ -52,7 +65,24 @@ typedef struct kt_effect_kind {
     /* Effects in a joint with position q and velocity v: the joint force (N m, or N in a sliding joint). */
     kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
                            kt_effect_power *balance);
+    /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken of
+     * its own code by dual numbers (reduction/dual_effect.c), which cost some ten times as much. */
+    void (*slopes)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                   kt_effect_slopes *slopes);
+    void (*joint_slopes)(const kt_effect_record *effect, double q, double v, double slope[2]);
 } kt_effect_kind;
+
+/* a b' */
+static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
+    return (kt_mat3){kt_vec3_scale(b.x, a), kt_vec3_scale(b.y, a), kt_vec3_scale(b.z, a)};
+}
+
+/* A member of kt_effect_kind that the code for derivatives does not have: .slopes = KT_SLOPES(write_slopes). */
+#ifdef KT_DUAL
+#define KT_SLOPES(function) NULL
+#else
+#define KT_SLOPES(function) function
+#endif
 
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 

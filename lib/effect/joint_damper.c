@@ -11,7 +11,16 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = energetics, .joint_force = evaluate_force};
+#ifndef KT_DUAL
+static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
+    (void)q, (void)v;
+    slope[0] = 0.0;
+    slope[1] = -effect->damping;
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {
+    .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

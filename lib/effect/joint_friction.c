@@ -34,8 +34,24 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
 }
 
+#ifndef KT_DUAL
+/* With D the dry force, s = v / v0 and r = v / vs:  dD/dv = -2 (S - C) exp(-r^2) r / vs. */
+static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
+    (void)q;
+    const double sign = tanh(v / effect->smoothing);
+    double dry = effect->coulomb, change = 0.0;
+    if (effect->breakaway > effect->coulomb) {
+        const double ratio = v / effect->stribeck, more = (effect->breakaway - effect->coulomb) * exp(-ratio * ratio);
+        dry += more;
+        change = -2.0 * more * ratio / effect->stribeck;
+    }
+    slope[0] = 0.0;
+    slope[1] = -change * sign - dry * (1.0 - sign * sign) / effect->smoothing - effect->viscous;
+}
+#endif
+
 const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
-    .check = check, .energetics = energetics, .joint_force = evaluate_force};
+    .check = check, .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

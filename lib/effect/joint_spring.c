@@ -19,7 +19,16 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_curve_rests(&effect->curve[0]) ? kt_energetics_of(effect->damping > 0.0) : KT_ENERGY_SUPPLIED;
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energetics, .joint_force = evaluate_force};
+#ifndef KT_DUAL
+static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
+    (void)q, (void)v;
+    slope[0] = -effect->stiffness;
+    slope[1] = -effect->damping;
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {
+    .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -11,8 +11,16 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
     return f[0];
 }
 
+#ifndef KT_DUAL
+static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
+    (void)effect, (void)q, (void)v;
+    slope[0] = slope[1] = 0.0;
+}
+#endif
+
 const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energetics_of_curves,
-                                                   .joint_force = evaluate_force};
+                                                   .joint_force = evaluate_force,
+                                                   .joint_slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

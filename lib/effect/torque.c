@@ -9,8 +9,19 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
         *balance = (kt_effect_power){.supplied = kt_triple_dot(m, end[0].omega)};
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_torque) = {.energetics = kt_effect_energetics_of_curves,
-                                                    .wrench = evaluate_wrench};
+#ifndef KT_DUAL
+/* What is fixed in the body turns with it: dm = theta x m. */
+static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                         kt_effect_slopes *slopes) {
+    const kt_vec3 value = kt_effect_value(effect, numbers, end, t);
+    *slopes = (kt_effect_slopes){.moment = value};
+    if (effect->in_body)
+        slopes->stiffness[0][0] = kt_mat3_scale(-1.0, kt_mat3_skew(value));
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_torque) = {
+    .energetics = kt_effect_energetics_of_curves, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -69,6 +69,22 @@ KT_INLINE kt_real kt_triple_norm(kt_triple a) { return kt_sqrt(kt_triple_dot(a, 
  *          c = 1 / 12 + x / 720 + x^2 / 30240 + ..,  x = |theta|^2: |B_2k| x^(k-1) / (2 k)!
  * In the changes, R' = w x R: w = sum r_k x r_k' / 2 over its columns, and theta' = G^-1 w.
  */
+/* |B_2k| / (2 k)! for k = 1 .. 7: c = sum of these times x^(k - 1). */
+static const double kt_rotation_vector_map_series[] = {1.0 / 12.0,         1.0 / 720.0,      1.0 / 30240.0,
+                                                       1.0 / 1209600.0,    1.0 / 47900160.0, 691.0 / 1307674368000.0,
+                                                       1.0 / 74724249600.0};
+
+KT_INLINE kt_real kt_rotation_vector_map_coefficient(kt_real x) {
+    if (kt_value(x) < 0.25) {
+        kt_real c = 0.0;
+        for (int k = 6; k >= 0; k--)
+            c = kt_rotation_vector_map_series[k] + x * c;
+        return c;
+    }
+    const kt_real y = 0.5 * kt_sqrt(x);
+    return (1.0 - y / kt_tan(y)) / x;
+}
+
 #ifndef KT_DUAL
 
 KT_INLINE kt_triple kt_rotation_vector_of(kt_columns r) { return kt_euler_vector_from_matrix(r); }
@@ -80,6 +96,17 @@ KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple
         inverse =
             kt_mat3_identity(); /* theta is not finite, and so will be the result: up to half a turn G is regular */
     return kt_mat3_apply_transposed(inverse, u);
+}
+
+/* dc/dx = (y (1 + cot^2 y) - cot y) / (8 y x) - c / x, or the derivative of the series. */
+KT_INLINE double kt_rotation_vector_map_coefficient_slope(double x) {
+    double slope = 0.0;
+    for (int k = 6; k >= 1 && x < 0.25; k--)
+        slope = k * kt_rotation_vector_map_series[k] + x * slope;
+    if (x < 0.25)
+        return slope;
+    const double y = 0.5 * sqrt(x), cot = 1.0 / tan(y);
+    return (y * (1.0 + cot * cot) - cot) / (8.0 * y * x) - (1.0 - y * cot) / (x * x);
 }
 
 #else
@@ -94,21 +121,6 @@ KT_INLINE kt_triple kt_rotation_vector_of(kt_columns r) {
         inverse = kt_mat3_identity();
     const kt_vec3 change = kt_mat3_apply(inverse, kt_v4_vec3(kt_v4_splat(0.5) * twice));
     return kt_join(kt_v4_from(theta), kt_v4_from(change));
-}
-
-KT_INLINE kt_real kt_rotation_vector_map_coefficient(kt_real x) {
-    static const double series[] = {1.0 / 12.0,         1.0 / 720.0,      1.0 / 30240.0,
-                                    1.0 / 1209600.0,    1.0 / 47900160.0, 691.0 / 1307674368000.0,
-                                    1.0 / 74724249600.0};
-    if (kt_value(x) < 0.25) {
-        kt_real c = 0.0;
-        for (int k = 6; k >= 0; k--)
-            c = series[k] + x * c;
-        return c;
-    }
-    const kt_real y = 0.5 * kt_sqrt(x);
-    const double slope = tan(kt_value(y));
-    return (1.0 - y / kt_chain(y, slope, 1.0 + slope * slope)) / x;
 }
 
 KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple u) {

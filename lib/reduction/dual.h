@@ -4,6 +4,7 @@
 #define KT_REDUCTION_DUAL_H
 
 #include "dynamics/dof.h"
+#include "effect/effect.h"
 
 /* A degree of freedom on the path from the link that carries both ends of a loop or an effect to one of them, expressed
  * about a point near to them. */
@@ -31,7 +32,10 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
 /* Writes the derivative of A v - b' with respect to q (equations x nv) to c_q. */
 void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q);
 
-/* Effects except a caller's own: subtracts the derivatives of their joint forces from d_q and d_v. */
-void kt_dual_effects(const kt_dual_motion *x, double *d_q, double *d_v);
+/* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
+void kt_dual_effect_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_slopes *slopes);
+void kt_dual_joint_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                          double slope[2]);
 
 #endif

@@ -197,16 +197,9 @@ static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, c
     return status;
 }
 
-static kt_dual_motion motion_of(const kt_linearized *w, const double *q, const double *v) {
-    return (kt_dual_motion){
-        .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
-}
-
-/* The effects' part of D. */
-static kt_status fill_effects(kt_linearized *w, const double *q, const double *v, kt_error *error) {
-    const kt_dual_motion at = motion_of(w, q, v);
+/* The part of D of a caller's own effects. */
+static kt_status fill_own_effects(kt_linearized *w, const double *q, const double *v, kt_error *error) {
     kt_status status = KT_OK;
-    kt_dual_effects(&at, w->d_q, w->d_v);
     for (size_t j = 0; j < w->n && status == KT_OK && has_own_effects(w->model); j++) {
         status = difference(w, q, v, j, false, w->d_q, error);
         if (status == KT_OK)
@@ -230,7 +223,8 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
     for (size_t i = 0; i < w->n; i++)
         w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
     find_multipliers(w, w->change);
-    const kt_dual_motion at = motion_of(w, q, v);
+    const kt_dual_motion at = {
+        .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
     kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
     reduce(w);
     return KT_OK;
@@ -247,9 +241,11 @@ kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v,
         status = refuse_singular(w, q, v, error);
     if (status == KT_OK)
         status = fill_tree(w, q, v, external, error);
+    if (status == KT_OK) /* first: what follows leaves other motions in data */
+        kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v);
     if (status == KT_OK && KT_HAS_LOOPS && w->p)
         status = fill_loops(w, q, v, tau, external, error);
-    return status == KT_OK ? fill_effects(w, q, v, error) : status;
+    return status == KT_OK ? fill_own_effects(w, q, v, error) : status;
 }
 
 kt_status kt_linearized_overflow(kt_error *error) {

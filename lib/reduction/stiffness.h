@@ -7,6 +7,7 @@
 #include "dynamics/derivative.h"
 #include "kinetree/dynamics.h"
 #include "reduction/dual.h"
+#include "reduction/effect_slopes.h"
 #include "reduction/evaluate.h"
 
 /* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. Of a tree m is 0,
@@ -28,8 +29,9 @@
     X(double, basis, m *m, "orthogonal factor Q")                                                                      \
     X(double, product, m *m, "M Q")                                                                                    \
     X(double, half, m *m, "Q' M Q")                                                                                    \
-    X(kt_support_dof, dof, n, "of a loop or an effect")                                                                \
-    X(int32_t, chain, model->n.link, "of a loop or an effect")                                                         \
+    X(kt_effect_dof, path, n, "of an effect")                                                                          \
+    X(kt_support_dof, dof, m, "of a loop")                                                                             \
+    X(int32_t, chain, m ? model->n.link : 0, "of a loop")                                                              \
     X(double, e_q, n *p, "E by positions, p x n")                                                                      \
     X(double, e_v, n *p, "E by velocities")
 

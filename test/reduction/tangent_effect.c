@@ -1,4 +1,4 @@
-/* What effects add to derivatives (reduction/tangent.h), against differences of their joint forces: of every type, on
+/* What effects add to derivatives (reduction/effect_slopes.h), against differences of their joint forces: of every type, on
  * trees in space and in a plane. Differences as in tangent_loop.c; rounding is some eps / H of forces and derivatives
  * (measured over forty seeds: up to 0.73 of the bounds).
  */
@@ -6,11 +6,12 @@
 
 #include "dynamics/dynamics.h"
 #include "model/model.h"
-#include "reduction/dual.h"
+#include "reduction/effect_slopes.h"
 #include "reduction/evaluate.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define H 0.005
@@ -182,33 +183,41 @@ static void compare(const stage *s, const double *matrix, bool rate, kt_worst *w
     }
 }
 
+/* d_q, d_v: minus the derivatives of their joint forces. */
+static bool differentiate(const stage *s, double *d_q, double *d_v) {
+    static kt_effect_dof path[KT_TREE_NV];
+    const kt_tree *tree = &s->tree;
+    kt_derivative_work terms;
+    kt_error e = {0};
+    void *memory = aligned_alloc(KT_ALIGNMENT, kt_derivative_work_size(tree->model));
+    const bool fine = kt_tree_fine("terms",
+                                   kt_inverse_derivatives_fill(tree->model, tree->data, memory, s->state.q, s->state.v,
+                                                               s->state.a, NULL, &terms, &e),
+                                   &e);
+    memset(d_q, 0, SQUARE * sizeof *d_q);
+    memset(d_v, 0, SQUARE * sizeof *d_v);
+    if (fine)
+        kt_effects_differentiate(tree->model, tree->data, &terms, 0.3, s->state.q, s->state.v, path, d_q, d_v);
+    free(memory);
+    return fine;
+}
+
 static void check_all(kt_tree_plan plan) {
     kt_random random = kt_random_of_test();
     static stage s;
     static double d_q[SQUARE], d_v[SQUARE];
-    static kt_support_dof dof[KT_TREE_NV];
-    static int32_t chain[3 * KT_TREE_SLOTS];
     kt_worst by_q = kt_worst_make("df/dq"), by_v = kt_worst_make("df/dv");
     int types[KT_EFFECT_TYPE_COUNT] = {0}, kinds = 0;
     for (int n = 0; n < MECHANISMS; n++) {
-        if (grow(&s, &plan, &random) && s.tree.model->n.link <= sizeof chain / sizeof *chain) {
+        if (grow(&s, &plan, &random)) {
             int draws = 0;
             do {
                 kt_tree_state_draw(&s.tree, &random, &s.state);
                 for (int i = 0; i < s.tree.nv; i++) /* at rest a stop's damping has a kink */
                     s.state.v[i] += copysign(0.1, s.state.v[i]);
             } while (!is_smooth(&s) && ++draws < 100);
-            const kt_dual_motion at = {.model = s.tree.model,
-                                       .data = s.tree.data,
-                                       .t = 0.3,
-                                       .q = s.state.q,
-                                       .v = s.state.v,
-                                       .a = s.state.a,
-                                       .dof = dof,
-                                       .chain = chain};
-            memset(d_q, 0, sizeof d_q);
-            memset(d_v, 0, sizeof d_v);
-            kt_dual_effects(&at, d_q, d_v);
+            if (!differentiate(&s, d_q, d_v))
+                return;
             compare(&s, d_q, false, &by_q, n);
             compare(&s, d_v, true, &by_v, n);
             for (int i = 0; i < s.tree.description.effect_count; i++)
