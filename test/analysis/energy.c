@@ -73,6 +73,10 @@ KT_TEST(effects_tell_what_they_can_do_to_the_energy) {
                 e->torque = constant(c);
             if (type == KT_EFFECT_ATTRACTION)
                 expected = KT_ENERGY_CONSERVED;
+            if (type == KT_EFFECT_SERVO) {
+                e->target = constant(0.0);
+                expected = KT_ENERGY_SUPPLIED;
+            }
             if (type == KT_EFFECT_FORCE || type == KT_EFFECT_TORQUE || type == KT_EFFECT_MOTOR)
                 expected = lossy ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
             kt_check_equal_int(kt_effect_type_name((kt_effect_type)type), energetics_of(&s), (int)expected);
