@@ -69,7 +69,8 @@ typedef struct kt_effect_kind {
      * its own code by dual numbers (reduction/dual_effect.c), which cost some ten times as much. */
     void (*slopes)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                    kt_effect_slopes *slopes);
-    void (*joint_slopes)(const kt_effect_record *effect, double q, double v, double slope[2]);
+    void (*joint_slopes)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                         double slope[2]);
 } kt_effect_kind;
 
 /* a b' */

@@ -12,8 +12,9 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
 #ifndef KT_DUAL
-static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
-    (void)q, (void)v;
+static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                         double slope[2]) {
+    (void)numbers, (void)q, (void)v, (void)t;
     slope[0] = 0.0;
     slope[1] = -effect->damping;
 }

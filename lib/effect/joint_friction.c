@@ -36,8 +36,9 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 
 #ifndef KT_DUAL
 /* With D the dry force, s = v / v0 and r = v / vs:  dD/dv = -2 (S - C) exp(-r^2) r / vs. */
-static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
-    (void)q;
+static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                         double slope[2]) {
+    (void)numbers, (void)q, (void)t;
     const double sign = tanh(v / effect->smoothing);
     double dry = effect->coulomb, change = 0.0;
     if (effect->breakaway > effect->coulomb) {

@@ -41,7 +41,9 @@ static kt_energetics energetics(const kt_effect_record *effect) { return kt_ener
 
 #ifndef KT_DUAL
 /* With e = k x, d = c w and s = e + |d|: the derivatives of d e / s are k d |d| / s^2 and c (e / s)^2. */
-static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
+static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                         double slope[2]) {
+    (void)numbers, (void)t;
     const double above = q - effect->upper, below = effect->lower - q, side = above >= below ? 1.0 : -1.0;
     const double x = side > 0.0 ? above : below;
     slope[0] = slope[1] = 0.0;

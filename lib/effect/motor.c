@@ -12,8 +12,9 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 }
 
 #ifndef KT_DUAL
-static void write_slopes(const kt_effect_record *effect, double q, double v, double slope[2]) {
-    (void)effect, (void)q, (void)v;
+static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                         double slope[2]) {
+    (void)effect, (void)numbers, (void)q, (void)v, (void)t;
     slope[0] = slope[1] = 0.0;
 }
 #endif

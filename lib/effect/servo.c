@@ -44,8 +44,24 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return KT_ENERGY_SUPPLIED;
 }
 
+#ifndef KT_DUAL
+/* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. */
+static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                         double slope[2]) {
+    double r[3];
+    kt_curve_evaluate(&effect->curve[0], numbers, t, r);
+    const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
+    const double missing = (1.0 + blend) * effect->limit - fabs(u);
+    double rise = 1.0;
+    if (fabs(u) > (1.0 - blend) * effect->limit)
+        rise = missing > 0.0 ? missing / (2.0 * blend * effect->limit) : 0.0;
+    slope[0] = -rise * effect->stiffness;
+    slope[1] = -rise * effect->damping;
+}
+#endif
+
 const kt_effect_kind KT_EFFECT(kt_effect_servo) = {
-    .check = check, .energetics = energetics, .joint_force = evaluate_force};
+    .check = check, .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -221,10 +221,7 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
     const double q = s->q[link->q], v = s->v[link->v];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
     double slope[2];
-    if (kind->joint_slopes)
-        kind->joint_slopes(effect, q, v, slope);
-    else
-        kt_dual_joint_slopes(effect, s->model->number, q, v, s->t, slope);
+    (kind->joint_slopes ? kind->joint_slopes : kt_dual_joint_slopes)(effect, s->model->number, q, v, s->t, slope);
     d_q[diagonal] -= slope[0];
     d_v[diagonal] -= slope[1];
 }

@@ -115,6 +115,7 @@ KT_TEST(slopes_of_joint_forces_in_closed_form_are_those_of_dual_numbers) {
                  {KT_EFFECT_JOINT_DAMPER, "joint_damper"},
                  {KT_EFFECT_JOINT_FRICTION, "joint_friction"},
                  {KT_EFFECT_JOINT_LIMIT, "joint_limit"},
+                 {KT_EFFECT_SERVO, "servo"},
                  {KT_EFFECT_MOTOR, "motor"}};
     kt_random random = kt_random_of_test();
     for (size_t k = 0; k < sizeof types / sizeof *types; k++) {
@@ -124,7 +125,7 @@ KT_TEST(slopes_of_joint_forces_in_closed_form_are_those_of_dual_numbers) {
             const kt_effect_record effect = draw_effect(&random, types[k].type, 0);
             const double q = 2.0 * kt_random_normal(&random), v = draw % 7 ? kt_random_normal(&random) : 0.0;
             double closed[2], dual[2];
-            kt_effect_kind_of(effect.type)->joint_slopes(&effect, q, v, closed);
+            kt_effect_kind_of(effect.type)->joint_slopes(&effect, NULL, q, v, 0.3, closed);
             kt_dual_joint_slopes(&effect, NULL, q, v, 0.3, dual);
             const double terms = effect.stiffness + (effect.coulomb + effect.breakaway) / effect.smoothing;
             for (int i = 0; i < 2; i++)
