@@ -196,9 +196,11 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
     kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    const kt_variant own = kt_own_variant(scene);
     kt_variant variants[KT_COMPARED_FORMULATIONS];
+    options.own = &own;
     if (arguments->compare_sets) {
-        kt_compared_formulations(&scene->run, variants);
+        kt_compared_formulations(scene, variants);
         options.variants = variants;
         options.variant_count = KT_COMPARED_FORMULATIONS;
     }

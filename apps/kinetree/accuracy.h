@@ -45,7 +45,7 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
 
 /* The formulations of --compare-sets: KT_COMPARED_FORMULATIONS variants, and the methods that are used if none are
  * given. The second function returns the number of methods. */
-void kt_compared_formulations(const kt_run *run, kt_variant *variants);
+void kt_compared_formulations(const kt_scene *scene, kt_variant *variants);
 int kt_compared_methods(const kt_method **methods);
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */

@@ -245,7 +245,7 @@ static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base,
 /* Fills the list of variants, one per line of the table. Returns their number. */
 static int list_variants(const kt_findings *findings, kt_variant *variants) {
     static const char *const reductions[] = {"QR reduction", "partitioning", "SVD reduction"};
-    const kt_variant base = kt_variant_default(&findings->scene->run);
+    const kt_variant base = kt_own_variant(findings->scene);
     const bool has_loops = kt_loop_count(kt_accuracy_model(findings->study)) > 0;
     int count = 0;
     add(variants, &count, &base, "as the scene has it");
@@ -253,7 +253,7 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     if (has_loops) {
         add(variants, &count, &base, "without projection")->simulation.unprojected = true;
         for (int i = 0; i < 3; i++)
-            if (i != (int)findings->scene->run.reduction)
+            if (i != (int)findings->scene->reduction)
                 add(variants, &count, &base, reductions[i])->model.reduction = kt_reduction_method_of((kt_reduction)i);
         const bool is_mass = base.model.metric == KT_METRIC_MASS;
         add(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
@@ -263,8 +263,8 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
         add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
     if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
         return count; /* six coordinates per body: compiling that model alone takes long */
-    const bool is_absolute = base.model.formulation == KT_FORMULATION_ABSOLUTE;
-    add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->model.formulation =
+    const bool is_absolute = base.formulation == KT_FORMULATION_ABSOLUTE;
+    add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->formulation =
         is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
     return count;
 }

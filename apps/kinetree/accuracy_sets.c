@@ -24,11 +24,11 @@ static const struct {
     {"projection", false, false, true, KT_CONSTRAINT_FORMULATION_PROJECTION, 0.0},
 };
 
-void kt_compared_formulations(const kt_run *run, kt_variant *variants) {
+void kt_compared_formulations(const kt_scene *scene, kt_variant *variants) {
     for (int i = 0; i < KT_COMPARED_FORMULATIONS; i++) {
-        variants[i] = kt_variant_default(run);
+        variants[i] = kt_own_variant(scene);
         variants[i].label = kinds[i].label;
-        variants[i].model.formulation = kinds[i].absolute ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
+        variants[i].formulation = kinds[i].absolute ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
         variants[i].simulation.unprojected = kinds[i].unprojected;
         variants[i].has_set = kinds[i].has_set;
         variants[i].set = kinds[i].set;

@@ -22,11 +22,9 @@ static const double degree = 3.14159265358979323846 / 180.0;
 
 /* Returns whether a description, compiled with the options of the scene's run, can be assembled. */
 static bool closes(const kt_scene *scene, const kt_description *description) {
-    kt_model_options options = kt_model_options_default();
+    const kt_model_options options = kt_compile_options(scene);
     kt_model *model = NULL;
     kt_data *data = NULL;
-    options.reduction = kt_reduction_method_of(scene->run.reduction);
-    options.plan = scene->run.plan;
     if (kt_model_compile(description, &options, &model, NULL) != KT_OK)
         return false;
     double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);

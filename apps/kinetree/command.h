@@ -91,8 +91,16 @@ bool kt_speaks_utf8(int descriptor);
  * *scene with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, kt_scene *scene);
 
-/* Compiles a scene with the options of its `simulate` section, and prints the errors. */
+/* The options of a scene's `simulate` section for its compilation, and as a variant of an accuracy study. */
+kt_model_options kt_compile_options(const kt_scene *scene);
+kt_variant kt_own_variant(const kt_scene *scene);
+
+/* Compiles a scene with these options, and prints the errors. */
 int kt_compile_scene(const kt_scene *scene, kt_model **model);
+
+/* Compiles the absolute formulation of the scene's model, if the scene asks for it, and prints the errors; otherwise
+ * *absolute is NULL. */
+int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute);
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, kt_scene *scene, kt_model **model);

@@ -48,18 +48,14 @@ static void print_dropped(const kt_plan_step *steps, int count) {
             printf("  %-42s %s\n", steps[i].name, steps[i].dropped);
 }
 
-static void kt_info_print_plan(const kt_model *model, const kt_run *run) {
-    kt_plan_step steps[KT_PLAN_STEPS_MAX];
-    const int count = kt_plan_steps(model, run, steps);
+static void print_plan(const kt_model *model, const kt_plan_step *steps, int count) {
     printf("Plan: %s\n", kt_model_plan(model));
     for (int phase = 0; phase < KT_PHASE_COUNT; phase++)
         print_phase(steps, count, (kt_phase)phase);
     print_dropped(steps, count);
 }
 
-static int kt_info_write_plan(const kt_model *model, const kt_run *run) {
-    kt_plan_step steps[KT_PLAN_STEPS_MAX];
-    const int count = kt_plan_steps(model, run, steps);
+static int write_plan(const kt_model *model, const kt_plan_step *steps, int count) {
     json_t *root = json_object(), *list = json_array();
     for (int i = 0; i < count; i++) {
         const kt_plan_step *s = &steps[i];
@@ -227,7 +223,8 @@ static int show_start(const kt_scene *scene, const kt_model *model) {
     return code != KT_EXIT_DONE ? code : kt_exit_code(status);
 }
 
-static void show_run(const kt_run *run, const kt_model *model) {
+static void show_run(const kt_scene *scene, const kt_model *model) {
+    const kt_run *run = &scene->run;
     printf("simulate   %g s, %s", run->duration, run->integrator);
     if (run->step > 0.0)
         printf(" with steps of %g s", run->step);
@@ -235,7 +232,7 @@ static void show_run(const kt_run *run, const kt_model *model) {
         printf(" at tolerance %g", run->relative);
     else
         printf(" at tolerances %g relative, %g absolute", run->relative, run->absolute);
-    printf(", %s formulation\n", kt_formulation_name(run->formulation));
+    printf(", %s formulation\n", kt_formulation_name(scene->formulation));
     fputs("output     ", stdout);
     if (run->interval > 0.0)
         printf("every %g s: ", run->interval);
@@ -258,7 +255,7 @@ static int show_all(const kt_scene *scene, const kt_model *model) {
         printf("%s\n\n", kt_show(scene->description.name).text);
     show_sizes(model);
     int code = show_start(scene, model);
-    show_run(&scene->run, model);
+    show_run(scene, model);
     putchar('\n');
     if (kt_tree_draw(model) != 0) {
         kt_say("there is not enough memory for the tree");
@@ -266,6 +263,24 @@ static int show_all(const kt_scene *scene, const kt_model *model) {
     }
     show_loops(model);
     show_effects(&scene->description);
+    return code;
+}
+
+/* The plan is that of the model that is integrated. */
+static int show_plan(const kt_scene *scene, const kt_model *model, bool json) {
+    kt_plan_step steps[KT_PLAN_STEPS_MAX];
+    kt_absolute *absolute;
+    kt_run run = scene->run;
+    int code = kt_compile_absolute(scene, model, &absolute);
+    if (code != KT_EXIT_DONE)
+        return code;
+    run.record = kt_run_record(&run, model);
+    const int count = kt_plan_steps(absolute != NULL ? kt_absolute_model(absolute) : model, &run, steps);
+    if (json)
+        code = write_plan(model, steps, count);
+    else
+        print_plan(model, steps, count);
+    kt_absolute_free(absolute);
     return code;
 }
 
@@ -284,10 +299,8 @@ int kt_command_info(int argc, char **argv) {
     code = kt_load_model(argv[1], &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    if (arguments.json)
-        code = kt_info_write_plan(model, &scene.run);
-    else if (arguments.plan)
-        kt_info_print_plan(model, &scene.run);
+    if (arguments.plan)
+        code = show_plan(&scene, model, arguments.json);
     else
         code = show_all(&scene, model);
     kt_model_free(model);

@@ -402,6 +402,7 @@ static double frame_interval(double duration) { return duration / fmin(fmax(60.0
 static kt_simulation_options choose_options(const kt_run_arguments *arguments, const kt_result_names *names,
                                             const kt_outcome *outcome, const kt_run_manner *manner) {
     kt_simulation_options options = kt_simulation_options_default();
+    kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
     options.kinematics = names->view != NULL;
     if (kt_loop_count(outcome->model) > 0)
@@ -444,7 +445,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
 
 /* Runs a compiled scene: applies the remaining options, names and checks the files, then runs. Returns an exit code. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
-                     const char *base, const kt_run_manner *manner) {
+                     const kt_absolute *absolute, const char *base, const kt_run_manner *manner) {
     kt_run run = scene->run;
     kt_marker_pair *markers;
     int code = kt_run_override_markers(arguments->markers, model, &run, &markers);
@@ -463,6 +464,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     if (code < 0) {
         kt_outcome outcome = {.scene = scene,
                               .model = model,
+                              .absolute = absolute,
                               .run = &run,
                               .unprojected = arguments->unprojected,
                               .energy = kt_energy_watch_start(model),
@@ -491,6 +493,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
     kt_run_arguments arguments;
     kt_scene scene;
     kt_model *model = NULL;
+    kt_absolute *absolute = NULL;
     int code = kt_run_arguments_read(manner->usage, argc, argv, &arguments);
     if (code >= 0)
         return code;
@@ -507,13 +510,16 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         kt_say("there is not enough memory");
         code = KT_EXIT_INTEGRATION;
     } else {
-        code = kt_run_override(&arguments, &scene.run);
+        code = kt_run_override(&arguments, &scene);
         if (code < 0)
             code = kt_compile_scene(&scene, &model);
         if (code == KT_EXIT_DONE && model != NULL)
-            code = run_model(&arguments, path, &scene, model, base, manner);
+            code = kt_compile_absolute(&scene, model, &absolute);
+        if (code == KT_EXIT_DONE && model != NULL)
+            code = run_model(&arguments, path, &scene, model, absolute, base, manner);
     }
     free(base);
+    kt_absolute_free(absolute);
     kt_model_free(model);
     kt_scene_free(&scene);
     return code;

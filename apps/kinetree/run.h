@@ -38,9 +38,9 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner);
 /* Parses the command line. Returns -1 if the command can continue, else an exit code. */
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments);
 
-/* Applies the options of the command line to the scene's run, except for markers. Returns -1 on success, else an exit
+/* Applies the options of the command line to the scene, except for markers. Returns -1 on success, else an exit
  * code. */
-int kt_run_override(const kt_run_arguments *arguments, kt_run *run);
+int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene);
 
 /* Applies --markers, which needs the model; list: NULL if not given. The caller releases *run_markers with free.
  * Returns -1 on success, else an exit code. */
@@ -75,7 +75,8 @@ double kt_clock(void);
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
-    const kt_run *run; /* with the options of the command line applied */
+    const kt_absolute *absolute; /* its absolute formulation, where that is integrated; else NULL */
+    const kt_run *run;           /* with the options of the command line applied */
     kt_simulation *simulation;
     const char *name;       /* the scene's name, or the file's if it has none */
     bool unprojected;       /* --unprojected */

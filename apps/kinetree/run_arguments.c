@@ -303,7 +303,8 @@ static int check_limits(const kt_run *run) {
     return -1;
 }
 
-int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
+int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
+    kt_run *run = &scene->run;
     int code = -1;
     if (!isnan(arguments->duration))
         run->duration = arguments->duration;
@@ -312,9 +313,9 @@ int kt_run_override(const kt_run_arguments *arguments, kt_run *run) {
     if (!isnan(arguments->interval))
         run->interval = arguments->interval;
     if (arguments->formulation >= 0)
-        run->formulation = (kt_formulation)arguments->formulation;
+        scene->formulation = (kt_formulation)arguments->formulation;
     if (arguments->reduction >= 0)
-        run->reduction = (kt_reduction)arguments->reduction;
+        scene->reduction = (kt_reduction)arguments->reduction;
     if (arguments->metric >= 0)
         run->metric = (kt_metric)arguments->metric;
     if (arguments->plan >= 0)

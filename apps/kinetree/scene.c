@@ -112,13 +112,23 @@ static void tell_all(const kt_scene *scene, kt_error *found) {
     }
 }
 
+int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute) {
+    const kt_model_options options = kt_compile_options(scene);
+    kt_error error = {0};
+    *absolute = NULL;
+    if (scene->formulation != KT_FORMULATION_ABSOLUTE)
+        return KT_EXIT_DONE;
+    const kt_status status = kt_absolute_create(&scene->description, &options, model, absolute, &error);
+    if (status == KT_ERROR_MODEL)
+        tell_all(scene, &error);
+    else if (status != KT_OK)
+        kt_say_error(&error);
+    return kt_exit_code(status);
+}
+
 int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     kt_error error = {0};
-    kt_model_options options = kt_model_options_default();
-    options.reduction = kt_reduction_method_of(scene->run.reduction);
-    options.metric = scene->run.metric;
-    options.formulation = scene->run.formulation;
-    options.plan = scene->run.plan;
+    const kt_model_options options = kt_compile_options(scene);
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
     if (status == KT_ERROR_MODEL)
         tell_all(scene, &error);

@@ -174,10 +174,11 @@ static kt_simulation_options follow_options(void) {
  * motion need not reach the end of the run. */
 static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_run run = *outcome->run;
-    const kt_simulation_options options = follow_options();
+    kt_simulation_options options = follow_options();
     kt_mode_watch *watch = kt_watch_steps(outcome);
     kt_simulation *simulation = NULL;
     kt_error error = {0};
+    kt_absolute_use(outcome->absolute, &options);
     run.integrator = kt_run_default().integrator;
     run.relative = run.absolute = 1e-6;
     run.step = 0.0;

@@ -20,7 +20,9 @@ static json_t *list_markers(const kt_model *model, const kt_data *data) {
     return object;
 }
 
-static json_t *describe_method(const kt_run *run, const kt_model *model) {
+static json_t *describe_method(const kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const kt_scene *scene = outcome->scene;
     json_t *method = json_object();
     json_object_set_new(method, "integrator", json_string(run->integrator));
     if (run->step > 0.0) {
@@ -30,9 +32,9 @@ static json_t *describe_method(const kt_run *run, const kt_model *model) {
         json_object_set_new(method, "tolerance",
                             json_pack("{s:f, s:f}", "relative", run->relative, "absolute", run->absolute));
     }
-    json_object_set_new(method, "formulation", json_string(kt_formulation_name(run->formulation)));
-    json_object_set_new(method, "reduction", json_string(kt_reduction_name(run->reduction)));
-    json_object_set_new(method, "plan", json_string(kt_model_plan(model)));
+    json_object_set_new(method, "formulation", json_string(kt_formulation_name(scene->formulation)));
+    json_object_set_new(method, "reduction", json_string(kt_reduction_name(scene->reduction)));
+    json_object_set_new(method, "plan", json_string(kt_model_plan(outcome->model)));
     return method;
 }
 
@@ -94,7 +96,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(
         root, "constraint",
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
-    json_object_set_new(root, "method", describe_method(outcome->run, model));
+    json_object_set_new(root, "method", describe_method(outcome));
     json_object_set_new(root, "cost", count_cost(outcome));
     json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));
     return root;

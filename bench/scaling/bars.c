@@ -86,8 +86,8 @@ static void draw_row(drawing *d, int rods) {
         rod = add_bar(d, "rod", i, rod, along(i ? 1.0 : 0.0, 0.0), along(1.0, 0.0), 0.5 + 0.3 * (i % 5), 0.2 * (i % 7));
 }
 
-static kt_status compile(kt_bars_shape shape, bool open, const kt_model_options *options, drawing *d, kt_bars *bars,
-                         kt_error *error) {
+static kt_status compile(kt_bars_shape shape, bool open, kt_formulation formulation, const kt_model_options *options,
+                         drawing *d, kt_bars *bars, kt_error *error) {
     const double start = kt_bench_clock();
     if (shape == KT_BARS_SEPARATE)
         draw_separate(d, bars->loops, open);
@@ -101,13 +101,15 @@ static kt_status compile(kt_bars_shape shape, bool open, const kt_model_options 
     description.body_count = d->body_count;
     description.loops = d->loops;
     description.loop_count = d->loop_count;
-    const kt_status status = kt_model_compile(&description, options, &bars->model, error);
+    kt_status status = kt_model_compile(&description, options, &bars->model, error);
+    if (status == KT_OK && formulation == KT_FORMULATION_ABSOLUTE)
+        status = kt_absolute_create(&description, options, bars->model, &bars->absolute, error);
     bars->set_up = kt_bench_clock() - start;
     return status;
 }
 
-static kt_status prepare(kt_bars *bars, kt_formulation formulation, kt_error *error) {
-    bars->stepped = formulation == KT_FORMULATION_ABSOLUTE ? kt_model_absolute(bars->model) : bars->model;
+static kt_status prepare(kt_bars *bars, kt_error *error) {
+    bars->stepped = bars->absolute ? kt_absolute_model(bars->absolute) : bars->model;
     const size_t nq = (size_t)kt_model_nq(bars->stepped), nv = (size_t)kt_model_nv(bars->stepped);
     const kt_status status = kt_data_create(bars->stepped, &bars->data, error);
     if (status != KT_OK)
@@ -121,8 +123,8 @@ static kt_status prepare(kt_bars *bars, kt_formulation formulation, kt_error *er
     return kt_state_assemble(bars->stepped, bars->data, 0.0, bars->q, bars->v, error);
 }
 
-kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, const kt_model_options *options, kt_bars *bars,
-                       kt_error *error) {
+kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation,
+                       const kt_model_options *options, kt_bars *bars, kt_error *error) {
     const size_t most = 4 * (size_t)loops + 1;
     drawing d = {.bodies = calloc(most, sizeof *d.bodies),
                  .loops = calloc((size_t)loops, sizeof *d.loops),
@@ -130,12 +132,12 @@ kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, const kt_model
     *bars = (kt_bars){.loops = loops};
     kt_status status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for %d loops", loops);
     if (d.bodies && d.loops && d.names)
-        status = compile(shape, open, options, &d, bars, error);
+        status = compile(shape, open, formulation, options, &d, bars, error);
     free(d.bodies);
     free(d.loops);
     free(d.names);
     if (status == KT_OK)
-        status = prepare(bars, options->formulation, error);
+        status = prepare(bars, error);
     if (status != KT_OK)
         kt_bars_free(bars);
     return status;
@@ -146,6 +148,7 @@ void kt_bars_free(kt_bars *bars) {
     free(bars->v);
     free(bars->a);
     kt_data_free(bars->data);
+    kt_absolute_free(bars->absolute);
     kt_model_free(bars->model);
     *bars = (kt_bars){.loops = 0};
 }

@@ -4,7 +4,7 @@
 #ifndef KT_BENCH_BARS_H
 #define KT_BENCH_BARS_H
 
-#include "kinetree/reduction.h"
+#include "kinetree/study.h"
 
 /* KT_BARS_ROW: rods hung on one another, as many as loops are asked for, and no loop. */
 typedef enum kt_bars_shape { KT_BARS_SEPARATE = 0, KT_BARS_CHAINED, KT_BARS_ROW, KT_BARS_SHAPES } kt_bars_shape;
@@ -14,7 +14,8 @@ extern const char *const kt_bars_shape_name[KT_BARS_SHAPES];
 typedef struct kt_bars {
     int loops;
     kt_model *model;         /* as described */
-    const kt_model *stepped; /* this, or its absolute formulation */
+    kt_absolute *absolute;   /* its absolute formulation, or NULL */
+    const kt_model *stepped; /* which of the two is evaluated */
     kt_data *data;
     double *q, *v, *a; /* nq, nv, nv of `stepped` */
     double set_up;     /* seconds of processor time to describe and to compile it */
@@ -22,8 +23,8 @@ typedef struct kt_bars {
 } kt_bars;
 
 /* Allocates all of it; open: without the loops. On failure *bars is empty and *error says why. */
-KT_CHECKED kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, const kt_model_options *options,
-                                  kt_bars *bars, kt_error *error);
+KT_CHECKED kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation,
+                                  const kt_model_options *options, kt_bars *bars, kt_error *error);
 void kt_bars_free(kt_bars *bars);
 
 /* Task for kt_bench_measure, on kt_bars: a from the state, once. */

@@ -51,7 +51,8 @@ static kt_status make_all(const struct subject *s, kt_isa level, kt_bars bars[WA
         kt_model_options options = kt_model_options_default();
         options.level = level;
         options.plan = *made % 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-        status = kt_bars_make(s->shape, s->count, *made >= PLANAR_OPEN, &options, &bars[*made], error);
+        status =
+            kt_bars_make(s->shape, s->count, *made >= PLANAR_OPEN, KT_FORMULATION_TREE, &options, &bars[*made], error);
         *made += status == KT_OK;
     }
     return status;

@@ -45,20 +45,6 @@ typedef enum kt_metric {
     KT_METRIC_MASS /* its kinetic energy */
 } kt_metric;
 
-/* Formulations. X(id, name in scene files) */
-#define KT_FORMULATION_LIST(X)                                                                                         \
-    X(KT_FORMULATION_TREE, tree)         /* coordinates of the tree's joints */                                        \
-    X(KT_FORMULATION_ABSOLUTE, absolute) /* all bodies free, all joints loops */
-
-/* What is integrated: the coordinates of the tree's joints; or, as a reference for these, the positions of all bodies
- * in the world, every joint being a constraint between two of them [MSD 7.1]. */
-typedef enum kt_formulation {
-#define KT_FORMULATION_ENUM(id, name) id,
-    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
-#undef KT_FORMULATION_ENUM
-        KT_FORMULATION_COUNT /* how many */
-} kt_formulation;
-
 /* Plans. X(id, name in scene files) */
 #define KT_PLAN_LIST(X)                                                                                                \
     X(KT_PLAN_AUTO, auto)       /* in the plane, where all moves in one */                                             \
@@ -78,11 +64,10 @@ typedef struct kt_model_options {
     kt_isa level;                         /* other than auto: this one; results have the same bits with each */
     const kt_reduction_method *reduction; /* of loops; must outlive the model. NULL: by QR decomposition */
     kt_metric metric;                     /* of projections */
-    kt_formulation formulation;           /* absolute: the model can be simulated in this formulation too */
     kt_plan plan;                         /* of trees that move in a plane */
 } kt_model_options;
 
-/* auto, by QR decomposition, identity, tree, auto. */
+/* auto, by QR decomposition, identity, auto. */
 KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
@@ -113,12 +98,6 @@ KT_API size_t kt_model_size(const kt_model *model);
  * Errors: KT_ERROR_MEMORY (too small or misaligned; *copy and the memory are then untouched). O(size). */
 KT_API KT_CHECKED kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy,
                                           kt_error *error);
-
-/* The absolute formulation of a model that was compiled for it, or NULL: a model in its own right, with every body free
- * and every joint a loop of the body's name behind the loops of the description. Bodies are in the description's order;
- * behind them there may be massless ones, NAME.position and NAME.cross, on which relations, effects and oblique
- * universal joints rest. Lives as long as `model`. */
-KT_API const kt_model *kt_model_absolute(const kt_model *model);
 
 /* Number of bodies, the world included; of positions; of velocities. */
 KT_API int kt_model_body_count(const kt_model *model);

@@ -35,6 +35,7 @@
 #define KINETREE_SCENE_H
 
 #include "kinetree/simulation.h"
+#include "kinetree/study.h" /* types alone */
 
 #include <stdio.h>
 
@@ -47,9 +48,13 @@ typedef struct kt_scene_marks kt_scene_marks;
 
 /* The contents of a scene file. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
-    kt_description description;  /* the mechanism */
-    kt_run run;                  /* `simulate` and `output` */
-    void *memory;                /* where the arrays and strings live; for kt_scene_free */
+    kt_description description; /* the mechanism */
+    kt_run run;                 /* `simulate` and `output`, without the next two */
+    kt_formulation
+        formulation; /* of `simulate`: whoever heeds these two uses libkinetree-study, which has kt_absolute_create */
+    kt_reduction
+        reduction; /* and kt_reduction_method_of; who does not gets the same motion in tree coordinates, by QR */
+    void *memory;  /* where the arrays and strings live; for kt_scene_free */
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
 } kt_scene;
 

@@ -35,20 +35,6 @@ extern "C" {
 
 /* ---- the settings of a run --------------------------------------------------------------------------------------- */
 
-/* Reductions of loops. X(id, name in scene files) */
-#define KT_REDUCTION_LIST(X)                                                                                           \
-    X(KT_REDUCTION_QR, qr)               /* QR decomposition with column pivoting */                                   \
-    X(KT_REDUCTION_PARTITION, partition) /* independent coordinates, by elimination with pivoting; study.h */          \
-    X(KT_REDUCTION_SVD, svd)             /* singular values; study.h */
-
-/* How the equations of loops are solved, as a scene says it; kt_reduction_method_of (study.h) gives the method. */
-typedef enum kt_reduction {
-#define KT_REDUCTION_ENUM(id, name) id,
-    KT_REDUCTION_LIST(KT_REDUCTION_ENUM)
-#undef KT_REDUCTION_ENUM
-        KT_REDUCTION_COUNT /* how many */
-} kt_reduction;
-
 /* The names of kt_metric. X(id, name in scene files) */
 #define KT_METRIC_LIST(X)                                                                                              \
     X(KT_METRIC_IDENTITY, identity)                                                                                    \
@@ -90,18 +76,16 @@ typedef struct kt_run {
     const char *integrator;        /* a name that kt_method_find knows */
     double step;                   /* s; > 0: fixed step, and the tolerances are not read */
     double relative, absolute;     /* tolerances of an adaptive method, of the numbers of q and v */
-    kt_formulation formulation;    /* absolute: the model must have been compiled for it (kt_model_options) */
-    kt_reduction reduction;        /* this, metric and plan are for kt_model_options: a simulation uses those that
-                                   its model was compiled with */
-    kt_metric metric;              /* as reduction */
-    kt_plan plan;                  /* as reduction */
+    kt_metric metric;              /* this and plan are for kt_model_options: a simulation uses those that its model was
+                                   compiled with */
+    kt_plan plan;                  /* as metric */
     double interval;               /* s between records; 0: about 1000 records */
     unsigned record;               /* KT_RECORD_ bits */
     const kt_marker_pair *markers; /* whose positions are recorded */
     int marker_count;              /* length of markers */
 } kt_run;
 
-/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, tree, qr, identity, auto, default records. */
+/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
 /* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
@@ -117,10 +101,7 @@ KT_API kt_status kt_run_check(const kt_run *run, kt_error *error);
 /* Returns the bits of what a run records of this model: run->record, or those that KT_RECORD_DEFAULT stands for. */
 KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
 
-/* Returns the name of a choice in scene files ("tree", "qr", "identity"; "energy" for one bit); NULL for any other
- * value. */
-KT_API const char *kt_formulation_name(kt_formulation formulation);
-KT_API const char *kt_reduction_name(kt_reduction reduction);
+/* Returns the name of a choice in scene files ("identity", "auto"; "energy" for one bit); NULL for any other value. */
 KT_API const char *kt_metric_name(kt_metric metric);
 KT_API const char *kt_plan_name(kt_plan plan);
 KT_API const char *kt_record_name(unsigned bit);
@@ -159,8 +140,7 @@ typedef struct kt_simulation kt_simulation;
 
 /* An instant at which the caller's right-hand side is evaluated. Everything in it belongs to the simulation. */
 typedef struct kt_instant {
-    const kt_model *model;     /* the model that is integrated: in the absolute formulation kt_model_absolute of the
-                                  caller's */
+    const kt_model *model;     /* the model that is integrated: the caller's, or that of the transformation */
     kt_data *data;             /* scratch, of that model */
     double t;                  /* s */
     const double *q, *v;       /* nq positions, nv velocities, of that model */
@@ -179,6 +159,29 @@ typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt
  * side. */
 typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
 
+/* Another model of the same mechanism, which is integrated in place of the simulation's own, and functions that convert
+ * between the two: the first argument of each is the transformation itself. Free states, forces and reactions are those
+ * of `model`, all others those of the simulation's own model. study.h has one, the absolute formulation. */
+typedef struct kt_transformation {
+    const kt_model *model; /* the model that is integrated */
+    /* Computes the free state of a state whose kinematics kt_kinematics_update has left in the data. */
+    void (*spread)(const struct kt_transformation *self, const kt_data *data, const double *q, const double *v,
+                   double *free_q, double *free_v);
+    /* Computes the state (and accelerations: free_a and a may both be NULL) from a free state whose loops are closed. On
+     * entry q and v hold the state `ago` seconds earlier (negative: later), which decides which of the numbers that
+     * represent the same rotation is meant. */
+    void (*gather)(const struct kt_transformation *self, const double *free_q, const double *free_v,
+                   const double *free_a, double ago, double *q, double *v, double *a);
+    /* Computes the wrenches on all bodies of `model`: those on the own bodies (NULL: none) and those that tau (NULL:
+     * zero) exerts in the own joints. */
+    void (*wrenches)(const struct kt_transformation *self, const double *free_q, const double *tau,
+                     const kt_wrench *external, kt_wrench *wrenches);
+    /* Computes the reactions in joints (as kt_joint_reactions; one for each body) and in loops from those in all loops
+     * of `model`, under tau (NULL: zero). */
+    void (*reactions)(const struct kt_transformation *self, const double *free_q, const double *tau,
+                      const kt_wrench *free_reactions, kt_wrench *joints, kt_wrench *loops);
+} kt_transformation;
+
 /* Options of a simulation that a scene file does not contain. */
 typedef struct kt_simulation_options {
     const kt_method *method; /* the caller's method instead of run->integrator; NULL: none */
@@ -194,6 +197,8 @@ typedef struct kt_simulation_options {
     kt_projection
         *projection; /* the caller's projection onto the loops; NULL: the engine's. Not called if unprojected */
     void *user;      /* for both */
+    const kt_transformation *transformation; /* to the model that is integrated, and must outlive the simulation as that
+                                                model must; NULL: the simulation's own model is integrated */
 } kt_simulation_options;
 
 /* Returns options that are all zero: the engine's own equations and projection, no limits. */
@@ -205,14 +210,12 @@ KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const
 
 /* Initialises a simulation in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled.
  * The model and a method of the caller's must outlive it; everything else in run and options is read only here. Nothing
- * needs to be released. Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite, a
- * formulation that the model was not compiled for), KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT
+ * needs to be released. Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite),
+ * KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT
  * (loops that do not close).
  *
- * In the absolute formulation, too, all inputs and outputs are in the model's own coordinates: states, torques,
- * records, reactions. Angles count whole turns, provided that in every step each joint turns by the mean of its rates
- * at both ends to within half a turn. Only energies and constraint residuals are those of the free bodies, whose joints
- * are loops, too. */
+ * With a transformation, too, all inputs and outputs are in the model's own coordinates: states, torques, records,
+ * reactions. Only energies, constraint residuals and multipliers are those of the model that is integrated. */
 KT_API KT_CHECKED kt_status kt_simulation_init(const kt_model *model, const kt_run *run,
                                                const kt_simulation_options *options, void *memory, size_t size,
                                                kt_simulation **simulation, kt_error *error);
@@ -327,7 +330,7 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * last error estimate when torques change; sensing under torques that never come into force has the same effect.)
  *
  * Accelerations are those of the motion, zero at rest. An accelerometer measures kt_point_acceleration minus
- * kt_model_gravity, in its body's axes. In the absolute formulation the record describes the model's own bodies and
+ * kt_model_gravity, in its body's axes. With a transformation the record describes the model's own bodies and
  * joints, whose kinematics are then computed additionally. A recorder must not call this function, which would
  * overwrite its record. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);

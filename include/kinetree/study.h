@@ -41,9 +41,67 @@ extern "C" {
 
 /* ---- other reductions, for comparison ---------------------------------------------------------------------------- */
 
+/* Reductions of loops. X(id, name in scene files) */
+#define KT_REDUCTION_LIST(X)                                                                                           \
+    X(KT_REDUCTION_QR, qr)               /* QR decomposition with column pivoting */                                   \
+    X(KT_REDUCTION_PARTITION, partition) /* independent coordinates, by elimination with pivoting */                   \
+    X(KT_REDUCTION_SVD, svd)             /* singular values */
+
+/* How the equations of loops are solved. */
+typedef enum kt_reduction {
+#define KT_REDUCTION_ENUM(id, name) id,
+    KT_REDUCTION_LIST(KT_REDUCTION_ENUM)
+#undef KT_REDUCTION_ENUM
+        KT_REDUCTION_COUNT /* how many */
+} kt_reduction;
+
+/* Returns the name, as "qr"; NULL for a value out of range. */
+KT_API const char *kt_reduction_name(kt_reduction reduction);
+
 /* Returns the method of a reduction, for kt_model_options: NULL for QR, which is the default; any other value is that of
  * QR, too. A library that was built without loops has no other. */
 KT_API const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction);
+
+/* ---- the absolute formulation ------------------------------------------------------------------------------------ */
+
+/* Formulations. X(id, name in scene files) */
+#define KT_FORMULATION_LIST(X)                                                                                         \
+    X(KT_FORMULATION_TREE, tree)         /* coordinates of the tree's joints */                                        \
+    X(KT_FORMULATION_ABSOLUTE, absolute) /* all bodies free, all joints loops */
+
+/* What is integrated: the coordinates of the tree's joints, as in every simulation without options; or, as a reference
+ * for these, the positions of all bodies in the world, every joint being a constraint between two of them [MSD 7.1]. */
+typedef enum kt_formulation {
+#define KT_FORMULATION_ENUM(id, name) id,
+    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
+#undef KT_FORMULATION_ENUM
+        KT_FORMULATION_COUNT /* how many */
+} kt_formulation;
+
+/* Returns the name, as "tree"; NULL for a value out of range. */
+KT_API const char *kt_formulation_name(kt_formulation formulation);
+
+/* The absolute formulation of a model. */
+typedef struct kt_absolute kt_absolute;
+
+/* Compiles the absolute formulation of a model, which was compiled from this description and must outlive it.
+ * *absolute is allocated and released with kt_absolute_free; threads may share it. options may be NULL. Errors: those
+ * of kt_model_compile; KT_ERROR_UNSUPPORTED without loops. O(size), and the ranks of as many equations as the joints
+ * have. */
+KT_API KT_CHECKED kt_status kt_absolute_create(const kt_description *description, const kt_model_options *options,
+                                               const kt_model *model, kt_absolute **absolute, kt_error *error);
+/* Releases it; does nothing with NULL. */
+KT_API void kt_absolute_free(kt_absolute *absolute);
+
+/* The model that is integrated: a model in its own right, with every body free and every joint a loop of the body's name
+ * behind the loops of the description. Bodies are in the description's order; behind them there may be massless ones,
+ * NAME.position and NAME.cross, on which relations, effects and oblique universal joints rest. NULL for NULL. */
+KT_API const kt_model *kt_absolute_model(const kt_absolute *absolute);
+
+/* Makes simulations of the model with these options integrate its absolute formulation, which must outlive them. Angles
+ * count whole turns, provided that in every step each joint turns by the mean of its rates at both ends to within half
+ * a turn. If `absolute` is NULL, the model itself is integrated. */
+KT_API void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options);
 
 /* ---- other formulations, for comparison -------------------------------------------------------------------------- */
 
@@ -118,7 +176,7 @@ typedef struct kt_constraint_formulation kt_constraint_formulation;
 KT_API size_t kt_constraint_formulation_size(const kt_model *model);
 
 /* Initialises a formulation in the caller's memory (KT_ALIGNMENT). The model must outlive it; for simulations in the
- * absolute formulation the model is kt_model_absolute of theirs. The object is scratch and belongs to one thread at a
+ * absolute formulation the model is kt_absolute_model of theirs. The object is scratch and belongs to one thread at a
  * time. data are scratch of this model. Errors: KT_ERROR_ARGUMENT (an option), KT_ERROR_MEMORY, KT_ERROR_CONSTRAINT
  * (the initial state cannot be assembled), KT_ERROR_SINGULAR where a tree coordinate has no inertia: the reduction
  * needs inertia only along the degrees of freedom that loops leave, these formulations need it along every coordinate.
@@ -177,13 +235,14 @@ typedef struct kt_variant {
     const char *label;                /* for output; NULL: the scene's own settings. The string belongs to the caller */
     kt_model_options model;           /* options of the compilation */
     kt_simulation_options simulation; /* method, max_steps and record are set by the study */
+    kt_formulation formulation;       /* what is integrated */
     bool records;                     /* the timed runs produce the scene's records; false: none */
     bool has_set;                     /* loops are kept closed by a constraint formulation with its default options */
     kt_constraint_formulation_type set; /* which formulation */
     double gain;                        /* the gains of the formulation as a multiple of the default; 0: 1 */
 } kt_variant;
 
-/* The variant with the scene's own settings, those of `run`. */
+/* The variant with the settings of `run`: by QR decomposition, in tree coordinates. */
 KT_API kt_variant kt_variant_default(const kt_run *run);
 
 /* A given reference: states at k * interval, k = 0 .. count - 1. */
@@ -206,6 +265,7 @@ typedef struct kt_accuracy_options {
     int tolerance_count;             /* length of tolerances */
     const kt_variant *variants;      /* every method is run in each; NULL: in the scene's own settings */
     int variant_count;               /* length of variants */
+    const kt_variant *own;           /* the scene's own settings; NULL: kt_variant_default of the run */
     const kt_reference *reference;   /* NULL: computed */
     uint64_t run_evaluations;        /* the largest number of evaluations of one run */
     double amplification;            /* the study ends where a small error has grown by this factor */

@@ -81,7 +81,6 @@ kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, cons
 static kt_run run_of(const kt_run *run) {
     kt_run adaptive = *run;
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
-    adaptive.formulation = KT_FORMULATION_TREE;
     adaptive.record = KT_RECORD_POSITION;
     adaptive.marker_count = 0;
     if (run->step > 0.0 || method == NULL || method->embedded_order == 0) {

@@ -1,19 +1,16 @@
-/* From a description to a model: the options and the description are checked, the model is built (build.c), springs
- * that start unstretched are measured (measure.c), and, if the options say so, the absolute formulation is compiled
- * (absolute.c). */
+/* From a description to a model: the options and the description are checked, the model is built (build.c), and
+ * springs that start unstretched are measured (measure.c). */
 #include "compile/compile.h"
-#include "compile/absolute.h"
 
 /* Refuses what a library that was built without loops cannot do. */
-static kt_status refuse_loops(const kt_description *description, const kt_model_options *options, kt_error *error) {
+static kt_status refuse_loops(const kt_description *description, kt_error *error) {
 #ifdef KT_NO_LOOPS
-    const bool absolute = options->formulation == KT_FORMULATION_ABSOLUTE;
-    if (description->loop_count || absolute)
+    if (description->loop_count)
         return kt_error_set(
-            error, KT_ERROR_UNSUPPORTED, absolute ? "options.formulation" : "loops",
+            error, KT_ERROR_UNSUPPORTED, "loops",
             "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
 #else
-    (void)description, (void)options, (void)error;
+    (void)description, (void)error;
 #endif
     return KT_OK;
 }
@@ -25,7 +22,6 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
         const char *name;
         unsigned value, count;
     } choices[] = {{"options.metric", options->metric, KT_METRIC_MASS + 1},
-                   {"options.formulation", options->formulation, KT_FORMULATION_COUNT},
                    {"options.plan", options->plan, KT_PLAN_COUNT}};
     for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++)
         if (choices[i].value >= choices[i].count)
@@ -45,13 +41,11 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     if (status == KT_OK)
         status = kt_description_check(description, NULL, NULL, error);
     if (status == KT_OK)
-        status = refuse_loops(description, settings, error);
+        status = refuse_loops(description, error);
     if (status == KT_OK)
         status = kt_model_build(description, settings, &tree, error);
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
-    if (KT_HAS_LOOPS && status == KT_OK && settings->formulation == KT_FORMULATION_ABSOLUTE)
-        status = kt_absolute_compile(description, settings, tree, &tree->absolute, error);
     if (status == KT_OK)
         *model = tree;
     else

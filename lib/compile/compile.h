@@ -2,12 +2,13 @@
 #ifndef KT_COMPILE_COMPILE_H
 #define KT_COMPILE_COMPILE_H
 
+#include "base/inner.h"
 #include "model/check.h"
 #include "model/model.h"
 
-/* kt_model_compile without the check, without measured springs and without the absolute formulation. */
-kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
-                         kt_error *error);
+/* kt_model_compile without the check and without measured springs. */
+KT_INNER kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
+                                  kt_error *error);
 
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */
 kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error);
@@ -28,8 +29,8 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 
 /* pose.c: computes the poses of all links in the world at q, and for these poses their twists (world axes, of the
  * links' origins). */
-void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
-void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
+KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
+KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */
 

@@ -7,6 +7,7 @@
 #ifndef KT_EFFECT_EFFECT_H
 #define KT_EFFECT_EFFECT_H
 
+#include "base/inner.h"
 #include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "model/check.h"
@@ -90,7 +91,7 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 /* Of an effect whose type exists: the number of its ends (0: it acts in a joint); whether the frame of the second end is
  * turned until its z axis is along `axis`; the k-th of its at most three functions of time, KT_FUNCTION_NONE where it has
  * fewer; whether its length is the distance of its ends at the start; and the check of its members. */
-int kt_effect_end_count(const kt_effect *effect);
+KT_INNER int kt_effect_end_count(const kt_effect *effect);
 bool kt_effect_aligns_second_end(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
 bool kt_effect_has_initial_length(const kt_effect *effect);

@@ -2,6 +2,7 @@
 #ifndef KT_JOINT_JOINT_H
 #define KT_JOINT_JOINT_H
 
+#include "base/inner.h"
 #include "model/check.h"
 #include "model/describe.h"
 #include "model/model.h"
@@ -43,10 +44,10 @@ typedef struct kt_joint_kind {
     kt_wrench (*wrench)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
 } kt_joint_kind;
 
-extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
+KT_INNER extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
 
 /* The axes of a joint; without meaning for a type that has none. */
-kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
+KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
 
 #define KT_JOINT_AT(member) offsetof(kt_joint, member)
 

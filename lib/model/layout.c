@@ -1,9 +1,7 @@
 /* Memory of models and data, laid out by the lists of fields in model.h. */
 #include "base/aligned.h"
 #include "base/arena.h"
-#include "model/absolute.h"
-
-#include <stdlib.h>
+#include "model/model.h"
 
 KT_ARENA_LAYOUT(lay_out_model, kt_model, KT_MODEL_FIELDS, const kt_counts *n)
 KT_ARENA_LAYOUT(lay_out_data, kt_data, KT_DATA_FIELDS, const kt_counts *n)
@@ -28,9 +26,6 @@ void kt_model_name_all(kt_model *m) {
 void kt_model_free(kt_model *model) {
     if (!model || model->placed)
         return;
-    if (model->absolute)
-        kt_model_free(model->absolute->model);
-    free(model->absolute);
     kt_aligned_release(model);
 }
 

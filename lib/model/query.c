@@ -1,5 +1,5 @@
 /* Queries of a compiled model. */
-#include "model/absolute.h"
+#include "model/model.h"
 
 #include <string.h>
 
@@ -7,7 +7,6 @@
 const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_COUNTS)};
 #undef KT_JOINT_COUNTS
 
-const kt_model *kt_model_absolute(const kt_model *model) { return model->absolute ? model->absolute->model : NULL; }
 int kt_model_body_count(const kt_model *model) { return (int)model->n.body; }
 int kt_model_nq(const kt_model *model) { return (int)model->n.q; }
 int kt_model_nv(const kt_model *model) { return (int)model->n.v; }

@@ -9,8 +9,8 @@ extern const kt_table kt_joint_table; /* kt_joint */
 /* Sections, of a kt_scene. */
 extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects;
 extern const kt_table kt_initial_table;
-extern const kt_kind kt_kind_simulate; /* of its kt_run */
-extern const kt_table kt_output_table; /* likewise */
+extern const kt_kind kt_kind_simulate; /* of a kt_scene */
+extern const kt_table kt_output_table; /* of its kt_run */
 
 /* Finds the items of a list: their number, and their nodes in an array. Returns false, after reporting why, if the node
  * is no list. */

@@ -23,8 +23,7 @@ static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(rec
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
 static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_run *run = object;
+    kt_run *run = kt_field_in(object, field);
     char all[256];
     (void)kt_method_names(false, all, sizeof all);
     if (node->kind != KT_NODE_TEXT || node->count == 0)
@@ -47,14 +46,14 @@ static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, 
 }
 
 static void write_integrator(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
     (void)standard;
-    kt_emit_text(e, ((const kt_run *)object)->integrator);
+    const kt_run *run = kt_field_of(object, field);
+    kt_emit_text(e, run->integrator);
 }
 
 static bool same_integrator(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    return strcmp(((const kt_run *)object)->integrator, ((const kt_run *)standard)->integrator) == 0;
+    const kt_run *run = kt_field_of(object, field), *rest = kt_field_of(standard, field);
+    return strcmp(run->integrator, rest->integrator) == 0;
 }
 
 static const kt_kind kind_integrator = {read_integrator, write_integrator, same_integrator};
@@ -68,8 +67,7 @@ static const kt_field tolerance_fields[] = {
 static const kt_table tolerance_table = {.fields = tolerance_fields, .count = 2, .flow = true};
 
 static bool read_tolerance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_run *run = object;
+    kt_run *run = kt_field_in(object, field);
     if (node->kind == KT_NODE_TEXT) {
         double value;
         if (!kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, &value))
@@ -89,18 +87,16 @@ static bool read_tolerance(kt_reader *r, const kt_scope *scope, kt_node *node, c
 }
 
 static void write_tolerance(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    const kt_run *run = object;
+    const kt_run *run = kt_field_of(object, field);
     if (kt_same_bits(&run->relative, &run->absolute, sizeof run->relative))
         kt_emit_number(e, run->relative);
     else
-        kt_table_write(e, &tolerance_table, run, standard);
+        kt_table_write(e, &tolerance_table, run, kt_field_of(standard, field));
 }
 
 /* A run with a fixed step has no tolerance. */
 static bool same_tolerance(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    const kt_run *run = object, *rest = standard;
+    const kt_run *run = kt_field_of(object, field), *rest = kt_field_of(standard, field);
     return run->step > 0.0 || (kt_same_bits(&run->relative, &rest->relative, sizeof run->relative) &&
                                kt_same_bits(&run->absolute, &rest->absolute, sizeof run->absolute));
 }
@@ -121,16 +117,16 @@ static bool read_duration(kt_reader *r, const kt_scope *scope, kt_node *node, co
 
 static const kt_kind kind_duration = {read_duration, kt_number_write, kt_number_same};
 
-#define AT(member) .offset = offsetof(kt_run, member)
+#define AT(member) .offset = offsetof(kt_scene, member)
 static const kt_field simulate_fields[] = {
-    {.key = "duration", .kind = &kind_duration, AT(duration)},
-    {.key = "integrator", .kind = &kind_integrator},
-    {.key = "step", .kind = &kt_kind_positive, AT(step)},
-    {.key = "tolerance", .kind = &kind_tolerance},
+    {.key = "duration", .kind = &kind_duration, AT(run.duration)},
+    {.key = "integrator", .kind = &kind_integrator, AT(run)},
+    {.key = "step", .kind = &kt_kind_positive, AT(run.step)},
+    {.key = "tolerance", .kind = &kind_tolerance, AT(run)},
     {.key = "formulation", .kind = &kt_kind_choice, AT(formulation), .detail = &formulations},
     {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
-    {.key = "metric", .kind = &kt_kind_choice, AT(metric), .detail = &metrics},
-    {.key = "plan", .kind = &kt_kind_choice, AT(plan), .detail = &plans},
+    {.key = "metric", .kind = &kt_kind_choice, AT(run.metric), .detail = &metrics},
+    {.key = "plan", .kind = &kt_kind_choice, AT(run.plan), .detail = &plans},
 };
 static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
 
@@ -180,11 +176,11 @@ static void check_limits(kt_reader *r, const kt_scope *scope, kt_node *node, con
 }
 
 static bool read_simulate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_run *run = kt_field_in(object, field);
-    if (!kt_table_read(r, scope, node, &simulate_table, run))
+    kt_scene *scene = kt_field_in(object, field);
+    if (!kt_table_read(r, scope, node, &simulate_table, scene))
         return false;
-    check_method(r, scope, node, run);
-    check_limits(r, scope, node, run);
+    check_method(r, scope, node, &scene->run);
+    check_limits(r, scope, node, &scene->run);
     return true;
 }
 
@@ -320,6 +316,8 @@ static bool same_markers(const kt_field *field, const void *object, const void *
 
 static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
 
+#undef AT
+#define AT(member) .offset = offsetof(kt_run, member)
 static const kt_field output_fields[] = {
     {.key = "interval", .kind = &kt_kind_positive, AT(interval)},
     {.key = "record", .kind = &kind_record, AT(record)},

@@ -1,8 +1,8 @@
 /* Checkpoints: the memory of the simulation and of its integrator in one flat block.
  *
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
- * began, the history of the method, torques and wrenches of the last and of the next step, and in the absolute
- * formulation the tree's state.
+ * began, the history of the method, torques and wrenches of the last and of the next step, and with a
+ * transformation the user model's state.
  */
 #include "simulation/simulation.h"
 

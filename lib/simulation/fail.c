@@ -25,7 +25,7 @@ static kt_status look_ahead(const kt_simulation *simulation, double part, kt_err
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
     char what[96];
     (void)snprintf(what, sizeof what, "from here on the loops cannot be closed; at t = %.9g s these stay open", later);
-    return kt_loops_reach(simulation->face, simulation->user_data, later, kt_simulation_positions(simulation),
+    return kt_loops_reach(simulation->user_model, simulation->user_data, later, kt_simulation_positions(simulation),
                           KT_CLOSED_ASSEMBLED, what, found);
 }
 
@@ -33,7 +33,7 @@ static kt_status look_ahead(const kt_simulation *simulation, double part, kt_err
  * too far off may miss the position that closes them, so the loops must fail to close twice. */
 static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
     const kt_status cause = simulation->cause.code;
-    if (!KT_HAS_LOOPS || !simulation->face->driven || simulation->unprojected || simulation->projection != NULL)
+    if (!KT_HAS_LOOPS || !simulation->user_model->driven || simulation->unprojected || simulation->projection != NULL)
         return false;
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;

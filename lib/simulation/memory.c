@@ -36,37 +36,34 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "%s has no error estimate and cannot choose its steps: give it a step",
                             settings->method->name);
-    settings->model = settings->run.formulation == KT_FORMULATION_ABSOLUTE ? kt_model_absolute(model) : model;
-    if (settings->model == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "formulation",
-                            "the model is not there in the absolute formulation; set `formulation` in the options of "
-                            "kt_model_compile");
+    settings->model = settings->options.transformation ? settings->options.transformation->model : model;
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
     return KT_OK;
 }
 
-static void measure(const kt_model *face, const kt_simulation_request *settings, kt_simulation_sizes *size) {
+static void measure(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
     const kt_model *model = settings->model;
-    const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0, absolute = model != face;
+    const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0;
+    const bool transformed = settings->options.transformation != NULL;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
     size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
     size->n = size->work + ((settings->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
-    size->user_nq = (size_t)kt_model_nq(face);
-    size->user_nv = (size_t)kt_model_nv(face);
-    size->body = (size_t)kt_model_body_count(face);
+    size->user_nq = (size_t)kt_model_nq(user_model);
+    size->user_nv = (size_t)kt_model_nv(user_model);
+    size->body = (size_t)kt_model_body_count(user_model);
     size->reaction = reacts ? size->body : 0;
-    size->loop_reaction = reacts ? (size_t)kt_loop_count(face) : 0;
+    size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     size->integrator = kt_integrator_size(settings->method, size->n);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
-    size->seen = absolute ? size->user_nq + size->user_nv : 0;
-    size->shown = absolute ? size->user_nq + 2 * size->user_nv : 0;
-    size->pushed = absolute ? (size_t)kt_model_body_count(model) : 0;
-    size->free_reaction = absolute && reacts ? (size_t)kt_loop_count(model) : 0;
-    size->user_data = absolute ? kt_data_size(face) : 0;
+    size->seen = transformed ? size->user_nq + size->user_nv : 0;
+    size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
+    size->pushed = transformed ? (size_t)kt_model_body_count(model) : 0;
+    size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
+    size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -124,19 +121,20 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
     kt_status status = kt_data_init(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
     simulation->user_data = simulation->data;
-    if (status == KT_OK && kt_simulation_is_absolute(simulation))
-        status =
-            kt_data_init(simulation->face, simulation->user_memory, size->user_data, &simulation->user_data, error);
+    if (status == KT_OK && simulation->transformation != NULL)
+        status = kt_data_init(simulation->user_model, simulation->user_memory, size->user_data, &simulation->user_data,
+                              error);
     return status;
 }
 
-/* Writes the initial state to y. The tree is assembled in both formulations, so that both start from the same state. */
+/* Writes the initial state to y. It is the user model that is assembled, so that all simulations of it start from the
+ * same state. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
-    const bool absolute = kt_simulation_is_absolute(simulation);
-    double *q = absolute ? simulation->seen : simulation->y, *v = q + simulation->size.user_nq;
-    kt_model_initial(simulation->face, q, v);
-    kt_status status = kt_state_assemble(simulation->face, simulation->user_data, 0.0, q, v, error);
-    if (status == KT_OK && absolute)
+    const bool transformed = simulation->transformation != NULL;
+    double *q = transformed ? simulation->seen : simulation->y, *v = q + simulation->size.user_nq;
+    kt_model_initial(simulation->user_model, q, v);
+    kt_status status = kt_state_assemble(simulation->user_model, simulation->user_data, 0.0, q, v, error);
+    if (status == KT_OK && transformed)
         status = kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
     return status;
 }
@@ -180,7 +178,8 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     kt_simulation *made = memory;
     made->size = sizes;
     made->model = settings.model;
-    made->face = model;
+    made->user_model = model;
+    made->transformation = settings.options.transformation;
     status = fill(made, &settings, error);
     if (status == KT_OK)
         *simulation = made;

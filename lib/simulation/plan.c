@@ -127,8 +127,6 @@ int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps)
     const unsigned record = kt_run_record(run ? run : &standard, model);
     list l = {steps, 0};
     run = run ? run : &standard;
-    if (run->formulation == KT_FORMULATION_ABSOLUTE && kt_model_absolute(model))
-        model = kt_model_absolute(model);
     add_effects(&l, model);
     add_dynamics(&l, model);
     add_powers(&l, model, (record & KT_RECORD_BALANCE) != 0);

@@ -64,9 +64,9 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
         record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
     record->data = simulation->user_data;
-    if (!kt_simulation_is_absolute(simulation))
+    if (simulation->transformation == NULL)
         return KT_OK;
-    return kt_kinematics_update(simulation->face, simulation->user_data, record->q, record->v, record->a, error);
+    return kt_kinematics_update(simulation->user_model, simulation->user_data, record->q, record->v, record->a, error);
 }
 
 /* Computes the requested quantities of the state in y. Its accelerations are in `a` if `accelerated`; data hold the

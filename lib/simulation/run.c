@@ -74,24 +74,6 @@ unsigned kt_run_record(const kt_run *run, const kt_model *model) {
     case id:                                                                                                           \
         return #name;
 
-const char *kt_formulation_name(kt_formulation formulation) {
-    switch (formulation) {
-        KT_FORMULATION_LIST(KT_RUN_CASE)
-    case KT_FORMULATION_COUNT:
-        break;
-    }
-    return NULL;
-}
-
-const char *kt_reduction_name(kt_reduction reduction) {
-    switch (reduction) {
-        KT_REDUCTION_LIST(KT_RUN_CASE)
-    case KT_REDUCTION_COUNT:
-        break;
-    }
-    return NULL;
-}
-
 const char *kt_metric_name(kt_metric metric) {
     switch (metric) { KT_METRIC_LIST(KT_RUN_CASE) }
     return NULL;

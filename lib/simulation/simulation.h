@@ -49,11 +49,11 @@ typedef enum kt_cached {
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
     X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
-    X(double, seen, size->seen, "absolute: q and v of the face at the current time")                                   \
-    X(double, shown, size->shown, "absolute: q, v and a of the face, of a record")                                     \
-    X(kt_wrench, pushed, size->pushed, "absolute: on free bodies")                                                     \
-    X(kt_wrench, free_reaction, size->free_reaction, "absolute: of a record, in all loops")                            \
-    X(char, user_memory, size->user_data, "absolute: the face's data")                                                 \
+    X(double, seen, size->seen, "transformed: q and v of the user model at the current time")                          \
+    X(double, shown, size->shown, "transformed: q, v and a of the user model, of a record")                            \
+    X(kt_wrench, pushed, size->pushed, "transformed: on the bodies of the model")                                      \
+    X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
+    X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
@@ -66,15 +66,16 @@ typedef struct kt_simulation_sizes {
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t rate;                                          /* 0 without a right-hand side of the caller's */
-    size_t seen, shown, pushed, free_reaction, user_data; /* 0 except in the absolute formulation */
+    size_t seen, shown, pushed, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
 
 struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
-    const kt_model *model;     /* the model that is integrated: the user model, or its absolute formulation */
-    const kt_model *face;      /* the user model, in whose coordinates inputs and outputs are expressed */
-    kt_data *data, *user_data; /* scratch; the same if the models are the same */
+    const kt_model *model;      /* the model that is integrated: the user model, or that of the transformation */
+    const kt_model *user_model; /* in whose coordinates inputs and outputs are expressed */
+    const kt_transformation *transformation; /* from one to the other, or NULL */
+    kt_data *data, *user_data;               /* scratch; the same if the models are the same */
     kt_integrator *integrator;
     const double *tau;         /* inputs of the last step: nv, or NULL */
     const kt_wrench *external; /* one for each body, or NULL */
@@ -110,10 +111,6 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
     return work;
 }
 
-static inline bool kt_simulation_is_absolute(const kt_simulation *simulation) {
-    return KT_HAS_LOOPS && simulation->model != simulation->face;
-}
-
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
@@ -129,21 +126,23 @@ void kt_simulation_inputs_use(kt_simulation *simulation);
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
-/* The next five functions serve the absolute formulation, and do almost nothing in the other one (user_model.c).
+/* The next four functions serve simulations with a transformation, and only the third may be called without
+ * (user_model.c).
  *
- * Converts forces on the user model to wrenches on the free bodies at their positions q. */
+ * Converts forces on the user model, of which there are some, to wrenches on the bodies of the model at its positions q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
-/* Updates the tree's state after a step of length `ago`, s. */
+/* Updates the user model's state after a step of length `ago`, s. */
 void kt_simulation_sync(kt_simulation *simulation, double ago);
-/* The bits that request reactions at each record. */
-enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
-
 /* Converts a state near the current time, and accelerations (or NULL), to the user model's coordinates. */
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
                           const double **v, const double **exported_a);
-/* Computes the free state y of a closed state of the user model (absolute formulation only). */
+/* Computes the state y of the model from a closed state of the user model. */
 KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                                 double *y, kt_error *error);
+
+/* The bits that request reactions at each record. */
+enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
+
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 

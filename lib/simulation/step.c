@@ -45,7 +45,8 @@ KT_INLINE int accelerate(kt_simulation *simulation, double t, const double *y, c
     const kt_model *model = simulation->model;
     const double *q = y, *v = y + simulation->size.nq;
     *rate = v;
-    kt_simulation_inputs(simulation, q, &tau, &external);
+    if (simulation->transformation != NULL && (tau != NULL || external != NULL))
+        kt_simulation_inputs(simulation, q, &tau, &external);
     if (simulation->acceleration == NULL || power != NULL) {
         const kt_status status =
             power != NULL ? kt_power_evaluate(model, simulation->data, t, q, v, tau, external, a, power, error)
@@ -214,11 +215,11 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
     size_t nv = simulation->size.user_nv;
     for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
-        kt_coordinates at = kt_body_coordinates(simulation->face, body);
+        kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
         for (int i = 0; i < at.nv; i++)
             if (!isfinite(torque[at.v + i])) {
                 char where[KT_WHERE_SIZE];
-                snprintf(where, sizeof where, "joint '%s'", kt_body_name(simulation->face, body));
+                snprintf(where, sizeof where, "joint '%s'", kt_body_name(simulation->user_model, body));
                 return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
             }
     }
@@ -241,7 +242,7 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
     for (int body = 1; wrenches != NULL && body < (int)count; body++)
         if (!wrench_is_finite(&wrenches[body])) {
             char where[KT_WHERE_SIZE];
-            snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->face, body));
+            snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->user_model, body));
             return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the wrench is not finite");
         }
     if (wrenches != NULL)
@@ -295,7 +296,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         kt_simulation_count(simulation);
     if (status != KT_OK)
         return kt_simulation_fail_step(simulation, &from, error);
-    kt_simulation_sync(simulation, kt_integrator_time(simulation->integrator) - t);
+    if (simulation->transformation != NULL)
+        kt_simulation_sync(simulation, kt_integrator_time(simulation->integrator) - t);
     return KT_OK;
 }
 
@@ -334,8 +336,8 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     bool changed;
     kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
-    if (kt_simulation_is_absolute(simulation)) {
-        status = kt_state_project(simulation->face, simulation->user_data, t, q, v, &changed, error);
+    if (simulation->transformation != NULL) {
+        status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);
         if (status == KT_OK)
             status = kt_simulation_import_state(simulation, t, q, v, simulation->y, error);
     } else {
@@ -353,14 +355,14 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
     size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
-    double *new_q = kt_simulation_is_absolute(simulation) ? simulation->shown : simulation->y, *new_v = new_q + nq;
+    double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     memmove(new_v, v, nv * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     const kt_input input = {.q = new_q, .v = new_v};
-    kt_status status = kt_input_check(simulation->face, &input, error);
+    kt_status status = kt_input_check(simulation->user_model, &input, error);
     if (status == KT_OK)
         status = start_at(simulation, t, new_q, new_v, error);
     if (status != KT_OK)

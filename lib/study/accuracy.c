@@ -20,9 +20,8 @@ kt_accuracy_options kt_accuracy_options_default(void) {
 kt_variant kt_variant_default(const kt_run *run) {
     kt_variant variant = {0};
     variant.model = kt_model_options_default();
-    variant.model.reduction = kt_reduction_method_of(run->reduction);
     variant.model.metric = run->metric;
-    variant.model.formulation = run->formulation;
+    variant.model.plan = run->plan;
     variant.simulation = kt_simulation_options_default();
     return variant;
 }
@@ -63,6 +62,7 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
 /* All arrays of a study: type, name, count, meaning. */
 #define KT_ACCURACY_FIELDS(X)                                                                                          \
     X(kt_model *, models, variants, "compiled as a variant asks")                                                      \
+    X(kt_absolute *, absolutes, variants, "of these, where a variant asks for it")                                     \
     X(double, reference.q, rows * object->nq, "records")                                                               \
     X(double, reference.v, rows * object->nv, "records")                                                               \
     X(double, reference.energy, rows, "records")                                                                       \
@@ -100,8 +100,11 @@ static kt_accuracy *make_room(const kt_accuracy *start) {
 void kt_accuracy_free(kt_accuracy *study) {
     if (study == NULL)
         return;
-    for (int i = 0; i < study->results.variant_count; i++)
+    for (int i = 0; i < study->results.variant_count; i++) {
+        kt_absolute_free(study->absolutes[i]);
         kt_model_free(study->models[i]);
+    }
+    kt_absolute_free(study->absolute);
     kt_model_free(study->model);
     kt_aligned_release(study);
 }
@@ -125,8 +128,8 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_co
     kt_status status = kt_accuracy_report(study, 1.0 - 0.85 * to_come / results->curve_count,
                                           label != NULL && curve->variant > 0 ? label : curve->method->name, error);
     if (status == KT_OK && study->models[curve->variant] == NULL)
-        status = kt_model_compile(study->description, &results->variants[curve->variant].model,
-                                  &study->models[curve->variant], error);
+        status = kt_accuracy_compile(study, &results->variants[curve->variant], &study->models[curve->variant],
+                                     &study->absolutes[curve->variant], error);
     if (status != KT_OK)
         return status;
     /* The time left is shared equally by the remaining curves; one curve may use twice its share. */
@@ -177,12 +180,12 @@ static kt_status begin(kt_accuracy *study, const kt_description *description, co
     kt_status status = check_options(options, results->asked, error);
     if (status != KT_OK)
         return status;
-    study->own = kt_variant_default(run);
+    study->own = options->own != NULL ? *options->own : kt_variant_default(run);
     results->variants = options->variants;
     results->variant_count = options->variants != NULL ? options->variant_count : 1;
     results->curve_count =
         (options->methods != NULL ? options->method_count : kt_method_count()) * results->variant_count;
-    status = kt_model_compile(description, &study->own.model, &study->model, error);
+    status = kt_accuracy_compile(study, &study->own, &study->model, &study->absolute, error);
     if (status != KT_OK)
         return status;
     study->nq = (size_t)kt_model_nq(study->model);
@@ -203,6 +206,7 @@ kt_status kt_accuracy_create(const kt_description *description, const kt_run *ru
             status = kt_error_set(error, KT_ERROR_MEMORY, "accuracy", "there is not enough memory for the study");
     }
     if (status != KT_OK) {
+        kt_absolute_free(start.absolute);
         kt_model_free(start.model);
         return status;
     }
@@ -221,11 +225,13 @@ const kt_model *kt_accuracy_model(const kt_accuracy *study) { return study->mode
 kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                               double setting, kt_accuracy_point *point, kt_error *error) {
     kt_model *model = NULL;
+    kt_absolute *absolute = NULL;
     if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))
         return refuse(error, "accuracy", "a method, adaptive only with an error estimate, and a setting above zero");
-    kt_status status = kt_model_compile(study->description, &variant->model, &model, error);
+    kt_status status = kt_accuracy_compile(study, variant, &model, &absolute, error);
     if (status == KT_OK)
-        status = kt_accuracy_try(study, model, variant, method, adaptive, setting, point, error);
+        status = kt_accuracy_try(study, model, absolute, variant, method, adaptive, setting, point, error);
+    kt_absolute_free(absolute);
     kt_model_free(model);
     return status;
 }

@@ -22,8 +22,10 @@ struct kt_accuracy {
     const kt_description *description;
     kt_run run; /* the scene's */
     kt_model *model;
-    kt_model **models; /* of the variants, in their order; NULL until compiled */
-    kt_variant own;    /* the variant if none is given */
+    kt_absolute *absolute;   /* of this, where the scene asks for it */
+    kt_model **models;       /* of the variants, in their order; NULL until compiled */
+    kt_absolute **absolutes; /* theirs; NULL where a variant does not ask for it */
+    kt_variant own;          /* the variant if none is given */
     size_t nq, nv;
 
     kt_accuracy_states reference, second; /* results.records + 1 rows */
@@ -84,17 +86,20 @@ KT_CHECKED kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *er
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
 
 /* The options of a run of the study: the study's duration and records, and the method at its setting. */
-kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
-                       double setting);
+kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool adaptive, double setting);
 
 /* The largest number of evaluations of one run. */
 double kt_accuracy_most(const kt_accuracy *study);
 
+/* Compiles what a variant asks for; on failure *model is NULL. */
+KT_CHECKED kt_status kt_accuracy_compile(const kt_accuracy *study, const kt_variant *variant, kt_model **model,
+                                         kt_absolute **absolute, kt_error *error);
+
 /* Runs once for the error and, if the run is usable, repeatedly for the time. Errors of the run are stored in the
  * point; a returned error ends the study. */
-KT_CHECKED kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant,
-                                     const kt_method *method, bool adaptive, double setting, kt_accuracy_point *point,
-                                     kt_error *error);
+KT_CHECKED kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
+                                     const kt_variant *variant, const kt_method *method, bool adaptive, double setting,
+                                     kt_accuracy_point *point, kt_error *error);
 
 /* Computes all points of a curve, whose variant, method, `adaptive` and `first` are set; deadline: by the clock, s. */
 KT_CHECKED kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *curve, double deadline, kt_error *error);

@@ -90,7 +90,7 @@ static int watch(const kt_record *record, void *user) {
 static kt_status make_simulation(kt_walk *walk, const char *name, double tolerance, kt_simulation **simulation,
                                  kt_error *error) {
     kt_accuracy *study = walk->guard.study;
-    kt_run run = kt_accuracy_run(study, &study->own, kt_method_find(name), true, tolerance);
+    kt_run run = kt_accuracy_run(study, kt_method_find(name), true, tolerance);
     kt_simulation_options options = kt_simulation_options_default();
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY;
     options.kinematics = true;

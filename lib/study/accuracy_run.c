@@ -21,13 +21,11 @@ kt_status kt_accuracy_report(kt_accuracy *study, double done, const char *what, 
     return kt_error_set(error, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before %s", what);
 }
 
-kt_run kt_accuracy_run(const kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
-                       double setting) {
+kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool adaptive, double setting) {
     kt_run run = study->run;
     run.duration = study->results.duration;
     run.interval = study->results.interval;
     run.integrator = method->name;
-    run.formulation = variant->model.formulation;
     run.step = adaptive ? 0.0 : setting;
     run.relative = run.absolute = adaptive ? setting : 1.0;
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
@@ -221,19 +219,34 @@ static kt_constraint_formulation_options choose_set(const kt_accuracy *study, co
     return options;
 }
 
-kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_method *method,
-                          bool adaptive, double setting, kt_accuracy_point *point, kt_error *error) {
-    const kt_run run = kt_accuracy_run(study, variant, method, adaptive, setting);
+kt_status kt_accuracy_compile(const kt_accuracy *study, const kt_variant *variant, kt_model **model,
+                              kt_absolute **absolute, kt_error *error) {
+    kt_status status = kt_model_compile(study->description, &variant->model, model, error);
+    if (status != KT_OK || variant->formulation != KT_FORMULATION_ABSOLUTE)
+        return status;
+    status = kt_absolute_create(study->description, &variant->model, *model, absolute, error);
+    if (status != KT_OK) {
+        kt_model_free(*model);
+        *model = NULL;
+    }
+    return status;
+}
+
+kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
+                          const kt_variant *variant, const kt_method *method, bool adaptive, double setting,
+                          kt_accuracy_point *point, kt_error *error) {
+    const kt_run run = kt_accuracy_run(study, method, adaptive, setting);
     kt_simulation_options options = variant->simulation;
     kt_status status = KT_OK;
     kt_constraint_formulation *set = NULL;
     *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
+    kt_absolute_use(absolute, &options);
     options.method = method;
     options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
     if (variant->has_set) {
         const kt_constraint_formulation_options settings = choose_set(study, variant, adaptive, setting);
-        const bool absolute = variant->model.formulation == KT_FORMULATION_ABSOLUTE;
-        status = kt_constraint_formulation_create(absolute ? kt_model_absolute(model) : model, &settings, &set, error);
+        const kt_model *integrated = absolute != NULL ? kt_absolute_model(absolute) : model;
+        status = kt_constraint_formulation_create(integrated, &settings, &set, error);
         if (status == KT_ERROR_SINGULAR) { /* the formulation cannot compute this scene */
             point->status = point->verdict = status;
             judge(study, point);

@@ -97,7 +97,7 @@ static int accelerate(const kt_instant *at, double *rate, double *a, kt_error *e
     if (at->model != set->model) {
         (void)kt_error_set(error, KT_ERROR_ARGUMENT, "coordinate set",
                            "it was placed for another model than the one that is simulated (in the absolute "
-                           "formulation that is kt_model_absolute)");
+                           "formulation that is kt_absolute_model)");
         return -1;
     }
     return kt_constraint_formulation_evaluate(set, at->data, at->t, at->q, at->v, at->tau, at->external, rate, a,

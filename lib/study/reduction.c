@@ -1,6 +1,28 @@
-/* Reductions by name. */
+/* Reductions and formulations by name. */
 #include "study/reduction.h"
 #include "kinetree/study.h"
+
+#define NAME_CASE(id, name)                                                                                            \
+    case id:                                                                                                           \
+        return #name;
+
+const char *kt_reduction_name(kt_reduction reduction) {
+    switch (reduction) {
+        KT_REDUCTION_LIST(NAME_CASE)
+    case KT_REDUCTION_COUNT:
+        break;
+    }
+    return NULL;
+}
+
+const char *kt_formulation_name(kt_formulation formulation) {
+    switch (formulation) {
+        KT_FORMULATION_LIST(NAME_CASE)
+    case KT_FORMULATION_COUNT:
+        break;
+    }
+    return NULL;
+}
 
 const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction) {
 #ifndef KT_NO_LOOPS

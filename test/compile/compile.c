@@ -265,15 +265,14 @@ KT_TEST(options_that_are_none_are_refused) {
     kt_tree tree = {.count = 0};
     kt_error error;
     kt_model *model = NULL;
-    kt_model_options wrong[3];
-    static const char *const where[] = {"options.metric", "options.formulation", "options.plan"};
+    kt_model_options wrong[2];
+    static const char *const where[] = {"options.metric", "options.plan"};
     load(add(&tree, "a", KT_JOINT_REVOLUTE, ez), 1.0, ex, 1.0);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2; i++)
         wrong[i] = kt_model_options_default();
     wrong[0].metric = (kt_metric)(KT_METRIC_MASS + 1);
-    wrong[1].formulation = (kt_formulation)-1;
-    wrong[2].plan = (kt_plan)77;
-    for (int i = 0; i < 3; i++) {
+    wrong[1].plan = (kt_plan)77;
+    for (int i = 0; i < 2; i++) {
         kt_check_equal_int("status", kt_model_compile(&tree.description, &wrong[i], &model, &error), KT_ERROR_ARGUMENT);
         kt_check_text("where", error.where, where[i]);
         kt_check_true("no model", model == NULL);

@@ -73,13 +73,25 @@ kt_vec3 kt_bytes_vector(kt_bytes *bytes, kt_wildness wild) {
     return kt_vec3_make(x, y, kt_bytes_number(bytes, wild));
 }
 
-kt_model_options kt_fuzz_options(kt_bytes *bytes) {
+kt_model_options kt_fuzz_options(kt_bytes *bytes, kt_formulation *formulation) {
     const unsigned chosen = kt_bytes_next(bytes);
     kt_model_options options = kt_model_options_default();
     options.level = (chosen & 1U) != 0 ? KT_ISA_BASE : KT_ISA_AUTO;
     options.reduction = kt_reduction_method_of((kt_reduction)((chosen >> 1) % 3));
     options.metric = (chosen & 16U) != 0 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
-    options.formulation = (chosen & 32U) != 0 ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
     options.plan = (chosen & 64U) != 0 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
+    *formulation = (chosen & 32U) != 0 ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
     return options;
+}
+
+kt_absolute *kt_fuzz_absolute(const kt_description *description, const kt_model_options *options, const kt_model *model,
+                              kt_formulation formulation) {
+    kt_absolute *absolute = NULL;
+    kt_error error = {KT_OK, "", ""};
+    if (formulation != KT_FORMULATION_ABSOLUTE)
+        return NULL;
+    const kt_status status = kt_absolute_create(description, options, model, &absolute, &error);
+    kt_fuzz_must((status == KT_OK) == (absolute != NULL) && (status == KT_OK || status == KT_ERROR_MODEL),
+                 "free bodies may lack inertia, and that is all: %s: %s", error.where, error.message);
+    return absolute;
 }

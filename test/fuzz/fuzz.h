@@ -8,6 +8,7 @@
 #define KT_TEST_FUZZ_H
 
 #include "kinetree/model.h"
+#include "kinetree/study.h"
 
 #include <stdint.h>
 
@@ -74,7 +75,11 @@ void kt_fuzz_rotation(kt_bytes *bytes, kt_wildness wild, kt_rotation *rotation);
 kt_vec3 kt_fuzz_axis(kt_bytes *bytes, kt_wildness wild);
 const char *kt_fuzz_name(kt_bytes *bytes, const kt_fuzz_mechanism *m, int body);
 
-/* Options of a model, all of them legal. */
-kt_model_options kt_fuzz_options(kt_bytes *bytes);
+/* Options of a model, all of them legal, and which formulation of it is to be tried. */
+kt_model_options kt_fuzz_options(kt_bytes *bytes, kt_formulation *formulation);
+
+/* The absolute formulation of a model, where it is to be tried; else NULL. */
+kt_absolute *kt_fuzz_absolute(const kt_description *description, const kt_model_options *options, const kt_model *model,
+                              kt_formulation formulation);
 
 #endif

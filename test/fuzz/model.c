@@ -96,7 +96,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     kt_bytes bytes = {data, data + size};
     kt_error error = {KT_OK, "", ""}, told = {KT_OK, "", ""};
     kt_model *model = NULL;
-    const kt_model_options options = kt_fuzz_options(&bytes);
+    kt_formulation formulation;
+    const kt_model_options options = kt_fuzz_options(&bytes, &formulation);
     kt_fuzz_describe(&bytes, &m);
     heard faults = {.description = &m.description};
     const kt_status checked = kt_description_check(&m.description, listen, &faults, &told);
@@ -116,11 +117,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         return 0;
     check_model(&m.description, model);
     check_data(model);
-    const kt_model *absolute = kt_model_absolute(model);
-    kt_fuzz_must((absolute != NULL) == (options.formulation == KT_FORMULATION_ABSOLUTE),
-                 "the absolute formulation is there where it is asked for");
+    kt_absolute *absolute = kt_fuzz_absolute(&m.description, &options, model, formulation);
     if (absolute != NULL)
-        check_data(absolute);
+        check_data(kt_absolute_model(absolute));
+    kt_absolute_free(absolute);
     kt_model_free(model);
     return 0;
 }

@@ -248,7 +248,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     kt_bytes bytes = {data, data + size};
     kt_model *model = NULL;
     scene s = {0};
-    const kt_model_options options = kt_fuzz_options(&bytes);
+    kt_formulation formulation;
+    const kt_model_options options = kt_fuzz_options(&bytes, &formulation);
     const unsigned spared = kt_bytes_next(&bytes);
     kt_fuzz_describe(&bytes, &m);
     close_loops(&m, spared);
@@ -264,7 +265,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             check_forces(&s);
         check_totals(&s);
     }
-    kt_fuzz_simulate(&bytes, model);
+    kt_absolute *absolute = kt_fuzz_absolute(&m.description, &options, model, formulation);
+    kt_fuzz_simulate(&bytes, model, absolute);
+    kt_absolute_free(absolute);
     free_scene(&s);
     kt_model_free(model);
     return 0;

@@ -5,8 +5,9 @@
 #include "fuzz.h"
 #include "kinetree/simulation.h"
 
-/* A few steps and records, by a run out of bytes. */
-void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model);
+/* A few steps and records, by a run out of bytes, in the absolute formulation where there is one and the bytes ask for
+ * it. */
+void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model, const kt_absolute *absolute);
 
 bool kt_fuzz_all_finite(const double *x, int count);
 

@@ -6,7 +6,7 @@
 
 enum { STEPS = 10, STEPS_OF_MANY_STAGES = 3, RECORDS = 30 };
 
-static kt_run draw_run(kt_bytes *bytes, kt_simulation_options *options) {
+static kt_run draw_run(kt_bytes *bytes, const kt_absolute *absolute, kt_simulation_options *options) {
     kt_run run = kt_run_default();
     const unsigned chosen = kt_bytes_next(bytes);
     const kt_method *method = kt_method_at(kt_bytes_pick(bytes, kt_method_count()));
@@ -18,9 +18,10 @@ static kt_run draw_run(kt_bytes *bytes, kt_simulation_options *options) {
         run.step = run.duration * (1.0 + kt_bytes_next(bytes)) / 512.0;
     else
         run.relative = run.absolute = pow(10.0, -kt_bytes_pick(bytes, 14));
-    run.formulation = (chosen & 2U) != 0 ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
     run.record = (chosen >> 2) & 31U ? kt_bytes_next(bytes) & 127U : KT_RECORD_DEFAULT;
     *options = kt_simulation_options_default();
+    if ((chosen & 2U) != 0)
+        kt_absolute_use(absolute, options);
     options->max_steps = kt_method_stages_vary(method) || method->stages > 8 ? STEPS_OF_MANY_STAGES : STEPS;
     options->unprojected = (chosen & 128U) != 0 && kt_bytes_chance(bytes);
     options->kinematics = kt_bytes_chance(bytes);
@@ -87,9 +88,9 @@ static void step(kt_simulation *simulation, const kt_model *model, double durati
     free(block);
 }
 
-void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model) {
+void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model, const kt_absolute *absolute) {
     kt_simulation_options options;
-    const kt_run run = draw_run(bytes, &options);
+    const kt_run run = draw_run(bytes, absolute, &options);
     kt_simulation *simulation = NULL;
     kt_error error = {KT_OK, "", ""};
     const size_t size = kt_simulation_size(model, &run, &options);

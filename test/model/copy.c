@@ -3,7 +3,7 @@
 
 #include "kinetree/reduction.h"
 #include "kinetree/scene.h"
-#include "model/absolute.h"
+#include "model/model.h"
 
 #include <dirent.h>
 #include <stdio.h>
@@ -21,33 +21,6 @@ static bool fine(const char *what, kt_status status, const kt_error *error) {
 static int is_scene(const struct dirent *entry) {
     const size_t length = strlen(entry->d_name);
     return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
-
-/* A model's own blocks of memory, overwritten for a while. */
-typedef struct wipe {
-    void *block[3];
-    size_t size[3];
-    unsigned char *kept[3];
-} wipe;
-
-static wipe wipe_out(kt_model *model) {
-    kt_model *absolute = model->absolute->model;
-    wipe w = {.block = {absolute, model->absolute, model},
-              .size = {absolute->bytes, sizeof(struct kt_absolute) + model->n.body * sizeof(kt_absolute_joint),
-                       model->bytes}};
-    for (int i = 0; i < 3; i++) {
-        w.kept[i] = malloc(w.size[i]);
-        memcpy(w.kept[i], w.block[i], w.size[i]);
-        memset(w.block[i], 0xAB, w.size[i]);
-    }
-    return w;
-}
-
-static void wipe_undo(wipe *w) {
-    for (int i = 2; i >= 0; i--) {
-        memcpy(w->block[i], w->kept[i], w->size[i]);
-        free(w->kept[i]);
-    }
 }
 
 typedef struct motion {
@@ -87,30 +60,30 @@ static int misnamed(const kt_model *model, const kt_description *description) {
 
 /* A copy and a copy of the copy, where the original and then the first copy are no more. */
 static bool stands_alone(kt_model *model, const kt_description *description) {
-    static motion tree, absolute, moved;
+    static motion tree, moved;
     const size_t size = kt_model_size(model);
     unsigned char *first = aligned_alloc(KT_ALIGNMENT, size), *second = aligned_alloc(KT_ALIGNMENT, size + 2 * GUARD);
     kt_model *copy = NULL, *again = NULL;
     kt_error e;
     int touched = 0;
     move(model, &tree);
-    move(kt_model_absolute(model), &absolute);
     memset(second, 0xAB, size + 2 * GUARD);
     const bool copied = fine("copy", kt_model_copy(model, first, size, &copy, &e), &e);
-    wipe w = wipe_out(model);
+    void *kept = malloc(size);
+    memcpy(kept, model, size);
+    memset(model, 0xAB, size);
     if (copied && fine("copy of a copy", kt_model_copy(copy, second + GUARD, size, &again, &e), &e)) {
         memset(first, 0xAB, size);
         kt_check_equal_int("misnamed", misnamed(again, description), 0);
         move(again, &moved);
         kt_check_equal_bits("motion", moved.a, tree.a, sizeof tree / sizeof(double));
-        move(kt_model_absolute(again), &moved);
-        kt_check_equal_bits("absolute", moved.a, absolute.a, sizeof absolute / sizeof(double));
         kt_check_equal_int("bytes", (long long)kt_model_size(again), (long long)size);
     }
     for (size_t k = 0; k < GUARD; k++)
         touched += (second[k] != 0xAB) + (second[GUARD + size + k] != 0xAB);
     kt_check_equal_int("bytes touched beside it", touched, 0);
-    wipe_undo(&w);
+    memcpy(model, kept, size);
+    free(kept);
     kt_model_free(again); /* nothing */
     free(first);
     free(second);
@@ -126,12 +99,10 @@ KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
         kt_scene scene;
         kt_error e;
         kt_model *model = NULL;
-        kt_model_options options = kt_model_options_default();
-        options.formulation = KT_FORMULATION_ABSOLUTE;
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &e), &e)) {
             if (scene.description.body_count < MOST / 8 &&
-                fine("compiles", kt_model_compile(&scene.description, &options, &model, &e), &e)) {
+                fine("compiles", kt_model_compile(&scene.description, NULL, &model, &e), &e)) {
                 compared += stands_alone(model, &scene.description);
                 kt_model_free(model);
             }

@@ -30,7 +30,7 @@ CORE_MAY_IMPORT = [
     "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init", "__muldc3", "__divdc3",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
-SET_UP = ["base/aligned.c", "compile/absolute.c", "compile/attach.c", "compile/build.c", "compile/check.c",
+SET_UP = ["base/aligned.c", "compile/attach.c", "compile/build.c", "compile/check.c", "compile/check_model.c",
           "compile/measure.c", "compile/inertia_check.c", "compile/rank.c", "model/layout.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "free", "qsort"]
 # The scene library reads files, and may allocate; it never prints or ends the program.
@@ -96,12 +96,12 @@ def exports(shared):
     return {line.split()[-1].split("@")[0] for line in run("nm", "-D", "--defined-only", shared).splitlines()}
 
 
-def declared(include):
-    """Names that follow KT_API in the headers, and their headers."""
+def declared(headers, mark):
+    """Names that follow the mark in these headers, and their headers."""
     names = {}
-    for header in sorted(include.glob("kinetree/*.h")):
+    for header in headers:
         text = re.sub(r"/\*.*?\*/|^#.*?(?<!\\)$", "", header.read_text(), flags=re.S | re.M)
-        for declaration in re.findall(r"\bKT_API\b([^;{]*)", text):
+        for declaration in re.findall(rf"\b{mark}\b([^;{{]*)", text):
             name = re.search(r"\b(kt_\w+)\s*(?:\(|$|\[|=)", declaration.strip())
             names[name[1] if name else declaration.strip()] = header.name
     return names
@@ -135,12 +135,15 @@ def main():
         claim("scene_library_keeps_nothing_between_calls", list(writable_sections(scene[0])))
         found[scene[1].name] = exports(scene[1])
     everything = set().union(*found.values())
-    public = declared(include)
-    note(f"{len(everything)} exported, {len(public)} declared")
+    public = declared(sorted(include.glob("kinetree/*.h")), "KT_API")
+    inner = declared(sorted((include.parent / "lib").rglob("*.h")), "KT_INNER")
+    note(f"{len(everything)} exported, {len(public)} declared, {len(inner)} for the study alone")
+    claim("inner_exports_are_those_that_the_study_uses",
+          sorted(inner.keys() ^ ({symbol for _, symbol in imports(study)} & found[core_shared.name] - public.keys())))
     claim("exports_begin_with_kt",
           [f"{library} exports {name}" for library, names in found.items() for name in sorted(names)
            if not name.startswith("kt_")] if everything else ["no exports were read"])
-    claim("exports_are_declared", [f"{name} is in no public header" for name in sorted(everything - public.keys())])
+    claim("exports_are_declared", [f"{name} is in no public header" for name in sorted(everything - public.keys() - inner.keys())])
     claim("declarations_are_exported",
           [f"{header}: {name} is in no library" for name, header in public.items()
            if name not in everything and (scene or header != "scene.h")])

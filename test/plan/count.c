@@ -21,7 +21,7 @@ static int open_subject(subject *s, const char *path) {
     options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
     if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
         return fprintf(stderr, "%s: %s\n", error.where, error.message);
-    options.reduction = kt_reduction_method_of(s->scene.run.reduction);
+    options.reduction = kt_reduction_method_of(s->scene.reduction);
     options.plan = s->scene.run.plan;
     if (kt_model_compile(&s->scene.description, &options, &s->model, &error) != KT_OK ||
         kt_data_create(s->model, &s->data, &error) != KT_OK)

@@ -12,9 +12,8 @@
  * the list), the absolute formulation of more than six bodies, and the reduction svd.
  *
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
+#include "../formulation.h"
 #include "scene.h"
-
-#include "kinetree/study.h"
 
 #include <dirent.h>
 #include <inttypes.h>
@@ -137,40 +136,53 @@ static bool is_planar(const kt_model *model, const kt_run *run) {
     return plan_has(model, run, "articulated bodies in planes") || plan_has(model, run, "loops in planes");
 }
 
-static kt_model *compile(const kt_case *c, const kt_run *run) {
+/* How a scene is computed. */
+typedef struct computation {
+    kt_run run;
+    kt_formulation formulation;
+    kt_reduction reduction;
+    kt_model *model;
+    kt_absolute *absolute;
+} computation;
+
+static bool compile(const kt_case *c, computation *with) {
     kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
     kt_error error = {KT_OK, "", ""};
-    options.reduction = kt_reduction_method_of(run->reduction);
-    options.metric = run->metric;
-    options.plan = run->plan;
-    options.formulation = run->formulation;
-    (void)kt_fine(c->name, kt_model_compile(&c->scene.description, &options, &model, &error), &error);
-    return model;
+    options.reduction = kt_reduction_method_of(with->reduction);
+    options.metric = with->run.metric;
+    options.plan = with->run.plan;
+    with->model = NULL;
+    (void)kt_fine(c->name, kt_model_compile(&c->scene.description, &options, &with->model, &error), &error);
+    with->absolute = kt_formulate(&c->scene.description, &options, with->model, with->formulation);
+    return with->model != NULL && (with->absolute != NULL) == (with->formulation == KT_FORMULATION_ABSOLUTE);
 }
 
-static void write_name(const kt_case *c, const kt_run *run, char *name, size_t size) {
-    const int length = snprintf(name, size, "%s %s %s %s %s %s ", c->name, kt_formulation_name(run->formulation),
-                                kt_reduction_name(run->reduction), kt_metric_name(run->metric), kt_plan_name(run->plan),
-                                run->integrator);
+static const kt_model *integrated(const computation *with) {
+    return with->absolute != NULL ? kt_absolute_model(with->absolute) : with->model;
+}
+
+static void write_name(const kt_case *c, const computation *with, const kt_run *run, char *name, size_t size) {
+    const int length = snprintf(name, size, "%s %s %s %s %s %s ", c->name, kt_formulation_name(with->formulation),
+                                kt_reduction_name(with->reduction), kt_metric_name(run->metric),
+                                kt_plan_name(run->plan), run->integrator);
     if (run->step > 0.0)
         snprintf(name + length, size - (size_t)length, "h=%g t=%g", run->step, run->duration);
     else
         snprintf(name + length, size - (size_t)length, "%g t=%g", run->relative, run->duration);
 }
 
-static void run_case(const kt_case *c, const kt_model *model, const kt_run *run) {
+static void run_case(const kt_case *c, const computation *with, const kt_run *run) {
     char name[NAME_SIZE], result[RESULT_SIZE] = "failed";
-    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation_options options = kt_formulated(with->absolute);
     kt_simulation *simulation = NULL;
     kt_error error = {KT_OK, "", ""};
-    hashes h = {model, 0xcbf29ce484222325u, 0xcbf29ce484222325u, 0};
+    hashes h = {with->model, 0xcbf29ce484222325u, 0xcbf29ce484222325u, 0};
     options.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ACCELERATION | KT_RECORD_ENERGY |
                      KT_RECORD_BALANCE | KT_RECORD_CONSTRAINT | KT_RECORD_REACTION;
-    write_name(c, run, name, sizeof name);
-    if (plan_has(model, run, "LAPACK"))
+    write_name(c, with, run, name, sizeof name);
+    if (plan_has(integrated(with), run, "LAPACK"))
         kt_check_true("a case without LAPACK", false);
-    if (kt_fine(name, kt_simulation_create(model, run, &options, &simulation, &error), &error) &&
+    if (kt_fine(name, kt_simulation_create(with->model, run, &options, &simulation, &error), &error) &&
         kt_fine(name, kt_simulation_run(simulation, hash_record, &h, &error), &error))
         snprintf(result, sizeof result, "motion %016" PRIx64 "  forces %016" PRIx64, h.motion, h.forces);
     kt_simulation_free(simulation);
@@ -188,31 +200,32 @@ static double interval_of(const kt_case *c) {
 }
 
 /* A hundred records, with rk4, two steps a record, and as the scene says. */
-static void run_steps(const kt_case *c, const kt_model *model, kt_run run) {
+static void run_steps(const kt_case *c, const computation *with) {
+    kt_run run = with->run;
     run.interval = interval_of(c);
     run.duration = RECORDS * run.interval;
     run.integrator = "rk4";
     run.step = 0.5 * run.interval;
-    run_case(c, model, &run);
+    run_case(c, with, &run);
     const bool fixed = c->scene.run.step > 0.0;
     run.integrator = fixed ? "dopri5" : c->scene.run.integrator;
     run.step = 0.0;
     if (fixed)
         run.relative = run.absolute = 1e-9;
-    run_case(c, model, &run);
+    run_case(c, with, &run);
 }
 
 /* In the plane where the scene has one, and in space. */
-static void run_plans(const kt_case *c, kt_run run) {
-    for (run.plan = KT_PLAN_AUTO; run.plan < KT_PLAN_COUNT; run.plan++) {
-        kt_model *model = compile(c, &run);
-        if (model == NULL)
-            return;
-        run_steps(c, model, run);
-        const bool both = is_planar(model, &run);
-        kt_model_free(model);
-        if (!both)
-            return;
+static void run_plans(const kt_case *c, computation with) {
+    bool both = true;
+    for (with.run.plan = KT_PLAN_AUTO; with.run.plan < KT_PLAN_COUNT && both; with.run.plan++) {
+        both = compile(c, &with);
+        if (both) {
+            run_steps(c, &with);
+            both = is_planar(integrated(&with), &with.run);
+        }
+        kt_absolute_free(with.absolute);
+        kt_model_free(with.model);
     }
 }
 
@@ -224,21 +237,21 @@ static void run_scene(const char *name) {
     if (kt_case_open(&c, name) && plan_has(c.model, &c.scene.run, "LAPACK")) {
         compare(name, "LAPACK");
     } else if (c.model != NULL) {
-        kt_run run = c.scene.run;
+        computation with = {.run = c.scene.run, .formulation = c.scene.formulation, .reduction = c.scene.reduction};
         const bool loops = kt_loop_count(c.model) > 0;
-        run_plans(&c, run);
-        run.metric = KT_METRIC_MASS;
+        run_plans(&c, with);
+        with.run.metric = KT_METRIC_MASS;
         if (loops)
-            run_plans(&c, run);
-        run.metric = KT_METRIC_IDENTITY;
-        run.reduction = KT_REDUCTION_PARTITION;
+            run_plans(&c, with);
+        with.run.metric = KT_METRIC_IDENTITY;
+        with.reduction = KT_REDUCTION_PARTITION;
         if (loops)
-            run_plans(&c, run);
-        run.formulation = KT_FORMULATION_ABSOLUTE;
+            run_plans(&c, with);
+        with.formulation = KT_FORMULATION_ABSOLUTE;
         if (kt_model_body_count(c.model) - 1 <= ABSOLUTE_BODIES_MAX) {
-            run_plans(&c, run);
-            run.reduction = KT_REDUCTION_QR;
-            run_plans(&c, run);
+            run_plans(&c, with);
+            with.reduction = KT_REDUCTION_QR;
+            run_plans(&c, with);
         }
     }
     kt_case_close(&c);
@@ -264,6 +277,7 @@ static void run_scenes(void) {
 static void run_methods(const char *name) {
     kt_case c;
     if (kt_case_open(&c, name)) {
+        const computation with = {.model = c.model};
         kt_run run = c.scene.run;
         run.interval = interval_of(&c);
         run.duration = RECORDS * run.interval;
@@ -272,11 +286,11 @@ static void run_methods(const char *name) {
             run.integrator = method->name;
             run.step = 0.5 * run.interval;
             if (strcmp(method->name, "rk4") != 0)
-                run_case(&c, c.model, &run);
+                run_case(&c, &with, &run);
             run.step = 0.0;
             run.relative = run.absolute = 1e-6;
             if (method->embedded_order > 0)
-                run_case(&c, c.model, &run);
+                run_case(&c, &with, &run);
         }
     }
     kt_case_close(&c);

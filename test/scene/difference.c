@@ -202,8 +202,6 @@ static bool run_differs(const kt_run *a, const kt_run *b) {
     BITS(step);
     BITS(relative);
     BITS(absolute);
-    VALUE(formulation);
-    VALUE(reduction);
     VALUE(metric);
     VALUE(plan);
     BITS(interval);
@@ -218,6 +216,16 @@ static bool run_differs(const kt_run *a, const kt_run *b) {
 
 const char *kt_run_difference(const kt_run *a, const kt_run *b) { return run_differs(a, b) ? found : ""; }
 
+static bool computation_differs(const kt_scene *a, const kt_scene *b) {
+    const char *where = "scene";
+    VALUE(formulation);
+    VALUE(reduction);
+    return false;
+}
+
 const char *kt_scene_difference(const kt_scene *a, const kt_scene *b) {
-    return description_differs(&a->description, &b->description) || run_differs(&a->run, &b->run) ? found : "";
+    return description_differs(&a->description, &b->description) || run_differs(&a->run, &b->run) ||
+                   computation_differs(a, b)
+               ? found
+               : "";
 }

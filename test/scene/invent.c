@@ -415,8 +415,8 @@ static void invent_run(inventor *v) {
         run->interval = positive(v);
     run->record = (unsigned)pick(v, 128);
     if (v->everything) {
-        run->formulation = chance(v) ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
-        run->reduction = (kt_reduction)pick(v, 3);
+        v->out->scene.formulation = chance(v) ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
+        v->out->scene.reduction = (kt_reduction)pick(v, 3);
         run->metric = chance(v) ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
         run->plan = chance(v) ? KT_PLAN_AUTO : KT_PLAN_SPATIAL;
     }

@@ -1,5 +1,6 @@
 /* The absolute formulation under the clock: what goes in and comes out is the tree's, whatever is integrated. */
 #include "../dynamics/tree.h"
+#include "../formulation.h"
 #include "interpose.h"
 #include "scenes.h"
 
@@ -13,27 +14,37 @@
 /* A random tree and a state of it. */
 typedef struct stage {
     kt_tree tree;
+    kt_absolute *absolute;
     kt_tree_state state;
 } stage;
 
 static bool set_stage(stage *s, int bodies) {
     kt_random random = kt_random_of_test();
-    kt_model_options options = kt_model_options_default();
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = bodies;
     plan.is_shuffled = true;
-    options.formulation = KT_FORMULATION_ABSOLUTE;
     kt_tree_describe(&s->tree, &plan, &random);
-    if (!kt_tree_compile(&s->tree, &options))
+    if (!kt_tree_compile(&s->tree, NULL))
         return false;
+    s->absolute = kt_formulate(&s->tree.description, NULL, s->tree.model, KT_FORMULATION_ABSOLUTE);
     kt_tree_state_draw(&s->tree, &random, &s->state);
-    return true;
+    return s->absolute != NULL;
+}
+
+static void free_stage(stage *s) {
+    kt_absolute_free(s->absolute);
+    kt_tree_free(&s->tree);
+}
+
+static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
+    const kt_simulation_options options = kt_formulated(absolute);
+    return kt_scene_simulate(model, run, &options);
 }
 
 static kt_simulation *begin(const stage *s, kt_run run, kt_formulation formulation) {
     kt_error error;
-    run.formulation = formulation;
-    kt_simulation *simulation = kt_scene_simulate(s->tree.model, &run, NULL);
+    kt_simulation *simulation =
+        simulate(s->tree.model, formulation == KT_FORMULATION_ABSOLUTE ? s->absolute : NULL, &run);
     if (simulation)
         (void)kt_fine("state", kt_simulation_set_state(simulation, 0.0, s->state.q, s->state.v, &error), &error);
     return simulation;
@@ -85,7 +96,7 @@ KT_TEST(pushes_of_the_caller_act_alike) {
     kt_check_worst(&acceleration);
     kt_simulation_free(tree);
     kt_simulation_free(absolute);
-    kt_tree_free(&s.tree);
+    free_stage(&s);
 }
 
 /* ---- whole turns ------------------------------------------------------------------------------------------------- */
@@ -93,13 +104,12 @@ KT_TEST(pushes_of_the_caller_act_alike) {
 enum { SPINNERS = 4 };
 
 /* Bodies that spin about their joint's axis, at the rates +-40 rad/s; the last from rest under a constant torque. */
-static kt_model *make_spinners(kt_body *bodies, kt_effect *motor) {
+static kt_model *make_spinners(kt_body *bodies, kt_effect *motor, kt_absolute **absolute) {
     static const kt_joint_type types[SPINNERS] = {KT_JOINT_CYLINDRICAL, KT_JOINT_PLANAR, KT_JOINT_UNIVERSAL,
                                                   KT_JOINT_REVOLUTE};
     static const char *const names[SPINNERS] = {"sleeve", "puck", "cardan", "wheel"};
     static const int turning[SPINNERS] = {0, 2, 1, 0};
     kt_description description = kt_description_default();
-    kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_error error;
     for (int i = 0; i < SPINNERS; i++) {
@@ -119,8 +129,8 @@ static kt_model *make_spinners(kt_body *bodies, kt_effect *motor) {
     description.body_count = SPINNERS;
     description.effects = motor;
     description.effect_count = 1;
-    options.formulation = KT_FORMULATION_ABSOLUTE;
-    (void)kt_fine("model", kt_model_compile(&description, &options, &model, &error), &error);
+    (void)kt_fine("model", kt_model_compile(&description, NULL, &model, &error), &error);
+    *absolute = kt_formulate(&description, NULL, model, KT_FORMULATION_ABSOLUTE);
     return model;
 }
 
@@ -146,21 +156,22 @@ KT_TEST(angles_count_whole_turns) {
     kt_body bodies[SPINNERS];
     kt_effect motor;
     kt_error error;
-    kt_model *model = make_spinners(bodies, &motor);
+    kt_absolute *absolute = NULL;
+    kt_model *model = make_spinners(bodies, &motor, &absolute);
     kt_run run = kt_run_fixed("dop853", 0.05, 0.8);
     spin s = {.angle = kt_worst_make("angle, rad")};
-    run.formulation = KT_FORMULATION_ABSOLUTE;
     run.interval = 0.02;
     s.at[0] = kt_body_coordinates(model, kt_body_find(model, "sleeve")).q;
     s.at[1] = kt_body_coordinates(model, kt_body_find(model, "puck")).q + 2;
     s.at[2] = kt_body_coordinates(model, kt_body_find(model, "cardan")).q + 1;
     s.at[3] = kt_body_coordinates(model, kt_body_find(model, "wheel")).q;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = simulate(model, absolute, &run);
     if (simulation)
         (void)kt_fine("run", kt_simulation_run(simulation, watch_spin, &s, &error), &error);
     kt_check_worst(&s.angle);
     kt_check_above("turns of the wheel", angle_of(3, 0.8) / 6.283185307179586, 5.0);
     kt_simulation_free(simulation);
+    kt_absolute_free(absolute);
     kt_model_free(model);
 }
 
@@ -169,10 +180,9 @@ enum { BALLS = 4 };
 /* The last is free. */
 static const double ball_axis[BALLS][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {0.6, 0.0, -0.8}};
 
-static kt_model *make_balls(kt_body *bodies) {
+static kt_model *make_balls(kt_body *bodies, kt_absolute **absolute) {
     static const char *const names[BALLS] = {"about_x", "about_y", "about_z", "free"};
     kt_description description = kt_description_default();
-    kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_error error;
     for (int i = 0; i < BALLS; i++) {
@@ -186,8 +196,8 @@ static kt_model *make_balls(kt_body *bodies) {
     }
     description.bodies = bodies;
     description.body_count = BALLS;
-    options.formulation = KT_FORMULATION_ABSOLUTE;
-    (void)kt_fine("model", kt_model_compile(&description, &options, &model, &error), &error);
+    (void)kt_fine("model", kt_model_compile(&description, NULL, &model, &error), &error);
+    *absolute = kt_formulate(&description, NULL, model, KT_FORMULATION_ABSOLUTE);
     return model;
 }
 
@@ -208,16 +218,17 @@ static int watch_balls(const kt_record *record, void *user) {
 KT_TEST(quaternions_go_on_without_a_jump) {
     kt_body bodies[BALLS];
     kt_error error;
-    kt_model *model = make_balls(bodies);
+    kt_absolute *absolute = NULL;
+    kt_model *model = make_balls(bodies, &absolute);
     kt_run run = kt_run_fixed("dop853", 0.025, 1.5);
     kt_worst worst = kt_worst_make("quaternion");
-    run.formulation = KT_FORMULATION_ABSOLUTE;
     run.interval = 0.05;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = simulate(model, absolute, &run);
     if (simulation)
         (void)kt_fine("run", kt_simulation_run(simulation, watch_balls, &worst, &error), &error);
     kt_check_worst(&worst);
     kt_simulation_free(simulation);
+    kt_absolute_free(absolute);
     kt_model_free(model);
 }
 
@@ -255,7 +266,7 @@ KT_TEST(state_that_is_set_comes_back) {
     kt_check_equal_bits("positions, still", kt_simulation_positions(simulation), before, (size_t)s.tree.nq);
     kt_simulation_free(tree);
     kt_simulation_free(simulation);
-    kt_tree_free(&s.tree);
+    free_stage(&s);
 }
 
 /* From a checkpoint within a step, in another simulation, with pushes and many turns behind it. */
@@ -264,21 +275,21 @@ KT_TEST(restored_run_goes_on_bit_for_bit) {
     kt_body bodies[SPINNERS];
     kt_effect motor;
     kt_error error;
-    kt_model *model = make_spinners(bodies, &motor);
+    kt_absolute *absolute = NULL;
+    kt_model *model = make_spinners(bodies, &motor, &absolute);
     kt_run run = kt_run_default();
-    run.formulation = KT_FORMULATION_ABSOLUTE;
     run.duration = 0.8;
     run.interval = 0.01;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY;
     const double tau[8] = {1.0, 2.0, -1.0, 0.5, 3.0, -2.0, 1.0, 0.2};
-    kt_simulation *one = kt_scene_simulate(model, &run, NULL), *other = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *one = simulate(model, absolute, &run), *other = simulate(model, absolute, &run);
     kt_kept *kept = kt_kept_empty(model);
     (void)kt_fine("torque", kt_simulation_set_torque(one, tau, &error), &error);
     (void)kt_fine("whole run", kt_simulation_run(one, kt_keep, kept, &error), &error);
     kt_check_equal_int("records", kept->count, 81);
     whole = *kept;
     kt_simulation_free(one);
-    one = kt_scene_simulate(model, &run, NULL);
+    one = simulate(model, absolute, &run);
     kept = kt_kept_empty(model);
     kept->stop_at = 53;
     (void)kt_fine("torque", kt_simulation_set_torque(one, tau, &error), &error);
@@ -294,6 +305,7 @@ KT_TEST(restored_run_goes_on_bit_for_bit) {
     free(block);
     kt_simulation_free(one);
     kt_simulation_free(other);
+    kt_absolute_free(absolute);
     kt_model_free(model);
 }
 
@@ -313,14 +325,14 @@ KT_TEST(placed_simulation_stays_within_its_memory_and_allocates_nothing) {
     if (!set_stage(&s, 8))
         return;
     kt_run run = kt_run_fixed("rk4", 0.001, 0.05);
-    run.formulation = KT_FORMULATION_ABSOLUTE;
     run.interval = 0.01;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
-    const size_t size = kt_simulation_size(s.tree.model, &run, NULL), guard = 4096;
+    const kt_simulation_options options = kt_formulated(s.absolute);
+    const size_t size = kt_simulation_size(s.tree.model, &run, &options), guard = 4096;
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + guard);
     memset(memory, 0x5A, size + guard);
     kt_interpose_start();
-    kt_status status = kt_simulation_init(s.tree.model, &run, NULL, memory, size, &simulation, &error);
+    kt_status status = kt_simulation_init(s.tree.model, &run, &options, memory, size, &simulation, &error);
     if (status == KT_OK)
         status = push(simulation, &s, 1.0, &error);
     if (status == KT_OK)
@@ -334,7 +346,7 @@ KT_TEST(placed_simulation_stays_within_its_memory_and_allocates_nothing) {
     kt_check_equal_int("bytes touched beyond", (long long)touched, 0);
     kt_check_equal_int("records", records, 6);
     free(memory);
-    kt_tree_free(&s.tree);
+    free_stage(&s);
 }
 
 static int keep_and_poison(const kt_record *record, void *user) {
@@ -372,22 +384,5 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
         kt_simulation_free(simulation);
     }
     kt_check_equal_int("records", clean.count, 31);
-    kt_tree_free(&s.tree);
-}
-
-/* ---- what is refused --------------------------------------------------------------------------------------------- */
-
-KT_TEST(model_must_have_been_compiled_for_it) {
-    kt_lone lone;
-    kt_error error;
-    kt_simulation *simulation = NULL;
-    kt_run run = kt_run_default();
-    kt_pendulum_make(&lone, 1.0, 0.0);
-    kt_model *model = kt_scene_compile(&lone.description);
-    run.formulation = KT_FORMULATION_ABSOLUTE;
-    kt_check_equal_int("status", kt_simulation_create(model, &run, NULL, &simulation, &error), KT_ERROR_ARGUMENT);
-    kt_check_text("where", error.where, "formulation");
-    kt_check_contains("message", error.message, "kt_model_compile");
-    kt_check_equal_int("size", (long long)kt_simulation_size(model, &run, NULL), 0);
-    kt_model_free(model);
+    free_stage(&s);
 }

@@ -5,8 +5,6 @@
  */
 #include "both.h"
 
-#include "kinetree/study.h"
-
 #include <math.h>
 
 static kt_body make_body(const char *name, const char *parent, kt_joint_type type, double x, double y) {
@@ -63,12 +61,13 @@ static void follow(const kt_description *d, const kt_both_bounds *bounds) {
     for (int r = 0; r < 3; r++) {
         kt_model_options options = kt_model_options_default();
         options.reduction = kt_reduction_method_of((kt_reduction)r);
-        kt_model *model = kt_both_compile(d, &options);
-        if (model && kt_both_run(model, KT_FORMULATION_TREE, run, NULL, &tree) &&
-            kt_both_run(model, KT_FORMULATION_ABSOLUTE, run, NULL, &other))
+        kt_absolute *absolute = NULL;
+        kt_model *model = kt_both_compile(d, &options, &absolute);
+        if (model && kt_both_run(model, NULL, run, NULL, &tree) && kt_both_run(model, absolute, run, NULL, &other))
             kt_both_compare(&worst, names[r], &tree, &other, bounds);
         open.position = fmax(open.position, other.constraint.position);
         open.velocity = fmax(open.velocity, other.constraint.velocity);
+        kt_absolute_free(absolute);
         kt_model_free(model);
     }
     kt_both_check(&worst);

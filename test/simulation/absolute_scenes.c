@@ -6,7 +6,6 @@
 #include "both.h"
 
 #include "kinetree/scene.h"
-#include "kinetree/study.h"
 
 #include <dirent.h>
 #include <float.h>
@@ -23,7 +22,8 @@ static int is_scene(const struct dirent *entry) {
 }
 
 /* Calls visit with each scene that has no more bodies than that, compiled for both formulations. */
-static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model)) {
+static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model,
+                                              const kt_absolute *absolute)) {
     struct dirent **entries = NULL;
     const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
     kt_check_above("scenes", count, 18);
@@ -34,27 +34,23 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             kt_model_options options = kt_model_options_default();
-            options.reduction = kt_reduction_method_of(scene.run.reduction);
+            options.reduction = kt_reduction_method_of(scene.reduction);
             options.metric = scene.run.metric;
             kt_model *model = NULL;
+            kt_absolute *absolute = NULL;
             if (scene.description.body_count > most)
                 kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
             else
-                model = kt_both_compile(&scene.description, &options);
+                model = kt_both_compile(&scene.description, &options, &absolute);
             if (model)
-                visit(entries[i]->d_name, &scene, model);
+                visit(entries[i]->d_name, &scene, model, absolute);
+            kt_absolute_free(absolute);
             kt_model_free(model);
             kt_scene_free(&scene);
         }
         free(entries[i]);
     }
     free(entries);
-}
-
-static kt_simulation *simulate(const kt_scene *scene, const kt_model *model, kt_formulation formulation) {
-    kt_run run = scene->run;
-    run.formulation = formulation;
-    return kt_scene_simulate(model, &run, NULL);
 }
 
 /* The accelerations of both where the tree is now, each times the square root of the inertia along it: as an error
@@ -94,13 +90,14 @@ static double force_of(const kt_scene *scene, double length, double rate) {
 
 /* Relative to the largest; bound: five times the largest of all scenes, for each freedom squared; and what eight
  * roundings of a metre do to a spring. */
-static void compare_accelerations(const char *name, const kt_scene *scene, const kt_model *model) {
+static void compare_accelerations(const char *name, const kt_scene *scene, const kt_model *model,
+                                  const kt_absolute *absolute) {
     kt_worst worst = kt_worst_make(name);
     kt_error error;
     kt_data *data = NULL;
     const int nv = kt_model_nv(model);
-    kt_simulation *tree = simulate(scene, model, KT_FORMULATION_TREE);
-    kt_simulation *other = simulate(scene, model, KT_FORMULATION_ABSOLUTE);
+    kt_simulation *tree = kt_both_simulate(model, NULL, &scene->run);
+    kt_simulation *other = kt_both_simulate(model, absolute, &scene->run);
     const double last = fmin(scene->run.duration, 2.0);
     bool fine = tree && other && nv <= NUMBERS && kt_fine("data", kt_data_create(model, &data, &error), &error);
     for (int k = 0; k < INSTANTS && fine; k++) {
@@ -123,9 +120,10 @@ static void compare_accelerations(const char *name, const kt_scene *scene, const
 KT_TEST(accelerations_agree_in_every_scene) { visit_all(100, compare_accelerations); }
 
 /* Freedoms less independent equations, redundant ones included. */
-static void compare_mobility(const char *name, const kt_scene *scene, const kt_model *model) {
+static void compare_mobility(const char *name, const kt_scene *scene, const kt_model *model,
+                             const kt_absolute *absolute) {
     (void)scene;
-    kt_check_equal_int(name, kt_model_mobility(kt_model_absolute(model)).minimal, kt_model_mobility(model).minimal);
+    kt_check_equal_int(name, kt_model_mobility(kt_absolute_model(absolute)).minimal, kt_model_mobility(model).minimal);
 }
 
 KT_TEST(mobility_agrees_in_every_scene) { visit_all(40, compare_mobility); }
@@ -163,7 +161,8 @@ static double arm_of(const kt_scene *scene) {
 /* The first 200 steps of 50 000, which leave rounding alone to differ, as long as it is cheap. Bounds: five times the
  * largest of all scenes, and what springs and dampers make of that. Reactions of redundant loops are shared in more
  * ways than one. */
-static void compare_motions(const char *name, const kt_scene *scene, const kt_model *model) {
+static void compare_motions(const char *name, const kt_scene *scene, const kt_model *model,
+                            const kt_absolute *absolute) {
     static kt_both_trace tree, other;
     const kt_mobility dof = kt_model_mobility(model);
     const double off = force_of(scene, 1.2e-14, 2e-12);
@@ -174,8 +173,7 @@ static void compare_motions(const char *name, const kt_scene *scene, const kt_mo
                                    .reaction = dof.rank == dof.equations ? (6e-13 + off) * arm_of(scene) : 0.0};
     kt_run run = kt_run_fixed("dop853", 2e-5 * scene->run.duration, 4e-3 * scene->run.duration);
     run.interval = 4e-4 * scene->run.duration;
-    if (kt_both_run(model, KT_FORMULATION_TREE, run, NULL, &tree) &&
-        kt_both_run(model, KT_FORMULATION_ABSOLUTE, run, NULL, &other))
+    if (kt_both_run(model, NULL, run, NULL, &tree) && kt_both_run(model, absolute, run, NULL, &other))
         kt_both_compare(&motions, name, &tree, &other, &bounds);
 }
 
@@ -188,15 +186,14 @@ KT_TEST(motions_agree_in_every_small_scene) {
 /* ---- order ------------------------------------------------------------------------------------------------------- */
 
 /* Positions after a second, by fixed steps of rk4, or (steps = 0) by dop853 to its last digits. */
-static bool after_a_second(const kt_model *model, kt_formulation formulation, int steps, double *q) {
+static bool after_a_second(const kt_model *model, const kt_absolute *absolute, int steps, double *q) {
     kt_run run = kt_run_fixed("rk4", steps > 0 ? 1.0 / steps : 0.0, 1.0);
     kt_error error;
-    run.formulation = formulation;
     if (steps == 0) {
         run.integrator = "dop853";
         run.relative = run.absolute = 1e-13;
     }
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_both_simulate(model, absolute, &run);
     const bool fine = simulation && kt_fine("run", kt_simulation_advance(simulation, 1.0, &error), &error);
     if (fine)
         memcpy(q, kt_simulation_positions(simulation), (size_t)kt_model_nq(model) * sizeof *q);
@@ -217,11 +214,12 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
             static double exact[NUMBERS], coarse[NUMBERS], fine[NUMBERS];
             kt_model_options options = kt_model_options_default();
             options.reduction = kt_reduction_method_of((kt_reduction)way);
-            kt_model *model = kt_both_compile(&scene.description, &options);
+            kt_absolute *absolute = NULL;
+            kt_model *model = kt_both_compile(&scene.description, &options, &absolute);
+            const kt_absolute *used = formulation ? absolute : NULL;
             double errors[2] = {0.0, 0.0};
-            if (model && after_a_second(model, KT_FORMULATION_TREE, 0, exact) &&
-                after_a_second(model, (kt_formulation)formulation, 50, coarse) &&
-                after_a_second(model, (kt_formulation)formulation, 100, fine))
+            if (model && after_a_second(model, NULL, 0, exact) && after_a_second(model, used, 50, coarse) &&
+                after_a_second(model, used, 100, fine))
                 for (int i = 0; i < kt_model_nq(model); i++) {
                     errors[0] = fmax(errors[0], fabs(coarse[i] - exact[i]));
                     errors[1] = fmax(errors[1], fabs(fine[i] - exact[i]));
@@ -229,6 +227,7 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
             kt_note("%s, %s: %.3g with 50 steps, %.3g with 100", ways[way], formulation ? "absolute" : "tree",
                     errors[0], errors[1]);
             kt_check_near("order", log2(errors[0] / errors[1]), 4.0, 0.25);
+            kt_absolute_free(absolute);
             kt_model_free(model);
         }
     kt_scene_free(&scene);
@@ -242,11 +241,11 @@ KT_TEST(windows_pass_singular_positions_as_free_bodies) {
     kt_error error;
     if (!kt_fine("windows", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error))
         return;
-    kt_model *model = kt_both_compile(&scene.description, NULL);
+    kt_absolute *absolute = NULL;
+    kt_model *model = kt_both_compile(&scene.description, NULL, &absolute);
     for (int formulation = 0; formulation < 2 && model; formulation++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, 10.0);
-        run.formulation = (kt_formulation)formulation;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_both_simulate(model, formulation ? absolute : NULL, &run);
         if (simulation && kt_fine("run", kt_simulation_advance(simulation, 10.0, &error), &error))
             memcpy(formulation ? free_bodies : tree, kt_simulation_positions(simulation),
                    (size_t)kt_model_nq(model) * sizeof(double));
@@ -257,6 +256,7 @@ KT_TEST(windows_pass_singular_positions_as_free_bodies) {
         most = fmax(most, fabs(tree[i] - free_bodies[i]));
     kt_check_above("they have moved", fabs(tree[0]), 1.0);
     kt_check_below("difference of the formulations", most, 2.1e-8);
+    kt_absolute_free(absolute);
     kt_model_free(model);
     kt_scene_free(&scene);
 }

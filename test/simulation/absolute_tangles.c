@@ -2,29 +2,31 @@
  * dense solution of the tree's equations, and their mobility. */
 #include "../reduction/tangle.h"
 
+#include "../formulation.h"
 #include "model/model.h"
-#include "simulation/absolute.h"
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 enum { MECHANISMS = 60, FREE_NQ = 14 * KT_TREE_BODIES, BODIES = 2 * KT_TREE_BODIES + 1 };
 
 /* The accelerations of the absolute formulation in the tree's coordinates; false where it has none, or where loops only
  * just reach each other, which is another test's. */
-static bool accelerate(const tangle *g, kt_data *data, double *a, double *largest) {
+static bool accelerate(const tangle *g, const kt_absolute *formulation, kt_data *data, double *a, double *largest) {
     static double q[FREE_NQ], v[FREE_NQ], free_a[FREE_NQ], seen_q[KT_TREE_NQ], seen_v[KT_TREE_NV];
     static kt_wrench push[BODIES];
-    const kt_model *absolute = kt_model_absolute(g->tree.model);
-    const kt_absolute_past past = {g->q, g->v, 0.0};
+    const kt_transformation *to = kt_formulated(formulation).transformation;
+    const kt_model *absolute = to->model;
     kt_error e = {0};
     if (!kt_tree_fine("kinematics", kt_kinematics_update(g->tree.model, g->tree.data, g->q, g->v, NULL, &e), &e))
         return false;
-    kt_absolute_spread(g->tree.model, g->tree.data, g->q, g->v, q, v);
-    kt_absolute_wrenches(g->tree.model, q, g->tau, g->external, push);
+    to->spread(to, g->tree.data, g->q, g->v, q, v);
+    to->wrenches(to, q, g->tau, g->external, push);
     if (!kt_tree_fine("acceleration", kt_acceleration_evaluate(absolute, data, g->t, q, v, NULL, push, free_a, &e), &e))
         return false;
-    kt_absolute_gather(g->tree.model, q, v, free_a, &past, seen_q, seen_v, a);
+    memcpy(seen_q, g->q, sizeof seen_q);
+    to->gather(to, q, v, free_a, 0.0, seen_q, seen_v, a);
     *largest = kt_tree_largest(free_a, kt_model_nv(absolute));
     return !tangle_was_near_singular(absolute, data);
 }
@@ -43,14 +45,17 @@ KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
         double a[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV], largest;
         kt_data *data = NULL;
         kt_error e = {0};
-        plan.options.formulation = KT_FORMULATION_ABSOLUTE;
         if (tangle_grow(&g, &plan, &random)) {
-            const kt_model *absolute = kt_model_absolute(g.tree.model);
+            kt_absolute *formulation =
+                kt_formulate(&g.tree.description, &plan.options, g.tree.model, KT_FORMULATION_ABSOLUTE);
+            if (formulation == NULL)
+                return;
+            const kt_model *absolute = kt_absolute_model(formulation);
             counters += kt_model_body_count(absolute) - g.tree.count;
             kt_worst_near(&mobility, kt_model_mobility(absolute).minimal, kt_model_mobility(g.tree.model).minimal, 0.5,
                           "%d", n);
-            if (kt_tree_fine("data", kt_data_create(absolute, &data, &e), &e) && accelerate(&g, data, a, &largest) &&
-                tangle_system_of(&g, &s)) {
+            if (kt_tree_fine("data", kt_data_create(absolute, &data, &e), &e) &&
+                accelerate(&g, formulation, data, a, &largest) && tangle_system_of(&g, &s)) {
                 (void)tangle_solve(&g, &s, (tangle_way){.mixes = true}, expected, moved);
                 const double least = 16.0 * DBL_EPSILON * fmax(largest, kt_tree_largest(expected, g.tree.nv));
                 for (int i = 0; i < g.tree.nv; i++)
@@ -58,6 +63,7 @@ KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
                 compared++;
             }
             kt_data_free(data);
+            kt_absolute_free(formulation);
         }
         tangle_free(&g);
     }

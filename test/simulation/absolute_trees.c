@@ -2,8 +2,8 @@
  * share neither coordinates nor a matrix with it. */
 #include "../dynamics/tree.h"
 
+#include "../formulation.h"
 #include "kinetree/reduction.h"
-#include "simulation/absolute.h"
 
 #include <float.h>
 #include <math.h>
@@ -15,6 +15,8 @@ enum { FREE_BODIES = 2 * KT_TREE_BODIES + 1, FREE_NQ = 7 * FREE_BODIES, LOOPS = 
 typedef struct pair {
     kt_tree tree;
     kt_tree_state state;
+    kt_absolute *formulation;
+    const kt_transformation *to;
     const kt_model *absolute;
     kt_data *data;
     double q[FREE_NQ], v[FREE_NQ], a[FREE_NQ]; /* free */
@@ -22,14 +24,16 @@ typedef struct pair {
 } pair;
 
 static bool pair_grow(pair *p, const kt_tree_plan *plan, kt_random *random) {
-    kt_model_options options = kt_model_options_default();
     kt_error error = {0};
-    options.formulation = KT_FORMULATION_ABSOLUTE;
     memset(p, 0, sizeof *p);
     kt_tree_describe(&p->tree, plan, random);
-    if (!kt_tree_compile(&p->tree, &options))
+    if (!kt_tree_compile(&p->tree, NULL))
         return false;
-    p->absolute = kt_model_absolute(p->tree.model);
+    p->formulation = kt_formulate(&p->tree.description, NULL, p->tree.model, KT_FORMULATION_ABSOLUTE);
+    if (p->formulation == NULL)
+        return false;
+    p->to = kt_formulated(p->formulation).transformation;
+    p->absolute = kt_absolute_model(p->formulation);
     return kt_tree_fine("data", kt_data_create(p->absolute, &p->data, &error), &error);
 }
 
@@ -38,13 +42,14 @@ static bool pair_move(pair *p, kt_random *random) {
     kt_tree_state_draw(&p->tree, random, &p->state);
     if (!kt_tree_forward(&p->tree, &p->state, p->state.a) || !kt_tree_kinematics(&p->tree, &p->state))
         return false;
-    kt_absolute_spread(p->tree.model, p->tree.data, p->state.q, p->state.v, p->q, p->v);
-    kt_absolute_wrenches(p->tree.model, p->q, p->state.tau, p->state.external, p->push);
+    p->to->spread(p->to, p->tree.data, p->state.q, p->state.v, p->q, p->v);
+    p->to->wrenches(p->to, p->q, p->state.tau, p->state.external, p->push);
     return true;
 }
 
 static void pair_free(pair *p) {
     kt_data_free(p->data);
+    kt_absolute_free(p->formulation);
     kt_tree_free(&p->tree);
 }
 
@@ -71,12 +76,12 @@ KT_TEST(accelerations_are_those_of_the_recursion) {
         const kt_tree_plan plan = plan_of(n);
         kt_error e = {0};
         static double q[KT_TREE_NQ], v[KT_TREE_NV], a[KT_TREE_NV];
-        const kt_absolute_past past = {p.state.q, p.state.v, 0.0};
         if (pair_grow(&p, &plan, &random) && pair_move(&p, &random) &&
             kt_tree_fine("free bodies",
                          kt_acceleration_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, p.a, &e), &e)) {
             const double scale = kt_tree_largest(p.state.a, p.tree.nv);
-            kt_absolute_gather(p.tree.model, p.q, p.v, p.a, &past, q, v, a);
+            memcpy(q, p.state.q, sizeof q);
+            p.to->gather(p.to, p.q, p.v, p.a, 0.0, q, v, a);
             for (int i = 0; i < p.tree.nv; i++)
                 kt_worst_near(&error, a[i] / scale, p.state.a[i] / scale, 2.5e-12, "tree %d, coordinate %d", n, i);
         }
@@ -98,7 +103,7 @@ KT_TEST(reactions_are_those_of_the_recursion) {
                          kt_reaction_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, NULL, from, &e), &e)) {
             double scale = 0.0;
             kt_joint_reactions(p.tree.model, p.tree.data, p.state.external, here);
-            kt_absolute_reactions(p.tree.model, p.q, p.state.tau, from, there, NULL);
+            p.to->reactions(p.to, p.q, p.state.tau, from, there, NULL);
             for (int b = 1; b < p.tree.count; b++)
                 scale = fmax(scale, fmax(kt_vec3_norm(here[b].force), kt_vec3_norm(here[b].moment)));
             for (int b = 1; b < p.tree.count; b++) {
@@ -139,14 +144,13 @@ KT_TEST(coordinates_come_back_from_the_free_bodies) {
         const kt_tree_plan plan = plan_of(n);
         kt_error e = {0};
         kt_residual residual = {(double)NAN, (double)NAN};
-        static double q[KT_TREE_NQ], v[KT_TREE_NV], past_q[KT_TREE_NQ], zero[KT_TREE_NV];
+        static double q[KT_TREE_NQ], v[KT_TREE_NV];
         if (pair_grow(&p, &plan, &random)) {
-            const kt_absolute_past past = {past_q, zero, 0.0};
             kt_tree_state_draw(&p.tree, &random, &p.state);
-            wind(&p.tree, p.state.q, past_q, &random);
+            wind(&p.tree, p.state.q, q, &random);
             (void)kt_tree_kinematics(&p.tree, &p.state);
-            kt_absolute_spread(p.tree.model, p.tree.data, p.state.q, p.state.v, p.q, p.v);
-            kt_absolute_gather(p.tree.model, p.q, p.v, NULL, &past, q, v, NULL);
+            p.to->spread(p.to, p.tree.data, p.state.q, p.state.v, p.q, p.v);
+            p.to->gather(p.to, p.q, p.v, NULL, 0.0, q, v, NULL);
             for (int i = 0; i < p.tree.nq; i++)
                 kt_worst_near(&position, q[i], p.state.q[i], 2e-14, "tree %d, %d", n, i);
             for (int i = 0; i < p.tree.nv; i++)

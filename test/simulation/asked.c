@@ -3,6 +3,8 @@
  */
 #include "scenes.h"
 
+#include "kinetree/study.h"
+
 #include <float.h>
 #include <math.h>
 

@@ -1,5 +1,6 @@
 /* The energy balance: kinetic + potential + dissipated - supplied stays what it was, and each of the two works is what
  * it must be. */
+#include "../formulation.h"
 #include "scenes.h"
 
 #include <float.h>
@@ -61,14 +62,19 @@ static int enter(const kt_record *r, void *user) {
 }
 
 /* Runs with records every `run->interval`. */
-static bool keep_ledger(const kt_model *model, const kt_run *run, ledger *l) {
+static bool keep_ledger_of(const kt_model *model, const kt_absolute *absolute, const kt_run *run, ledger *l) {
+    const kt_simulation_options options = kt_formulated(absolute);
     kt_error error;
     *l = (ledger){.count = 0};
-    kt_simulation *simulation = kt_scene_simulate(model, run, NULL);
+    kt_simulation *simulation = kt_scene_simulate(model, run, &options);
     const bool fine =
         simulation && kt_fine("run", kt_simulation_run(simulation, enter, l, &error), &error) && l->count > 1;
     kt_simulation_free(simulation);
     return kt_check_true("there are records", fine);
+}
+
+static bool keep_ledger(const kt_model *model, const kt_run *run, ledger *l) {
+    return keep_ledger_of(model, NULL, run, l);
 }
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
@@ -144,14 +150,14 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
     kt_run run = balanced("dop853", 0.0, 3.0);
     run.relative = run.absolute = 1e-12;
     for (int formulation = 0; formulation < KT_FORMULATION_COUNT; formulation++) {
-        kt_model_options options = kt_model_options_default();
-        options.formulation = run.formulation = (kt_formulation)formulation;
         kt_model *model = NULL;
-        (void)kt_fine("model", kt_model_compile(&pendulum.description, &options, &model, &error), &error);
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        (void)kt_fine("model", kt_model_compile(&pendulum.description, NULL, &model, &error), &error);
+        kt_absolute *absolute = kt_formulate(&pendulum.description, NULL, model, (kt_formulation)formulation);
+        const kt_simulation_options options = kt_formulated(absolute);
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
         /* of a tree the two are the same sums but for rounding */
         const double bound = formulation == KT_FORMULATION_TREE ? 16.0 * DBL_EPSILON : 2e-12;
-        kt_note("%s", kt_formulation_name(run.formulation));
+        kt_note("%s", kt_formulation_name((kt_formulation)formulation));
         (void)kt_fine("torque", kt_simulation_set_torque(simulation, &torque, &error), &error);
         (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
         const double turned = kt_simulation_positions(simulation)[0] - 0.4;
@@ -163,6 +169,7 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
         const double more = kt_simulation_positions(simulation)[0] - 0.4 - turned;
         kt_check_near("wrench", kt_simulation_work(simulation).supplied, torque * turned + 0.45 * more, bound);
         kt_simulation_free(simulation);
+        kt_absolute_free(absolute);
         kt_model_free(model);
     }
 }
@@ -319,22 +326,19 @@ KT_TEST(absolute_formulation_keeps_the_same_works) {
     kt_error error;
     oscillator o;
     oscillator_make(&o, 11.0);
-    kt_model_options options = kt_model_options_default();
-    options.formulation = KT_FORMULATION_ABSOLUTE;
     kt_model *model = NULL;
-    ledger tree, absolute;
+    ledger tree, other;
     kt_run run = balanced("dop853", 0.0, 4.0);
     run.relative = run.absolute = 1e-11;
-    if (!kt_fine("model", kt_model_compile(&o.lone.description, &options, &model, &error), &error))
+    if (!kt_fine("model", kt_model_compile(&o.lone.description, NULL, &model, &error), &error))
         return;
-    if (keep_ledger(model, &run, &tree)) {
-        run.formulation = KT_FORMULATION_ABSOLUTE;
-        if (keep_ledger(model, &run, &absolute)) {
-            kt_check_near("dissipated", absolute.last.dissipated, tree.last.dissipated, 1e-9);
-            kt_check_near("supplied", absolute.last.supplied, tree.last.supplied, 1e-9);
-            kt_check_below("drift", absolute.drift, 5e-9);
-        }
+    kt_absolute *absolute = kt_formulate(&o.lone.description, NULL, model, KT_FORMULATION_ABSOLUTE);
+    if (absolute != NULL && keep_ledger(model, &run, &tree) && keep_ledger_of(model, absolute, &run, &other)) {
+        kt_check_near("dissipated", other.last.dissipated, tree.last.dissipated, 1e-9);
+        kt_check_near("supplied", other.last.supplied, tree.last.supplied, 1e-9);
+        kt_check_below("drift", other.drift, 5e-9);
     }
+    kt_absolute_free(absolute);
     kt_model_free(model);
 }
 

@@ -25,16 +25,24 @@ int kt_both_keep(const kt_record *record, void *trace) {
     return 0;
 }
 
-kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options) {
-    kt_model_options both = options ? *options : kt_model_options_default();
+kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options, kt_absolute **absolute) {
     kt_model *model = NULL;
     kt_error error;
-    both.formulation = KT_FORMULATION_ABSOLUTE;
-    (void)kt_fine("model", kt_model_compile(description, &both, &model, &error), &error);
-    return model;
+    *absolute = NULL;
+    (void)kt_fine("model", kt_model_compile(description, options, &model, &error), &error);
+    *absolute = kt_formulate(description, options, model, KT_FORMULATION_ABSOLUTE);
+    if (*absolute != NULL)
+        return model;
+    kt_model_free(model);
+    return NULL;
 }
 
-bool kt_both_run(const kt_model *model, kt_formulation formulation, kt_run run, const double *torque,
+kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
+    const kt_simulation_options options = kt_formulated(absolute);
+    return kt_scene_simulate(model, run, &options);
+}
+
+bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,
                  kt_both_trace *t) {
     kt_error error;
     memset(t, 0, sizeof *t);
@@ -45,14 +53,13 @@ bool kt_both_run(const kt_model *model, kt_formulation formulation, kt_run run, 
     t->loops = kt_loop_count(model);
     if (t->nq > KT_BOTH_COORDINATES || t->bodies > KT_BOTH_BODIES || t->loops > KT_BOTH_BODIES)
         return kt_check_true("room", false);
-    run.formulation = formulation;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_both_simulate(model, absolute, &run);
     bool fine = simulation != NULL;
     if (fine && torque)
         fine = kt_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);
-    fine = fine &&
-           kt_fine(kt_formulation_name(formulation), kt_simulation_run(simulation, kt_both_keep, t, &error), &error);
+    fine = fine && kt_fine(absolute != NULL ? "absolute" : "tree",
+                           kt_simulation_run(simulation, kt_both_keep, t, &error), &error);
     kt_simulation_free(simulation);
     return fine;
 }

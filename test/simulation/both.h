@@ -2,6 +2,7 @@
 #ifndef KT_TEST_SIMULATION_BOTH_H
 #define KT_TEST_SIMULATION_BOTH_H
 
+#include "../formulation.h"
 #include "scenes.h"
 
 enum { KT_BOTH_RECORDS = 101, KT_BOTH_BODIES = 12, KT_BOTH_COORDINATES = 60 };
@@ -20,11 +21,15 @@ typedef struct kt_both_trace {
 /* A kt_recorder into a trace whose model is set. */
 int kt_both_keep(const kt_record *record, void *trace);
 
-/* The model, compiled for both; NULL after a failed check. */
-kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options);
+/* The model, and its absolute formulation; NULL, both of them, after a failed check. */
+kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options, kt_absolute **absolute);
 
-/* Runs with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed check. */
-bool kt_both_run(const kt_model *model, kt_formulation formulation, kt_run run, const double *torque, kt_both_trace *t);
+/* A simulation of a model, in the absolute formulation unless that is NULL; NULL after a failed check. */
+kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run);
+
+/* Runs such a simulation with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed check. */
+bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,
+                 kt_both_trace *t);
 
 /* Bounds of the differences between two traces, over all records, each relative to the largest number of its kind (at
  * least 1). reaction = 0: reactions are not unique, and not compared. */

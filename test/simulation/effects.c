@@ -18,7 +18,13 @@ typedef struct stage {
     kt_tree tree;
     kt_effect effects[KT_EFFECT_TYPE_COUNT];
     kt_model *model;
+    kt_absolute *absolute;
 } stage;
+
+static void free_stage(stage *s) {
+    kt_absolute_free(s->absolute);
+    kt_model_free(s->model);
+}
 
 static kt_end random_end(const stage *s, kt_random *random, int body) {
     kt_end end = kt_end_default();
@@ -102,7 +108,7 @@ static bool set_stage(stage *s, kt_random *random, loss_kind kind) {
     s->tree.description.effect_count = KT_EFFECT_TYPE_COUNT;
     if (kind == SMOOTH)
         leave_out_kinks(&s->tree.description, s->effects);
-    s->model = kt_both_compile(&s->tree.description, NULL);
+    s->model = kt_both_compile(&s->tree.description, NULL, &s->absolute);
     return s->model != NULL;
 }
 
@@ -157,7 +163,7 @@ KT_TEST(effects_push_joints_by_the_slope_of_their_energy) {
             kt_worst_near(&slope, power, -slope_of(s.model, data, q, w), 2e-10, "tree %d", n);
         }
         kt_data_free(data);
-        kt_model_free(s.model);
+        free_stage(&s);
     }
     kt_check_worst(&slope);
     kt_check_above("power", most, 1.0);
@@ -219,8 +225,7 @@ static void check_balance(loss_kind kind, bound_of *bound) {
             run.duration = 0.2;
             run.interval = 0.02;
             run.record = KT_RECORD_BALANCE;
-            run.formulation = (kt_formulation)formulation;
-            kt_simulation *simulation = kt_scene_simulate(s.model, &run, NULL);
+            kt_simulation *simulation = kt_both_simulate(s.model, formulation ? s.absolute : NULL, &run);
             if (simulation && kt_fine("run", kt_simulation_run(simulation, enter, &l, &error), &error))
                 kt_worst_below(&balance, l.worst, bound(s.model, simulation), "tree %d, formulation %d", n,
                                formulation);
@@ -228,7 +233,7 @@ static void check_balance(loss_kind kind, bound_of *bound) {
             least = fmin(least, l.heat);
             kt_simulation_free(simulation);
         }
-        kt_model_free(s.model);
+        free_stage(&s);
     }
     kt_check_worst(&balance);
     kt_check_true("heat is never given back", !cooled);
@@ -248,10 +253,9 @@ KT_TEST(both_formulations_move_alike_under_effects) {
     for (int n = 0; n < 10 && set_stage(&s, &random, ALL); n++) {
         kt_run run = kt_run_fixed("dop853", 1e-3, 0.05);
         run.interval = 0.005;
-        if (kt_both_run(s.model, KT_FORMULATION_TREE, run, NULL, &tree) &&
-            kt_both_run(s.model, KT_FORMULATION_ABSOLUTE, run, NULL, &other))
+        if (kt_both_run(s.model, NULL, run, NULL, &tree) && kt_both_run(s.model, s.absolute, run, NULL, &other))
             kt_both_compare(&worst, "tree", &tree, &other, &bounds);
-        kt_model_free(s.model);
+        free_stage(&s);
     }
     kt_both_check(&worst);
 }

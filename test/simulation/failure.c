@@ -185,9 +185,6 @@ KT_TEST(run_that_makes_no_sense_is_refused_in_words) {
     refuse(model, &run, KT_ERROR_ARGUMENT, "interval", "inf");
     run.interval = 1e-17;
     refuse(model, &run, KT_ERROR_ARGUMENT, "interval", "more records");
-    run = kt_run_default();
-    run.formulation = KT_FORMULATION_ABSOLUTE;
-    refuse(model, &run, KT_ERROR_ARGUMENT, "formulation", "kt_model_compile");
     kt_model_free(model);
 }
 

@@ -5,6 +5,7 @@
  *
  *     (2 n / 3 + m) l^2 u'' = -(n + m) g l sin u.
  */
+#include "../formulation.h"
 #include "scenes.h"
 #include "swing.h"
 
@@ -168,18 +169,19 @@ KT_TEST(spring_without_a_length_is_unstretched_where_the_loops_are_closed) {
     f.description.effect_count = 1;
     for (int formulation = 0; formulation < KT_FORMULATION_COUNT; formulation++) {
         kt_model *model = NULL;
-        kt_model_options options = kt_model_options_default();
         kt_run run = kt_run_default();
         kt_record record;
         kt_error error;
         run.record = KT_RECORD_ENERGY;
-        run.formulation = options.formulation = (kt_formulation)formulation;
-        if (!kt_fine("model", kt_model_compile(&f.description, &options, &model, &error), &error))
+        if (!kt_fine("model", kt_model_compile(&f.description, NULL, &model, &error), &error))
             return;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_absolute *absolute = kt_formulate(&f.description, NULL, model, (kt_formulation)formulation);
+        const kt_simulation_options options = kt_formulated(absolute);
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
         if (simulation && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
             kt_check_below("stretch, m", sqrt(record.potential), 16.0 * DBL_EPSILON);
         kt_simulation_free(simulation);
+        kt_absolute_free(absolute);
         kt_model_free(model);
     }
 }

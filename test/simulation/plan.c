@@ -1,6 +1,7 @@
 /* The plan of a scene: which kernels it lists, on how many items, and the reason for each that it leaves out. That what
  * is left out costs no instruction is counted by test/plan.
  */
+#include "../formulation.h"
 #include "../reduction/linkage.h"
 
 #include "kinetree/simulation.h"
@@ -299,27 +300,23 @@ KT_TEST(balance_of_a_driven_loop_takes_inverse_dynamics) {
     linkage_free(&l);
 }
 
-/* Three free bodies, each with a quaternion; the joints are loops, too. A model that was not compiled for it is told as
- * it is. */
+/* Three free bodies, each with a quaternion; the joints are loops, too. */
 KT_TEST(plan_of_the_absolute_formulation_is_that_of_free_bodies) {
     static linkage l;
     const four_bar f = four_bar_default();
-    kt_run run = kt_run_default();
-    run.formulation = KT_FORMULATION_ABSOLUTE;
     linkage_four_bar(&l, &f);
     if (!linkage_compile(&l))
         return;
-    const plan tree = plan_of(l.model, &run);
+    const plan tree = plan_of(l.model, NULL);
     is_dropped(&tree, "quaternions to unit norm", "no joint has one");
-    linkage_free(&l);
-    linkage_four_bar(&l, &f);
-    l.options.formulation = KT_FORMULATION_ABSOLUTE;
-    if (!linkage_compile(&l))
+    kt_absolute *absolute = kt_formulate(&l.description, NULL, l.model, KT_FORMULATION_ABSOLUTE);
+    if (absolute == NULL)
         return;
-    const plan p = plan_of(l.model, &run);
+    const plan p = plan_of(kt_absolute_model(absolute), NULL);
     is_there(&p, "quaternions to unit norm", 3, "quaternions");
     is_dropped(&p, "sines and cosines", "no joint turns about one axis");
     is_there(&p, "loops in space", 20, "equations"); /* four revolute joints of five */
+    kt_absolute_free(absolute);
     linkage_free(&l);
 }
 

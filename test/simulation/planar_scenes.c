@@ -20,7 +20,7 @@ static kt_model *compile(const kt_scene *scene, kt_plan plan) {
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_error error;
-    options.reduction = kt_reduction_method_of(scene->run.reduction);
+    options.reduction = kt_reduction_method_of(scene->reduction);
     options.metric = scene->run.metric;
     options.plan = plan;
     return kt_fine("compiles", kt_model_compile(&scene->description, &options, &model, &error), &error) ? model : NULL;
@@ -34,8 +34,7 @@ static void compare(kt_both_worst *worst, const char *name, const kt_scene *scen
         .position = 5e-15, .velocity = 1e-14, .acceleration = 2.5e-14, .energy = 2e-14, .reaction = 1e-14};
     kt_run run = kt_run_fixed("dop853", 2e-4 * scene->run.duration, 0.1 * scene->run.duration);
     run.interval = 1e-3 * scene->run.duration;
-    if (kt_both_run(spatial, KT_FORMULATION_TREE, run, NULL, &space) &&
-        kt_both_run(planar, KT_FORMULATION_TREE, run, NULL, &flat))
+    if (kt_both_run(spatial, NULL, run, NULL, &space) && kt_both_run(planar, NULL, run, NULL, &flat))
         kt_both_compare(worst, name, &space, &flat, &bounds);
 }
 

@@ -1,6 +1,7 @@
 /* Loops that cannot be closed from some time on: they are named, with how far they stay apart a little later, whatever
  * the step has run into; and others are not blamed.
  */
+#include "../formulation.h"
 #include "scenes.h"
 
 #include <float.h>
@@ -47,21 +48,22 @@ static double run_into(const kt_description *description, const setting *with, d
                        kt_error *error) {
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
-    kt_model_options options = kt_model_options_default();
     kt_run run = kt_run_default();
     run.integrator = with->integrator;
     run.step = with->step;
     run.interval = interval;
-    run.formulation = options.formulation = with->formulation;
     *ahead = with->step > 0.0 ? with->step : interval;
-    if (!kt_fine("model", kt_model_compile(description, &options, &model, error), error))
+    if (!kt_fine("model", kt_model_compile(description, NULL, &model, error), error))
         return (double)NAN;
-    *status = kt_simulation_create(model, &run, NULL, &simulation, error);
+    kt_absolute *absolute = kt_formulate(description, NULL, model, with->formulation);
+    const kt_simulation_options options = kt_formulated(absolute);
+    *status = kt_simulation_create(model, &run, &options, &simulation, error);
     if (*status == KT_OK)
         *status = kt_simulation_run(simulation, ignore, NULL, error);
     const double t = simulation ? kt_simulation_time(simulation) : 0.0;
     kt_note("%s, step %g: %s: %s", with->integrator, with->step, error->where, error->message);
     kt_simulation_free(simulation);
+    kt_absolute_free(absolute);
     kt_model_free(model);
     return t;
 }

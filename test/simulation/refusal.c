@@ -1,5 +1,6 @@
 /* Where a caller's equations, its projection or an effect refuse: whose words are told, when, and what is left behind.
  */
+#include "../formulation.h"
 #include "scenes.h"
 
 #include <float.h>
@@ -322,14 +323,15 @@ KT_TEST(records_that_nobody_asked_for_in_time_are_gone) {
 
 /* ---- formulations ------------------------------------------------------------------------------------------------ */
 
-static kt_simulation *simulate(const kt_lone *lone, kt_formulation formulation, kt_model **model) {
-    kt_model_options options = kt_model_options_default();
-    kt_run run = kt_run_default();
+static kt_simulation *simulate(const kt_lone *lone, kt_formulation formulation, kt_model **model,
+                               kt_absolute **absolute) {
+    const kt_run run = kt_run_default();
     kt_error error;
-    options.formulation = run.formulation = formulation;
-    if (!kt_fine("model", kt_model_compile(&lone->description, &options, model, &error), &error))
+    if (!kt_fine("model", kt_model_compile(&lone->description, NULL, model, &error), &error))
         return NULL;
-    return kt_scene_simulate(*model, &run, NULL);
+    *absolute = kt_formulate(&lone->description, NULL, *model, formulation);
+    const kt_simulation_options options = kt_formulated(*absolute);
+    return kt_scene_simulate(*model, &run, &options);
 }
 
 /* Of a lone body, in either formulation; in the tree's also where the world and it are tied by a loop. */
@@ -345,7 +347,8 @@ static void check_zeros(kt_formulation formulation, bool tied) {
     loop.between[1].body = lone.body.name;
     lone.description.loops = &loop;
     lone.description.loop_count = tied ? 1 : 0;
-    kt_simulation *simulation = simulate(&lone, formulation, &model);
+    kt_absolute *absolute = NULL;
+    kt_simulation *simulation = simulate(&lone, formulation, &model, &absolute);
     if (simulation == NULL)
         return;
     kt_check_equal_int("status", kt_simulation_set_state(simulation, 0.0, zeros, still, &error), KT_ERROR_ARGUMENT);
@@ -354,6 +357,7 @@ static void check_zeros(kt_formulation formulation, bool tied) {
                   "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
     kt_check_near("w", kt_simulation_positions(simulation)[3], 1.0, 0.0);
     kt_simulation_free(simulation);
+    kt_absolute_free(absolute);
     kt_model_free(model);
 }
 
@@ -371,12 +375,14 @@ KT_TEST(state_that_free_bodies_cannot_have_is_refused) {
     const double q = 0.0, v = 1e300;
     kt_lone_make(&lone, KT_JOINT_SCREW, 2.0);
     lone.body.joint.pitch = 1e10;
-    kt_simulation *simulation = simulate(&lone, KT_FORMULATION_ABSOLUTE, &model);
+    kt_absolute *absolute = NULL;
+    kt_simulation *simulation = simulate(&lone, KT_FORMULATION_ABSOLUTE, &model, &absolute);
     if (simulation == NULL)
         return;
     kt_check_equal_int("screw", kt_simulation_set_state(simulation, 0.0, &q, &v, &error), KT_ERROR_NOT_FINITE);
     kt_note("%s: %s", error.where, error.message);
     kt_check_near("velocity", kt_simulation_velocities(simulation)[0], 0.0, 0.0);
     kt_simulation_free(simulation);
+    kt_absolute_free(absolute);
     kt_model_free(model);
 }

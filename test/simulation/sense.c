@@ -1,6 +1,7 @@
 /* Sensors: what a record of the present state shows is to the bit what a run that evaluates everything anew records,
  * and showing it costs no evaluation and moves no bit. Every bundled scene is held to that.
  */
+#include "../formulation.h"
 #include "scenes.h"
 
 #include "kinetree/scene.h"
@@ -22,9 +23,10 @@ static int is_scene(const struct dirent *entry) {
     return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
-typedef void visitor(const char *name, const kt_model *model, const kt_run *run, void *user);
+typedef void visitor(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *run,
+                     void *user);
 
-/* Every bundled scene, one after the other, compiled for `formulation`; run is the scene's own. */
+/* Every bundled scene, one after the other; `absolute` is NULL in the tree formulation, run is the scene's own. */
 static void for_each_scene(kt_formulation formulation, visitor *visit, void *user) {
     struct dirent **entries = NULL;
     const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
@@ -38,12 +40,14 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             const bool large = scene.description.body_count > (formulation == KT_FORMULATION_ABSOLUTE ? FREE : TREE);
-            options.reduction = kt_reduction_method_of(scene.run.reduction);
+            options.reduction = kt_reduction_method_of(scene.reduction);
             options.metric = scene.run.metric;
-            options.formulation = formulation;
             if (!large &&
-                kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, &options, &model, &error), &error))
-                visit(entries[i]->d_name, model, &scene.run, user);
+                kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, &options, &model, &error), &error)) {
+                kt_absolute *absolute = kt_formulate(&scene.description, &options, model, formulation);
+                visit(entries[i]->d_name, model, absolute, &scene.run, user);
+                kt_absolute_free(absolute);
+            }
             kt_model_free(model);
             kt_scene_free(&scene);
         }
@@ -61,8 +65,8 @@ static kt_run run_of(const char *name, const kt_run *given, const char *method, 
     return run;
 }
 
-static kt_simulation *simulate(const kt_model *model, const kt_run *run) {
-    kt_simulation_options options = kt_simulation_options_default();
+static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
+    kt_simulation_options options = kt_formulated(absolute);
     options.kinematics = true;
     return kt_scene_simulate(model, run, &options);
 }
@@ -128,19 +132,18 @@ static int keep(const kt_record *record, void *user) {
 /* ---- the same bits ----------------------------------------------------------------------------------------------- */
 
 typedef struct comparison {
-    kt_formulation formulation;
     const char *method;
     unsigned record;
     long compared, differing;
     char first[160];
 } comparison;
 
-static void compare(const char *name, const kt_model *model, const kt_run *given, void *user) {
+static void compare(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *given,
+                    void *user) {
     static numbers pages[STEPS + 1], shown;
     comparison *c = user;
-    kt_run run = run_of(name, given, c->method, c->record);
-    run.formulation = c->formulation;
-    kt_simulation *recorded = simulate(model, &run), *sensed = simulate(model, &run);
+    const kt_run run = run_of(name, given, c->method, c->record);
+    kt_simulation *recorded = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
     album a = {model, 0, pages};
     kt_record record;
     kt_error error;
@@ -169,7 +172,7 @@ static void compare(const char *name, const kt_model *model, const kt_run *given
 static const unsigned every = KT_RECORD_ACCELERATION | KT_RECORD_REACTION | KT_RECORD_ENERGY;
 
 static void check_all(kt_formulation formulation, const char *method, unsigned record) {
-    comparison c = {.formulation = formulation, .method = method, .record = record};
+    comparison c = {.method = method, .record = record};
     for_each_scene(formulation, compare, &c);
     if (c.differing > 0)
         kt_note("%s, records %u: %s", method, record, c.first);
@@ -287,14 +290,15 @@ static bool go(const char *name, kt_simulation *simulation, int nv, bool senses,
     return fine;
 }
 
-static void count(const char *name, const kt_model *model, const kt_run *given, void *user) {
+static void count(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *given,
+                  void *user) {
     price *p = user;
     kt_run run = run_of(name, given, p->method, KT_RECORD_ACCELERATION | KT_RECORD_REACTION);
     if (!p->fixed)
         run.step = 0.0;
     run.interval = 0.0;
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
-    kt_simulation *plain = simulate(model, &run), *sensed = simulate(model, &run);
+    kt_simulation *plain = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
     if (plain != NULL && sensed != NULL && go(name, plain, nv, false, p->order) &&
         go(name, sensed, nv, true, p->order)) {
         const kt_simulation_counts a = kt_simulation_counts_get(plain), b = kt_simulation_counts_get(sensed);
@@ -349,7 +353,7 @@ static void interrupt(const kt_model *model, bool looks, album *kept) {
     run.interval = 0.05;
     run.record = KT_RECORD_ACCELERATION;
     const double torque = 3.0;
-    kt_simulation *simulation = simulate(model, &run);
+    kt_simulation *simulation = simulate(model, NULL, &run);
     kt_error error;
     kt_record record;
     kt_kept *stopper = kt_kept_empty(model);
@@ -438,7 +442,7 @@ KT_TEST(refused_states_spoil_no_sensor) {
     for (int i = 0; i < 20; i++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
         run.record = i % 2 == 0 ? KT_RECORD_POSITION : every;
-        kt_simulation *simulation = simulate(model, &run);
+        kt_simulation *simulation = simulate(model, NULL, &run);
         (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
         (void)kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
         collect(model, &record, &before);

@@ -338,7 +338,7 @@ KT_TEST(variants_are_the_same_motion) {
     make_pendulum(&b, 2, 1.0, 2.0);
     variants[0] = variants[1] = kt_variant_default(&b.run);
     variants[1].label = "absolute";
-    variants[1].model.formulation = KT_FORMULATION_ABSOLUTE;
+    variants[1].formulation = KT_FORMULATION_ABSOLUTE;
     b.options.methods = methods;
     b.options.method_count = 1;
     b.options.tolerances = &tolerance;

@@ -1,6 +1,7 @@
 /* The other coordinate sets on the bundled scenes with loops: what they do as well as the reduction, and what they get
  * wrong. The reference is the reduction with projection, dop853 at 1e-13, which test/reference holds against the
  * published motions. */
+#include "../formulation.h"
 #include "../reference/scene.h"
 
 #include "kinetree/study.h"
@@ -111,10 +112,10 @@ static int follow(const kt_record *record, void *user) {
 }
 
 /* One run: a method, and a set (or NULL for the reduction). */
-static void go(const kt_case *c, motion *m, const char *method, double step, double tolerance,
-               kt_constraint_formulation *set) {
+static void go_as(const kt_case *c, const kt_absolute *absolute, motion *m, const char *method, double step,
+                  double tolerance, kt_constraint_formulation *set) {
     kt_run run = c->scene.run;
-    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation_options options = kt_formulated(absolute);
     kt_simulation *simulation = NULL;
     kt_error e = {0};
     run.integrator = method;
@@ -140,6 +141,11 @@ static void go(const kt_case *c, motion *m, const char *method, double step, dou
                     (unsigned long long)m->evaluations);
     }
     kt_simulation_free(simulation);
+}
+
+static void go(const kt_case *c, motion *m, const char *method, double step, double tolerance,
+               kt_constraint_formulation *set) {
+    go_as(c, NULL, m, method, step, tolerance, set);
 }
 
 /* Opens a scene and runs its reference. */
@@ -229,23 +235,19 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
     static motion m;
     kt_case c;
     if (open_scene(&c, &m, "slider-crank", 0.5)) {
-        kt_model_options options = kt_model_options_default();
-        kt_error e = {0};
-        kt_model_free(c.model);
-        c.model = NULL;
-        options.formulation = KT_FORMULATION_ABSOLUTE;
-        c.scene.run.formulation = KT_FORMULATION_ABSOLUTE;
-        if (kt_fine("model", kt_model_compile(&c.scene.description, &options, &c.model, &e), &e))
+        kt_absolute *absolute = kt_formulate(&c.scene.description, NULL, c.model, KT_FORMULATION_ABSOLUTE);
+        if (absolute != NULL)
             for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
                 const kt_constraint_formulation_options o =
                     kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 1e-3);
-                kt_constraint_formulation *set = make_set(kt_model_absolute(c.model), &o);
-                go(&c, &m, "rk4", 1e-3, 0.0, set);
+                kt_constraint_formulation *set = make_set(kt_absolute_model(absolute), &o);
+                go_as(&c, absolute, &m, "rk4", 1e-3, 0.0, set);
                 kt_check_equal_int(kt_constraint_formulation_name((kt_constraint_formulation_type)type), m.status,
                                    KT_OK);
                 kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
                 kt_constraint_formulation_free(set);
             }
+        kt_absolute_free(absolute);
     }
     kt_case_close(&c);
 }

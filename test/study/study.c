@@ -241,7 +241,7 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     variants[2].gain = 0.5;
     variants[3].label = "gauss, of free bodies";
     variants[3].has_set = true;
-    variants[3].model.formulation = KT_FORMULATION_ABSOLUTE;
+    variants[3].formulation = KT_FORMULATION_ABSOLUTE;
     b.options.variants = variants;
     b.options.variant_count = 4;
     b.options.method_count = 2;

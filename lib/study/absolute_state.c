@@ -1,4 +1,4 @@
-/* A tree's coordinates and those of its free bodies.
+/* The absolute formulation's transformation: a tree's coordinates and those of its free bodies, forces, reactions.
  *
  * The relative motion of a joint between bodies p and c, whose frame J is fixed to p, is in the axes of J
  *     x = R_J' (x_c - x_J),                          R = R_J' R_c
@@ -6,14 +6,36 @@
  *     w' = R_J' (w_c' - w_p' - w_p x (w_c - w_p)),   u' = R_J' (a_c - a_p - w_p' x d - w_p x (w_p x d) - 2 w_p x R_J u)
  * and each joint type reads its coordinates from that.
  */
-#include "simulation/absolute.h"
+#include "study/absolute.h"
 
-#include "compile/absolute.h"
 #include "joint/joint.h"
 
 #include <string.h>
 
 /* ---- free bodies ------------------------------------------------------------------------------------------------- */
+
+void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v) {
+    const kt_quat p = kt_quat_from_matrix(pose.rotation);
+    const kt_vec3 w = kt_mat3_apply_transposed(pose.rotation, twist.angular);
+    const double position[7] = {pose.position.x, pose.position.y, pose.position.z, p.w, p.x, p.y, p.z};
+    const double velocity[6] = {twist.linear.x, twist.linear.y, twist.linear.z, w.x, w.y, w.z};
+    memcpy(q, position, sizeof position);
+    memcpy(v, velocity, sizeof velocity);
+}
+
+void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
+                     const double *v, kt_pose *pose, kt_twist *twist) {
+    const kt_mat3 triad = joint->axes.triad;
+    const kt_mat3 turned =
+        kt_mat3_multiply(kt_mat3_multiply(triad, kt_matrix_about(2, q[0])), kt_mat3_transpose(triad));
+    const kt_pose frame = kt_pose_compose(parent, joint->frame);
+    const kt_vec3 arm = kt_vec3_sub(frame.position, parent.position);
+    const kt_vec3 spin = kt_vec3_scale(v[0], kt_mat3_apply(frame.rotation, triad.z));
+    *pose = frame;
+    pose->rotation = kt_mat3_multiply(frame.rotation, turned);
+    twist->angular = kt_vec3_add(parent_twist.angular, spin);
+    twist->linear = kt_vec3_add(parent_twist.linear, kt_vec3_cross(parent_twist.angular, arm));
+}
 
 /* A body in the world: rates of its frame's origin, world axes. */
 typedef struct motion {
@@ -54,11 +76,15 @@ static void write_free(const kt_model *absolute, int body, kt_pose pose, kt_twis
     kt_free_coordinates(pose, twist, q + at.q, v + at.v);
 }
 
-void kt_absolute_spread(const kt_model *tree, const kt_data *data, const double *q, const double *v, double *free_q,
-                        double *free_v) {
-    const kt_model *absolute = kt_model_absolute(tree);
+/* The formulation that a transformation is the first member of. */
+static const kt_absolute *formulation_of(const kt_transformation *self) { return (const kt_absolute *)self; }
+
+static void spread(const kt_transformation *self, const kt_data *data, const double *q, const double *v, double *free_q,
+                   double *free_v) {
+    const kt_absolute *of = formulation_of(self);
+    const kt_model *tree = of->tree, *absolute = of->model;
     for (int b = 1; b < kt_model_body_count(tree); b++) {
-        const kt_absolute_joint *j = &tree->absolute->joint[b];
+        const kt_absolute_joint *j = &of->joint[b];
         const kt_coordinates at = kt_body_coordinates(tree, b);
         const int up = kt_body_parent(tree, b);
         write_free(absolute, j->body, kt_body_pose(tree, data, b), kt_body_twist(tree, data, b), free_q, free_v);
@@ -99,16 +125,16 @@ static kt_joint_motion relative_motion(const motion *p, const motion *c, const k
     return m;
 }
 
-/* Computes the coordinates of one joint; the past is read before q and v are written, which may share its memory. */
-static void measure(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m,
-                    const kt_absolute_past *past, double *q, double *v, double *a) {
+/* Computes the coordinates of one joint; q and v hold those of `ago` seconds earlier. */
+static void measure(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m, double ago, double *q,
+                    double *v, double *a) {
     const kt_joint_kind *kind = kt_joint_kinds[at.type];
     double near[KT_JOINT_NQ_MAX], rate[KT_JOINT_NV_MAX], second[KT_JOINT_NV_MAX];
-    memcpy(near, past->q + at.q, (size_t)at.nq * sizeof *near);
+    memcpy(near, q + at.q, (size_t)at.nq * sizeof *near);
     kind->measure(&j->axes, m, near, q + at.q, rate, second);
     if (at.nq == at.nv) { /* plain numbers: this predicted change gives the number of whole turns */
         for (int k = 0; k < at.nq; k++)
-            near[k] += 0.5 * past->ago * (past->v[at.v + k] + rate[k]);
+            near[k] += 0.5 * ago * (v[at.v + k] + rate[k]);
         kind->measure(&j->axes, m, near, q + at.q, rate, second);
     }
     memcpy(v + at.v, rate, (size_t)at.nv * sizeof *v);
@@ -116,18 +142,19 @@ static void measure(const kt_absolute_joint *j, kt_coordinates at, const kt_join
         memcpy(a + at.v, second, (size_t)at.nv * sizeof *a);
 }
 
-void kt_absolute_gather(const kt_model *tree, const double *free_q, const double *free_v, const double *free_a,
-                        const kt_absolute_past *past, double *q, double *v, double *a) {
-    const kt_model *absolute = kt_model_absolute(tree);
+static void gather(const kt_transformation *self, const double *free_q, const double *free_v, const double *free_a,
+                   double ago, double *q, double *v, double *a) {
+    const kt_absolute *of = formulation_of(self);
+    const kt_model *tree = of->tree, *absolute = of->model;
     for (int b = 1; b < kt_model_body_count(tree); b++) {
-        const kt_absolute_joint *j = &tree->absolute->joint[b];
+        const kt_absolute_joint *j = &of->joint[b];
         const kt_coordinates at = kt_body_coordinates(tree, b);
         if (at.nq == 0)
             continue;
         const motion p = motion_of(absolute, j->parent, free_q, free_v, free_a);
         const motion c = motion_of(absolute, j->body, free_q, free_v, free_a);
         const kt_joint_motion m = relative_motion(&p, &c, &j->frame);
-        measure(j, at, &m, past, q, v, a);
+        measure(j, at, &m, ago, q, v, a);
     }
 }
 
@@ -157,14 +184,15 @@ static void add_at(const kt_model *absolute, int body, kt_vec3 point, kt_wrench 
     wrenches[body].force = kt_vec3_add(wrenches[body].force, w.force);
 }
 
-void kt_absolute_wrenches(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *external,
-                          kt_wrench *wrenches) {
-    const kt_model *absolute = kt_model_absolute(tree);
+static void convert_wrenches(const kt_transformation *self, const double *free_q, const double *tau,
+                             const kt_wrench *external, kt_wrench *wrenches) {
+    const kt_absolute *of = formulation_of(self);
+    const kt_model *tree = of->tree, *absolute = of->model;
     memset(wrenches, 0, (size_t)kt_model_body_count(absolute) * sizeof *wrenches);
     for (int b = 1; b < kt_model_body_count(tree) && external; b++)
-        wrenches[tree->absolute->joint[b].body] = external[b];
+        wrenches[of->joint[b].body] = external[b];
     for (int b = 1; b < kt_model_body_count(tree) && tau; b++) {
-        const kt_absolute_joint *j = &tree->absolute->joint[b];
+        const kt_absolute_joint *j = &of->joint[b];
         const kt_coordinates at = kt_body_coordinates(tree, b);
         if (at.nv == 0)
             continue;
@@ -181,15 +209,17 @@ static void add_wrench(kt_wrench *sum, kt_wrench w, kt_vec3 moved) {
     sum->force = kt_vec3_add(sum->force, w.force);
 }
 
-void kt_absolute_reactions(const kt_model *tree, const double *free_q, const double *tau, const kt_wrench *from,
-                           kt_wrench *joints, kt_wrench *loops) {
-    const kt_model *absolute = kt_model_absolute(tree);
+/* The tree's loops come first among those of the absolute formulation. */
+static void convert_reactions(const kt_transformation *self, const double *free_q, const double *tau,
+                              const kt_wrench *from, kt_wrench *joints, kt_wrench *loops) {
+    const kt_absolute *of = formulation_of(self);
+    const kt_model *tree = of->tree, *absolute = of->model;
     const kt_vec3 none = {0.0, 0.0, 0.0};
     memset(joints, 0, (size_t)kt_model_body_count(tree) * sizeof *joints);
     if (tree->n.loop > 0)
         memcpy(loops, from, tree->n.loop * sizeof *loops);
     for (int b = 1; b < kt_model_body_count(tree); b++) {
-        const kt_absolute_joint *j = &tree->absolute->joint[b];
+        const kt_absolute_joint *j = &of->joint[b];
         const kt_coordinates at = kt_body_coordinates(tree, b);
         if (j->loop >= 0)
             add_wrench(&joints[b], from[j->loop], none);
@@ -201,4 +231,8 @@ void kt_absolute_reactions(const kt_model *tree, const double *free_q, const dou
         const kt_vec3 arm = kt_vec3_sub(pose_of(absolute, j->body, free_q).position, joint_point(absolute, j, free_q));
         add_wrench(&joints[b], applied, kt_vec3_cross(arm, applied.force));
     }
+}
+
+kt_transformation kt_absolute_transformation(const kt_model *model) {
+    return (kt_transformation){model, spread, gather, convert_wrenches, convert_reactions};
 }

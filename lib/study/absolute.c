@@ -5,7 +5,7 @@
  * the initial one, at which the body has already advanced by pitch times angle: therefore the end on the body is set
  * back by this length. The names of counters and crosses contain a full stop, which no name of the caller's does.
  */
-#include "compile/absolute.h"
+#include "study/absolute.h"
 
 #include "base/aligned.h"
 #include "base/arena.h"
@@ -15,7 +15,6 @@
 
 #include <float.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Working arrays, in one block. */
@@ -43,30 +42,7 @@ typedef struct loosen {
 
 KT_ARENA_ARRAYS(place_arrays, loosen, LOOSEN_FIELDS, const loosen_counts *n)
 
-/* ---- free bodies ------------------------------------------------------------------------------------------------- */
-
-void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v) {
-    const kt_quat p = kt_quat_from_matrix(pose.rotation);
-    const kt_vec3 w = kt_mat3_apply_transposed(pose.rotation, twist.angular);
-    const double position[7] = {pose.position.x, pose.position.y, pose.position.z, p.w, p.x, p.y, p.z};
-    const double velocity[6] = {twist.linear.x, twist.linear.y, twist.linear.z, w.x, w.y, w.z};
-    memcpy(q, position, sizeof position);
-    memcpy(v, velocity, sizeof velocity);
-}
-
-void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
-                     const double *v, kt_pose *pose, kt_twist *twist) {
-    const kt_mat3 triad = joint->axes.triad;
-    const kt_mat3 turned =
-        kt_mat3_multiply(kt_mat3_multiply(triad, kt_matrix_about(2, q[0])), kt_mat3_transpose(triad));
-    const kt_pose frame = kt_pose_compose(parent, joint->frame);
-    const kt_vec3 arm = kt_vec3_sub(frame.position, parent.position);
-    const kt_vec3 spin = kt_vec3_scale(v[0], kt_mat3_apply(frame.rotation, triad.z));
-    *pose = frame;
-    pose->rotation = kt_mat3_multiply(frame.rotation, turned);
-    twist->angular = kt_vec3_add(parent_twist.angular, spin);
-    twist->linear = kt_vec3_add(parent_twist.linear, kt_vec3_cross(parent_twist.angular, arm));
-}
+/* ---- the initial state ------------------------------------------------------------------------------------------- */
 
 /* The pose and the twist of a body of the tree in its initial state. */
 static kt_pose pose_of(const loosen *w, int32_t body) {
@@ -291,30 +267,59 @@ static kt_status compile(loosen *w, const kt_model_options *options, kt_model **
     return kt_model_build(&to, options, model, error);
 }
 
-kt_status kt_absolute_compile(const kt_description *description, const kt_model_options *options, const kt_model *tree,
-                              struct kt_absolute **absolute, kt_error *error) {
+/* Compiles the model, and fills made->joint. */
+static kt_status loosen_all(const kt_description *description, const kt_model_options *options, kt_absolute *made,
+                            kt_error *error) {
+    const kt_model *tree = made->tree;
     const loosen_counts n = count_most(description, tree);
-    loosen w = {.from = description, .tree = tree};
-    struct kt_absolute *made = calloc(1, sizeof *made + tree->n.body * sizeof made->joint[0]);
-    if (!made)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
+    loosen w = {.from = description, .tree = tree, .joint = made->joint};
     const size_t bytes = place_arrays(NULL, NULL, &n);
     void *memory = kt_arena_allocate(bytes, "the absolute formulation", error);
-    kt_status status = KT_ERROR_MEMORY;
-    if (memory) {
-        memset(memory, 0, bytes);
-        (void)place_arrays(&w, memory, &n);
-        w.joint = made->joint;
-        status = compile(&w, options, &made->model, error);
-    }
-    if (status == KT_OK) /* `given` is about joints: assembly moves free bodies alike */
-        memset(made->model->given, 0, made->model->n.v);
-    for (size_t b = 1; b < tree->n.body && status == KT_OK; b++)
-        made->model->body[made->joint[b].body].fixed = tree->body[b].fixed;
+    if (!memory)
+        return KT_ERROR_MEMORY;
+    memset(memory, 0, bytes);
+    (void)place_arrays(&w, memory, &n);
+    const kt_status status = compile(&w, options, &made->model, error);
     kt_aligned_release(memory);
-    if (status == KT_OK)
-        *absolute = made;
-    else
-        free(made);
     return status;
+}
+
+kt_status kt_absolute_create(const kt_description *description, const kt_model_options *options, const kt_model *model,
+                             kt_absolute **absolute, kt_error *error) {
+    const kt_model_options defaults = kt_model_options_default();
+    kt_absolute *made;
+    if (!KT_HAS_LOOPS)
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, "formulation",
+            "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
+    const size_t bytes = sizeof *made + model->n.body * sizeof made->joint[0];
+    made = kt_arena_allocate(bytes, "the absolute formulation", error);
+    if (!made)
+        return KT_ERROR_MEMORY;
+    memset(made, 0, bytes);
+    made->tree = model;
+    const kt_status status = loosen_all(description, options ? options : &defaults, made, error);
+    if (status != KT_OK) {
+        kt_aligned_release(made);
+        return status;
+    }
+    made->transformation = kt_absolute_transformation(made->model);
+    memset(made->model->given, 0, made->model->n.v); /* it is about joints: assembly moves free bodies alike */
+    for (size_t b = 1; b < model->n.body; b++)
+        made->model->body[made->joint[b].body].fixed = model->body[b].fixed;
+    *absolute = made;
+    return KT_OK;
+}
+
+void kt_absolute_free(kt_absolute *absolute) {
+    if (!absolute)
+        return;
+    kt_model_free(absolute->model);
+    kt_aligned_release(absolute);
+}
+
+const kt_model *kt_absolute_model(const kt_absolute *absolute) { return absolute ? absolute->model : NULL; }
+
+void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options) {
+    options->transformation = absolute ? &absolute->transformation : NULL;
 }

@@ -7,9 +7,10 @@
  *     are counted;
  *   crosses, in universal joints whose axes are not normal to each other: such a joint becomes two revolute loops.
  */
-#ifndef KT_MODEL_ABSOLUTE_H
-#define KT_MODEL_ABSOLUTE_H
+#ifndef KT_STUDY_ABSOLUTE_H
+#define KT_STUDY_ABSOLUTE_H
 
+#include "kinetree/study.h"
 #include "model/model.h"
 
 /* A body of the tree and its joint as they are in the absolute model; all indices are those of the absolute model. */
@@ -24,8 +25,22 @@ typedef struct kt_absolute_joint {
 } kt_absolute_joint;
 
 struct kt_absolute {
+    kt_transformation transformation; /* its first member: the functions of absolute_state.c find the rest by it */
+    const kt_model *tree;
     kt_model *model;
     kt_absolute_joint joint[]; /* one for each body of the tree; that of the world is not used */
 };
+
+/* Computes the coordinates of a free body on the world from its pose and twist (world axes, of its origin): q (7) are
+ * position and quaternion; v (6) are linear velocity (world axes) and angular velocity (body axes). */
+void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v);
+
+/* Computes the pose and the twist of a universal joint's cross, from position q[0] and rate v[0] of the first axis and
+ * the parent's pose and twist in the world (twists: world axes, of the frame's origin). */
+void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
+                     const double *v, kt_pose *pose, kt_twist *twist);
+
+/* The functions of the transformation, for a model that is `model` (absolute_state.c). */
+kt_transformation kt_absolute_transformation(const kt_model *model);
 
 #endif

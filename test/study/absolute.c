@@ -1,7 +1,7 @@
 /* The absolute formulation as a model: what becomes of bodies, joints, loops and effects. */
-#include "mechanism.h"
-
+#include "../compile/mechanism.h"
 #include "../dynamics/tree.h"
+#include "../formulation.h"
 #include "interpose.h"
 
 #include "kinetree/reduction.h"
@@ -11,13 +11,16 @@
 #include <stdio.h>
 #include <string.h>
 
-static kt_model *compile_both(const kt_description *description) {
-    kt_model_options options = kt_model_options_default();
+/* Compiles both; NULL, both of them, after a failed check. */
+static kt_model *compile_both(const kt_description *description, kt_absolute **formulation) {
     kt_model *model = NULL;
     kt_error error = {0};
-    options.formulation = KT_FORMULATION_ABSOLUTE;
-    (void)kt_tree_fine("model", kt_model_compile(description, &options, &model, &error), &error);
-    return model;
+    (void)kt_tree_fine("model", kt_model_compile(description, NULL, &model, &error), &error);
+    *formulation = kt_formulate(description, NULL, model, KT_FORMULATION_ABSOLUTE);
+    if (*formulation != NULL)
+        return model;
+    kt_model_free(model);
+    return NULL;
 }
 
 static bool is_oblique(const kt_joint *joint) {
@@ -59,8 +62,9 @@ KT_TEST(every_body_is_free_and_every_joint_a_loop) {
         plan.bodies = 12;
         plan.is_shuffled = n % 2 == 1;
         kt_tree_describe(&tree, &plan, &random);
-        kt_model *model = compile_both(&tree.description);
-        const kt_model *absolute = model ? kt_model_absolute(model) : NULL;
+        kt_absolute *formulation = NULL;
+        kt_model *model = compile_both(&tree.description, &formulation);
+        const kt_model *absolute = kt_absolute_model(formulation);
         int crosses = 0, wrong = 0;
         for (int i = 0; i < plan.bodies && absolute; i++) {
             const kt_body *body = &tree.description.bodies[i];
@@ -74,6 +78,7 @@ KT_TEST(every_body_is_free_and_every_joint_a_loop) {
         }
         kt_check_equal_int("wrong", wrong, 0);
         kt_check_equal_int("bodies", absolute ? kt_model_body_count(absolute) : -1, 1 + plan.bodies + crosses);
+        kt_absolute_free(formulation);
         kt_model_free(model);
     }
 }
@@ -90,10 +95,11 @@ KT_TEST(initial_state_is_that_of_the_tree) {
         kt_data *data = NULL;
         kt_error error = {0};
         kt_tree_describe(&tree, &plan, &random);
-        kt_model *model = compile_both(&tree.description);
+        kt_absolute *formulation = NULL;
+        kt_model *model = compile_both(&tree.description, &formulation);
         if (!model || kt_data_create(model, &data, &error) != KT_OK)
             continue;
-        const kt_model *absolute = kt_model_absolute(model);
+        const kt_model *absolute = kt_absolute_model(formulation);
         kt_model_initial(model, q, v);
         kt_model_initial(absolute, free_q, free_v);
         (void)kt_tree_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
@@ -117,6 +123,7 @@ KT_TEST(initial_state_is_that_of_the_tree) {
                            2.5e-14, "tree %d, body %d", n, b);
         }
         kt_data_free(data);
+        kt_absolute_free(formulation);
         kt_model_free(model);
     }
     kt_check_worst(&position);
@@ -161,10 +168,11 @@ KT_TEST(totals_are_those_of_the_bodies_that_the_tree_moves) {
         plan.from_world = 0.5;
         plan.is_shuffled = true;
         kt_tree_describe(&tree, &plan, &random);
-        kt_model *model = compile_both(&tree.description);
+        kt_absolute *formulation = NULL;
+        kt_model *model = compile_both(&tree.description, &formulation);
         if (!model)
             return;
-        const totals t = totals_of(model), a = totals_of(kt_model_absolute(model));
+        const totals t = totals_of(model), a = totals_of(kt_absolute_model(formulation));
         const double weight = t.mass * kt_vec3_norm(tree.description.gravity);
         kt_worst_near(&kinetic, a.kinetic, t.kinetic, 4e-15 * t.kinetic, "tree %d", n);
         kt_worst_near(&potential, a.potential, t.potential, 2.5e-15 * weight, "tree %d", n);
@@ -173,6 +181,7 @@ KT_TEST(totals_are_those_of_the_bodies_that_the_tree_moves) {
         for (int b = 1; b < kt_model_body_count(model); b++)
             fixed += kt_body_mass(model, b);
         fixed -= t.mass;
+        kt_absolute_free(formulation);
         kt_model_free(model);
     }
     kt_check_worst(&kinetic);
@@ -191,11 +200,12 @@ KT_TEST(positions_that_are_referred_to_are_counted) {
     m.bodies[SLIDER].joint.position[0] = 0.3;
     m.bodies[SCREW].joint.velocity[0] = -2.0;
     before = m;
-    kt_model *model = compile_both(&m.description);
+    kt_absolute *formulation = NULL;
+    kt_model *model = compile_both(&m.description, &formulation);
     if (!model)
         return;
     kt_check_true("description", memcmp(&m, &before, sizeof m) == 0);
-    const kt_model *absolute = kt_model_absolute(model);
+    const kt_model *absolute = kt_absolute_model(formulation);
     static const struct {
         const char *name, *parent;
         kt_joint_type type;
@@ -225,49 +235,34 @@ KT_TEST(positions_that_are_referred_to_are_counted) {
         kt_check_equal_int("its type", kt_loop_type_of(absolute, i), m.loops[i].type);
     }
     kt_check_equal_int("loops", kt_loop_count(absolute), LOOPS + (BODIES - 1) + 4); /* one body is free */
+    kt_absolute_free(formulation);
     kt_model_free(model);
-}
-
-KT_TEST(model_has_an_absolute_formulation_only_where_it_is_asked_for) {
-    static mechanism m;
-    kt_model *tree = NULL;
-    kt_error error = {0};
-    mechanism_fill(&m);
-    (void)kt_tree_fine("tree", kt_model_compile(&m.description, NULL, &tree, &error), &error);
-    kt_model *both = compile_both(&m.description);
-    if (tree && both) {
-        const kt_model *absolute = kt_model_absolute(both);
-        kt_check_true("none", kt_model_absolute(tree) == NULL);
-        kt_check_true("and not of its own", kt_model_absolute(absolute) == NULL);
-        kt_check_equal_int("coordinates", kt_model_nq(both), kt_model_nq(tree));
-        kt_check_above("bytes", (double)kt_model_size(both), (double)(kt_model_size(tree) + kt_model_size(absolute)));
-    }
-    kt_model_free(tree);
-    kt_model_free(both);
 }
 
 /* Every allocation of a compilation fails once: an error, nothing left behind, no model. */
 KT_TEST(compilation_without_memory_leaks_nothing) {
     static mechanism m;
-    kt_model_options options = kt_model_options_default();
-    options.formulation = KT_FORMULATION_ABSOLUTE;
+    kt_model *model = NULL;
+    kt_error error = {0};
     mechanism_fill(&m);
+    if (!kt_tree_fine("model", kt_model_compile(&m.description, NULL, &model, &error), &error))
+        return;
     int tried = 0, leaks = 0, wrong = 0;
     for (long n = 1;; n++) {
-        kt_model *model = NULL;
-        kt_error error = {0};
+        kt_absolute *formulation = NULL;
         kt_interpose_start_failing(n);
-        const kt_status status = kt_model_compile(&m.description, &options, &model, &error);
+        const kt_status status = kt_absolute_create(&m.description, NULL, model, &formulation, &error);
         const long allocations = kt_interpose_stop();
         if (!kt_interpose_has_failed()) {
-            kt_model_free(model);
+            kt_absolute_free(formulation);
             break;
         }
         tried++;
         leaks += kt_interpose_frees() != allocations - 1;
-        wrong += status != KT_ERROR_MEMORY || model != NULL;
+        wrong += status != KT_ERROR_MEMORY || formulation != NULL;
     }
     kt_check_above("allocations", tried, 10);
     kt_check_equal_int("leaks", leaks, 0);
     kt_check_equal_int("wrong answers", wrong, 0);
+    kt_model_free(model);
 }

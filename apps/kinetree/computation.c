@@ -1,0 +1,17 @@
+/* What the `simulate` section of a scene says about its computation, as options of the libraries. */
+#include "command.h"
+
+kt_model_options kt_compile_options(const kt_scene *scene) {
+    kt_model_options options = kt_model_options_default();
+    options.reduction = kt_reduction_method_of(scene->reduction);
+    options.metric = scene->run.metric;
+    options.plan = scene->run.plan;
+    return options;
+}
+
+kt_variant kt_own_variant(const kt_scene *scene) {
+    kt_variant variant = kt_variant_default(&scene->run);
+    variant.model = kt_compile_options(scene);
+    variant.formulation = scene->formulation;
+    return variant;
+}
