@@ -2,6 +2,7 @@
 #include "checkpoint.h"
 
 #include "advice.h"
+#include "glb.h"
 #include "plot_run.h"
 #include "touch.h"
 #include "view.h"
@@ -154,7 +155,8 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
     for (size_t i = 0; i < sizeof states / sizeof states[0] && code < 0; i++) {
         const kt_file_use uses[] = {{"the scene", path, false},    states[i],
                                     {"--out", names->out, true},   {"--summary", names->summary, true},
-                                    {"--plot", names->plot, true}, {"--view", names->view, true}};
+                                    {"--plot", names->plot, true}, {"--view", names->view, true},
+                                    {"--glb", names->glb, true}};
         code = kt_check_files("run", uses, sizeof uses / sizeof uses[0]);
     }
     return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
@@ -162,7 +164,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
 
 /* `kinetree demo` must not replace existing results of the user. */
 static int spare_results(const kt_result_names *names) {
-    const char *const results[] = {names->out, names->summary, names->plot, names->view};
+    const char *const results[] = {names->out, names->summary, names->plot, names->view, names->glb};
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
         struct stat status;
         if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
@@ -193,19 +195,22 @@ static int write_view(const kt_outcome *outcome, const kt_motion *motion, const 
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
                   const kt_results *results) {
     kt_result_names written = *names;
-    int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, summary = KT_EXIT_DONE;
+    int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, glb = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (names->plot != NULL)
         picture = kt_plot_run_write(results->plot, outcome, names->plot, arguments->dark);
     if (names->view != NULL)
         view = write_view(outcome, results->motion, names->view);
+    if (names->glb != NULL)
+        glb = kt_glb_write(results->motion, outcome->name, names->glb);
     if (names->summary != NULL)
         summary = kt_summary_write(outcome, names->summary);
     written.plot = picture == KT_EXIT_DONE ? names->plot : NULL;
     written.view = view == KT_EXIT_DONE ? names->view : NULL;
+    written.glb = glb == KT_EXIT_DONE ? names->glb : NULL;
     written.summary = summary == KT_EXIT_DONE ? names->summary : NULL;
     if (!arguments->quiet)
         kt_report_outcome(outcome, &written);
-    return picture != KT_EXIT_DONE ? picture : view != KT_EXIT_DONE ? view : summary;
+    return picture != KT_EXIT_DONE ? picture : view != KT_EXIT_DONE ? view : glb != KT_EXIT_DONE ? glb : summary;
 }
 
 static void say_part(const char *part, const char *out) {
@@ -226,7 +231,7 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
                                 : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
                                                                                      : KT_OUTPUT_PART;
     if (fate == KT_OUTPUT_WHOLE && arguments->resume == NULL) {
-        const char *const names[] = {wholes->out, wholes->summary, wholes->plot, wholes->view};
+        const char *const names[] = {wholes->out, wholes->summary, wholes->plot, wholes->view, wholes->glb};
         for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
             kt_note_replaced(names[i], outcome->replaced, sizeof outcome->replaced);
     }
@@ -250,9 +255,10 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
                          kt_results *results, int code) {
     bool fine = true;
     char *const out = name_part(wholes->out, &fine), *const summary = name_part(wholes->summary, &fine),
-                *const plot = name_part(wholes->plot, &fine), *const view = name_part(wholes->view, &fine);
+                *const plot = name_part(wholes->plot, &fine), *const view = name_part(wholes->view, &fine),
+                *const glb = name_part(wholes->glb, &fine);
     if (fine) {
-        const kt_result_names parts = {out, summary, plot, view};
+        const kt_result_names parts = {out, summary, plot, view, glb};
         code = end_results(arguments, outcome, wholes, &parts, results, code);
     } else {
         kt_say("there is not enough memory");
@@ -263,6 +269,7 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
     free(summary);
     free(plot);
     free(view);
+    free(glb);
     return code;
 }
 
@@ -281,11 +288,12 @@ static bool start_results(const kt_outcome *outcome, const kt_result_names *name
                           kt_results *results) {
     if (names->plot != NULL)
         results->plot = kt_plot_run_start(outcome->model, outcome->run);
-    if (names->view != NULL)
+    if (names->view != NULL || names->glb != NULL)
         results->motion =
             kt_motion_start(outcome->scene, outcome->model, outcome->run,
                             kt_simulation_record_count(outcome->simulation), (record & KT_RECORD_REACTION) != 0);
-    return (results->plot != NULL || names->plot == NULL) && (results->motion != NULL || names->view == NULL);
+    return (results->plot != NULL || names->plot == NULL) &&
+           (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
 
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
@@ -404,7 +412,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     kt_simulation_options options = kt_simulation_options_default();
     kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
-    options.kinematics = names->view != NULL;
+    options.kinematics = names->view != NULL || names->glb != NULL;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
     if (names->summary != NULL || names->plot != NULL)
@@ -455,6 +463,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     const kt_result_names names = {.out = arguments->out != NULL || !manner->has_records ? arguments->out : csv,
                                    .summary = arguments->summary,
                                    .plot = arguments->plot,
+                                   .glb = arguments->glb,
                                    .view = arguments->view != NULL || !manner->has_view ? arguments->view : page};
     code = page == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, &names);
     code = code < 0 && manner->is_careful && arguments->resume == NULL ? spare_results(&names) : code;

@@ -20,7 +20,7 @@ typedef struct kt_run_arguments {
     double duration, step, interval;
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric, plan;
-    const char *out, *summary, *plot, *view, *checkpoint, *resume;
+    const char *out, *summary, *plot, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
     bool unprojected, dark, quiet;
 } kt_run_arguments;
@@ -125,7 +125,7 @@ void kt_say_blown_up(kt_outcome *outcome, double time);
 
 /* The names of the results; NULL: none. */
 typedef struct kt_result_names {
-    const char *out, *summary, *plot, *view;
+    const char *out, *summary, *plot, *view, *glb;
 } kt_result_names;
 
 /* Prints a short report on standard error. */

@@ -30,6 +30,7 @@ static const kt_option options[] = {
      "a picture of what --record names, or of positions and energy: FILE.svg or FILE.png", NULL},
     {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html", "a page that shows the motion, in one file for any browser",
      NULL},
+    {"glb", KT_OPTION_TEXT, KT_AT(glb), "FILE.glb", "the motion as glTF 2.0, for other viewers and modellers", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
      NULL},
@@ -109,8 +110,8 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         kt_say("run: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records");
         return KT_EXIT_USAGE;
     }
-    if (arguments->resume != NULL && arguments->view != NULL) {
-        kt_say("run: --view would not show what was before the checkpoint; leave one of --resume and --view out");
+    if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
+        kt_say("run: --view and --glb would not show what was before the checkpoint; leave --resume or them out");
         return KT_EXIT_USAGE;
     }
     if (!isnan(arguments->step) && arguments->tolerance != NULL) {

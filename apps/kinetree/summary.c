@@ -201,6 +201,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     say_file("summary", names->summary);
     say_file("picture", names->plot);
     say_file("view", names->view);
+    say_file("glTF", names->glb);
     if (outcome->replaced[0] != '\0')
         fprintf(stderr, "  replaces an older %s\n", outcome->replaced);
 }

@@ -75,7 +75,7 @@ andrews = f"{scenes}/andrews.yaml"
 # No summary and no cpu time in what is compared: that differs from run to run.
 claim("run_stands_it", problems(["run", andrews, "--quiet", "--duration", "1e-3", "--out", "out.csv",
                                  "--record", "position,energy,reaction,balance"]))
-claim("view_stands_it", problems(["view", four_bar, "--quiet", "--duration", "1e-2", "--interval", "1e-4", "--view", "out.html"]))
+claim("view_stands_it", problems(["view", four_bar, "--quiet", "--duration", "1e-2", "--interval", "1e-4", "--view", "out.html", "--glb", "out.glb"]))
 claim("absolute_run_stands_it", problems(["run", four_bar, "--quiet", "--duration", "1e-2", "--out", "out.csv",
                                           "--formulation", "absolute", "--checkpoint", "state",
                                           "--checkpoint-interval", "1e-9"]))
