@@ -16,81 +16,37 @@
  *
  * With --error 0 the arm equals the model, and the remaining error comes from the zero-order hold of the torque, 1 ms.
  *
- * The arm is that of apps/scenes/arm7.yaml, standing instead of hanging. Reference: Siciliano, Sciavicco, Villani,
- * Oriolo, Robotics (2009), 8.5.2, inverse dynamics control.
+ * The arm is in arm.h. Reference: Siciliano, Sciavicco, Villani, Oriolo, Robotics (2009), 8.5.2, inverse dynamics
+ * control.
  */
-#include <kinetree/kinetree.h>
+#include "arm.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { JOINTS = 7, BODIES = 8, TICKS = 6000, START = 1000 }; /* errors are evaluated from START on */
+enum { JOINTS = ARM_JOINTS, TICKS = 6000, START = 1000 }; /* errors are evaluated from START on */
 
 static const double tick = 1e-3, frequency = 25.0;                    /* s; rad/s, of the decoupled errors, damping 1 */
 static const double limit[JOINTS] = {300, 300, 150, 150, 60, 40, 20}; /* N m */
 
-typedef struct part {
-    const char *name;
-    char axis;         /* of its joint */
-    double up;         /* position in the body frame, m */
-    double mass;       /* kg */
-    double com[3];     /* m */
-    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the centre of mass, kg m^2 */
-} part;
-
-static const part parts[BODIES] = {
-    {"shoulder_yaw", 'z', 0.15, 4.8, {0, -0.028, 0.122}, {0.0331, 0.0314, 0.0123, 0, 0, 0.0049}},
-    {"shoulder_pitch", 'y', 0.19, 4.6, {0, 0.041, 0.062}, {0.0305, 0.0287, 0.0115, 0, 0, -0.0042}},
-    {"upper_arm_roll", 'z', 0.21, 3.7, {0, 0.026, 0.131}, {0.0246, 0.0238, 0.0078, 0, 0, -0.0031}},
-    {"elbow", 'Y', 0.19, 3.2, {0, 0.034, 0.067}, {0.0176, 0.0164, 0.0061, 0, 0, 0.0027}},
-    {"forearm_roll", 'z', 0.21, 2.4, {0.0005, 0.021, 0.076}, {0.0127, 0.0116, 0.0046, 0.0001, 0, 0.0022}},
-    {"wrist", 'y', 0.19, 1.9, {0, 0.0006, 0.0009}, {0.0049, 0.0043, 0.0036, 0, 0, 0}},
-    {"flange", 'z', 0.08, 0.6, {0, 0, 0.02}, {0.0006, 0.0006, 0.0009, 0, 0, 0}},
-    {"tool", '-', 0.045, 1.5, {0.03, 0, 0.06}, {0.0035, 0.0041, 0.0019, 0, 0.0004, 0}},
-};
-
-static kt_body make_body(int i, double scale) {
-    const part *p = &parts[i];
-    kt_body body = kt_body_default();
-    body.name = p->name;
-    body.parent = i > 0 ? parts[i - 1].name : NULL;
-    body.joint.type = p->axis == '-' ? KT_JOINT_FIXED : KT_JOINT_REVOLUTE;
-    body.joint.axis = p->axis == 'y'   ? kt_vec3_make(0.0, 1.0, 0.0)
-                      : p->axis == 'Y' ? kt_vec3_make(0.0, -1.0, 0.0)
-                                       : kt_vec3_make(0.0, 0.0, 1.0);
-    body.joint.at = kt_vec3_make(0.0, 0.0, p->up);
-    body.mass = scale * p->mass;
-    body.com = kt_vec3_make(p->com[0], p->com[1], p->com[2]);
-    body.inertia = kt_sym3_make(scale * p->inertia[0], scale * p->inertia[1], scale * p->inertia[2],
-                                scale * p->inertia[3], scale * p->inertia[4], scale * p->inertia[5]);
-    return body;
-}
-
 /* Compiles the arm with masses and inertias changed by the factors 1 +- error, with joint friction if `friction`. */
 static kt_status make_arm(double error, bool friction, kt_model **model, kt_error *fault) {
-    static const double sign[BODIES] = {1, -1, 1, 1, -1, 1, -1, 1};
-    kt_body bodies[BODIES];
+    static const double sign[ARM_BODIES] = {1, -1, 1, 1, -1, 1, -1, 1};
+    double scale[ARM_BODIES];
     kt_effect effects[JOINTS];
-    kt_description arm = kt_description_default();
-    for (int i = 0; i < BODIES; i++)
-        bodies[i] = make_body(i, 1.0 + sign[i] * error);
+    for (int i = 0; i < ARM_BODIES; i++)
+        scale[i] = 1.0 + sign[i] * error;
     for (int i = 0; i < JOINTS; i++) {
         effects[i] = kt_effect_default();
         effects[i].type = KT_EFFECT_JOINT_FRICTION;
-        effects[i].joint = parts[i].name;
+        effects[i].joint = arm_parts[i].name;
         effects[i].coulomb = 0.0005 * limit[i];
         effects[i].viscous = 0.0002 * limit[i];
         effects[i].smoothing = 0.01;
     }
-    arm.name = "seven-axis arm";
-    arm.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    arm.bodies = bodies;
-    arm.body_count = BODIES;
-    arm.effects = effects;
-    arm.effect_count = friction ? JOINTS : 0;
-    return kt_model_compile(&arm, NULL, model, fault);
+    return arm_compile(scale, effects, friction ? JOINTS : 0, model, fault);
 }
 
 /* The path at t with its derivatives: each joint oscillates about its middle. The time of the oscillation starts with

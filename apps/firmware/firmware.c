@@ -1,6 +1,6 @@
 /* Computed torque control as firmware: runs without an operating system, and gives the same bits on every processor.
  *
- * The model of a seven-axis arm (that of computed_torque.c, whose comment explains the control law) is compiled on the
+ * The model of a seven-axis arm (embed/arm.h; embed/computed_torque.c explains the control law) is compiled on the
  * device at start-up. Then, every millisecond,
  *
  *     tau = M(q) (a_d + Kp (q_d - q) + Kd (v_d - v)) + h(q, v)      one call of kt_dynamics_inverse
@@ -11,64 +11,15 @@
  * functions itself, in a fixed order of operations. For the same reason the path is a polynomial: sin and exp of two C
  * libraries may differ in the last bits.
  */
-#include <kinetree/kinetree.h>
+#include "../embed/arm.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { JOINTS = 7, BODIES = 8, STEPS = 500 };
+enum { JOINTS = ARM_JOINTS, STEPS = 500 };
 
 static const double tick = 1e-3, frequency = 25.0; /* s; rad/s, of the decoupled errors, damping 1 */
-
-typedef struct part {
-    const char *name;
-    char axis;         /* of its joint */
-    double up;         /* origin above the parent's, m, along the parent's z */
-    double mass;       /* kg */
-    double com[3];     /* position in the body frame, m */
-    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the centre of mass, kg m^2 */
-} part;
-
-static const part parts[BODIES] = {
-    {"shoulder_yaw", 'z', 0.15, 4.8, {0, -0.028, 0.122}, {0.0331, 0.0314, 0.0123, 0, 0, 0.0049}},
-    {"shoulder_pitch", 'y', 0.19, 4.6, {0, 0.041, 0.062}, {0.0305, 0.0287, 0.0115, 0, 0, -0.0042}},
-    {"upper_arm_roll", 'z', 0.21, 3.7, {0, 0.026, 0.131}, {0.0246, 0.0238, 0.0078, 0, 0, -0.0031}},
-    {"elbow", 'Y', 0.19, 3.2, {0, 0.034, 0.067}, {0.0176, 0.0164, 0.0061, 0, 0, 0.0027}},
-    {"forearm_roll", 'z', 0.21, 2.4, {0.0005, 0.021, 0.076}, {0.0127, 0.0116, 0.0046, 0.0001, 0, 0.0022}},
-    {"wrist", 'y', 0.19, 1.9, {0, 0.0006, 0.0009}, {0.0049, 0.0043, 0.0036, 0, 0, 0}},
-    {"flange", 'z', 0.08, 0.6, {0, 0, 0.02}, {0.0006, 0.0006, 0.0009, 0, 0, 0}},
-    {"tool", '-', 0.045, 1.5, {0.03, 0, 0.06}, {0.0035, 0.0041, 0.0019, 0, 0.0004, 0}},
-};
-
-static kt_body make_body(int i, double scale) {
-    const part *p = &parts[i];
-    kt_body body = kt_body_default();
-    body.name = p->name;
-    body.parent = i > 0 ? parts[i - 1].name : NULL;
-    body.joint.type = p->axis == '-' ? KT_JOINT_FIXED : KT_JOINT_REVOLUTE;
-    body.joint.axis = p->axis == 'y'   ? kt_vec3_make(0.0, 1.0, 0.0)
-                      : p->axis == 'Y' ? kt_vec3_make(0.0, -1.0, 0.0)
-                                       : kt_vec3_make(0.0, 0.0, 1.0);
-    body.joint.at = kt_vec3_make(0.0, 0.0, p->up);
-    body.mass = scale * p->mass;
-    body.com = kt_vec3_make(p->com[0], p->com[1], p->com[2]);
-    body.inertia = kt_sym3_make(scale * p->inertia[0], scale * p->inertia[1], scale * p->inertia[2],
-                                scale * p->inertia[3], scale * p->inertia[4], scale * p->inertia[5]);
-    return body;
-}
-
-static kt_status make_arm(double scale, kt_model **model, kt_error *error) {
-    kt_body bodies[BODIES];
-    kt_description arm = kt_description_default();
-    for (int i = 0; i < BODIES; i++)
-        bodies[i] = make_body(i, scale);
-    arm.name = "seven-axis arm";
-    arm.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    arm.bodies = bodies;
-    arm.body_count = BODIES;
-    return kt_model_compile(&arm, NULL, model, error);
-}
 
 /* The path at t, in half a second from rest to rest: q = from + s (to - from), s = 10 x^3 - 15 x^4 + 6 x^5, x = t / 0.5
  * s. */
@@ -129,10 +80,18 @@ static kt_status follow(const kt_model *known, kt_data *data, kt_simulation *pla
         seen = hash(seen, kt_simulation_velocities(plant), JOINTS);
     }
     for (int i = 0; i < JOINTS && status == KT_OK; i++)
-        print(parts[i].name, bits_of(kt_simulation_positions(plant)[i]));
+        print(arm_parts[i].name, bits_of(kt_simulation_positions(plant)[i]));
     if (status == KT_OK)
         print("all", seen);
     return status;
+}
+
+/* Compiles the arm with all masses and inertias times `scale`. */
+static kt_status make_arm(double scale, kt_model **model, kt_error *error) {
+    double scales[ARM_BODIES];
+    for (int i = 0; i < ARM_BODIES; i++)
+        scales[i] = scale;
+    return arm_compile(scales, NULL, 0, model, error);
 }
 
 int main(void) {
