@@ -165,9 +165,9 @@ static const kt_key keys[] = {
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
     .help = "contact of a sphere with a half-space (Hunt and Crossley), with friction",
-    .formula =
+    .formula = KT_WORDS(
         "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
-        "x: depth of the sphere's lowest point;  s: slip velocity there",
+        "x: depth of the sphere's lowest point;  s: slip velocity there"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: ball\n"
                         "    joint:\n"

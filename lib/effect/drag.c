@@ -47,14 +47,7 @@ const kt_descriptor kt_effect_drag_descriptor = {
     .name = "drag",
     .help = "resistance of a medium at rest to the motion of a point",
     .formula = KT_WORDS("force = -(c1 + c2 |v|) v    v: velocity of the point"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
-                        "    markers: {corner: [0.1, 0.1, 0.1]}\n"
-                        "effects:\n"
-                        "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

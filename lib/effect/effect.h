@@ -88,6 +88,23 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
+/* The beginning of an example: a free cube, or an arm on a joint, on which an effect acts. */
+#define KT_EXAMPLE_CUBE                                                                                                \
+    "bodies:\n"                                                                                                        \
+    "  - name: box\n"                                                                                                  \
+    "    joint: {type: free}\n"                                                                                        \
+    "    mass: 1\n"                                                                                                    \
+    "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"                                                                  \
+    "    markers: {corner: [0.1, 0.1, 0.1]}\n"                                                                         \
+    "effects:\n"
+#define KT_EXAMPLE_ARM                                                                                                 \
+    "bodies:\n"                                                                                                        \
+    "  - name: arm\n"                                                                                                  \
+    "    joint: {type: revolute, axis: y, position: 20 deg}\n"                                                         \
+    "    mass: 1\n"                                                                                                    \
+    "    shape: {type: rod, to: [0, 0, -1]}\n"                                                                         \
+    "effects:\n"
+
 /* Of an effect whose type exists: the number of its ends (0: it acts in a joint); whether the frame of the second end is
  * turned until its z axis is along `axis`; the k-th of its at most three functions of time, KT_FUNCTION_NONE where it has
  * fewer; whether its length is the distance of its ends at the start; and the check of its members. */

@@ -34,16 +34,9 @@ const kt_descriptor kt_effect_force_descriptor = {
     .name = "force",
     .help = "a force on a point of a body",
     .formula = KT_WORDS("force = f(t)"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
-                        "    markers: {corner: [0.1, 0.1, 0.1]}\n"
-                        "effects:\n"
-                        "  - type: force\n"
-                        "    at: box.corner\n"
-                        "    value: [0, 0, {ramp: {from: 0, to: 10, start: 0.2, end: 0.4}}]\n"),
+    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - type: force\n"
+                                        "    at: box.corner\n"
+                                        "    value: [0, 0, {ramp: {from: 0, to: 10, start: 0.2, end: 0.4}}]\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -33,13 +33,7 @@ const kt_descriptor kt_effect_joint_damper_descriptor = {
     .name = "joint_damper",
     .help = "a linear damper in a joint",
     .formula = KT_WORDS("force = -c v"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: arm\n"
-                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, -1]}\n"
-                        "effects:\n"
-                        "  - {type: joint_damper, joint: arm, damping: 0.1}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_damper, joint: arm, damping: 0.1}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

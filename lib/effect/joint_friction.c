@@ -70,19 +70,13 @@ const kt_descriptor kt_effect_joint_friction_descriptor = {
     .name = "joint_friction",
     .help = "dry and viscous friction in a joint, with Stribeck's curve",
     .formula = KT_WORDS("force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: arm\n"
-                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, -1]}\n"
-                        "effects:\n"
-                        "  - type: joint_friction\n"
-                        "    joint: arm\n"
-                        "    coulomb: 0.1\n"
-                        "    static: 0.15\n"
-                        "    viscous: 0.01\n"
-                        "    stribeck: 0.05\n"
-                        "    smoothing: 0.01\n"),
+    .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_friction\n"
+                                       "    joint: arm\n"
+                                       "    coulomb: 0.1\n"
+                                       "    static: 0.15\n"
+                                       "    viscous: 0.01\n"
+                                       "    stribeck: 0.05\n"
+                                       "    smoothing: 0.01\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -73,20 +73,14 @@ static const kt_key keys[] = {
 const kt_descriptor kt_effect_joint_limit_descriptor = {
     .name = "joint_limit",
     .help = "elastic stops of a joint",
-    .formula =
-        "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them",
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: arm\n"
-                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, -1]}\n"
-                        "effects:\n"
-                        "  - type: joint_limit\n"
-                        "    joint: arm\n"
-                        "    lower: -10 deg\n"
-                        "    upper: 45 deg\n"
-                        "    stiffness: 500\n"
-                        "    damping: 2\n"),
+    .formula = KT_WORDS(
+        "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them"),
+    .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_limit\n"
+                                       "    joint: arm\n"
+                                       "    lower: -10 deg\n"
+                                       "    upper: 45 deg\n"
+                                       "    stiffness: 500\n"
+                                       "    damping: 2\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

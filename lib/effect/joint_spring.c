@@ -43,13 +43,8 @@ const kt_descriptor kt_effect_joint_spring_descriptor = {
     .name = "joint_spring",
     .help = "a spring and a damper in a joint",
     .formula = KT_WORDS("force = -k (q - r) - c v"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: arm\n"
-                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, -1]}\n"
-                        "effects:\n"
-                        "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n"),
+    .example =
+        KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

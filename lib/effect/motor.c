@@ -32,13 +32,8 @@ const kt_descriptor kt_effect_motor_descriptor = {
     .name = "motor",
     .help = "a torque or force in a joint as a function of time",
     .formula = KT_WORDS("force = f(t)"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: arm\n"
-                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, -1]}\n"
-                        "effects:\n"
-                        "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n"),
+    .example =
+        KT_WORDS(KT_EXAMPLE_ARM "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

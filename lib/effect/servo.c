@@ -79,18 +79,12 @@ const kt_descriptor kt_effect_servo_descriptor = {
     .help = "a drive that follows a target position in a joint, with a limited force",
     .formula = KT_WORDS("u = k (r - q) + c (r' - v)\n"
                         "force = u up to 0.9 L, L from 1.1 L on, smooth between them; likewise below zero"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: arm\n"
-                        "    joint: {type: revolute, axis: y, position: 20 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, -1]}\n"
-                        "effects:\n"
-                        "  - type: servo\n"
-                        "    joint: arm\n"
-                        "    target: {ramp: {from: 20 deg, to: 90 deg, start: 0, end: 0.5}}\n"
-                        "    stiffness: 200\n"
-                        "    damping: 20\n"
-                        "    limit: 15\n"),
+    .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: servo\n"
+                                       "    joint: arm\n"
+                                       "    target: {ramp: {from: 20 deg, to: 90 deg, start: 0, end: 0.5}}\n"
+                                       "    stiffness: 200\n"
+                                       "    damping: 20\n"
+                                       "    limit: 15\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -34,14 +34,7 @@ const kt_descriptor kt_effect_torque_descriptor = {
     .name = "torque",
     .help = "a torque on a body",
     .formula = KT_WORDS("moment = m(t)"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
-                        "    markers: {corner: [0.1, 0.1, 0.1]}\n"
-                        "effects:\n"
-                        "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

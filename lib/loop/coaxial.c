@@ -25,14 +25,7 @@ const kt_descriptor kt_loop_coaxial_descriptor = {
     .formula =
         KT_WORDS("4 tan(theta / 4) h = 0    theta, h: angle and direction of the least rotation from the first axis to "
                  "the second"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: coaxial, between: [world, box], axis: z}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: coaxial, between: [world, box], axis: z}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

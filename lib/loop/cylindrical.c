@@ -25,14 +25,7 @@ const kt_descriptor kt_loop_cylindrical_descriptor = {
     .name = "cylindrical",
     .help = "a rotation about the axis and a translation along it are left free",
     .formula = KT_WORDS("the equations of inline and of coaxial"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: cylindrical, between: [world, box], axis: x}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: cylindrical, between: [world, box], axis: x}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

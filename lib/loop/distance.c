@@ -45,14 +45,7 @@ const kt_descriptor kt_loop_distance_descriptor = {
     .name = "distance",
     .help = "the two points keep a distance",
     .formula = KT_WORDS("|d| = L(t)    d: from the first point to the second"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: distance, between: [world, box.corner]}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: distance, between: [world, box.corner]}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -22,8 +22,8 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_inline_descriptor = {
     .name = "inline",
     .help = "the second point stays on a line through the first",
-    .formula =
-        "e_x . d = 0,  e_y . d = 0    e_x, e_y, e_z = axis: axes of the first end;  d: from its point to the second",
+    .formula = KT_WORDS(
+        "e_x . d = 0,  e_y . d = 0    e_x, e_y, e_z = axis: axes of the first end;  d: from its point to the second"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: box\n"
                         "    joint: {type: free, position: {position: [-0.1, -0.15, -0.2]}}\n"

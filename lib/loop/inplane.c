@@ -23,14 +23,7 @@ const kt_descriptor kt_loop_inplane_descriptor = {
     .name = "inplane",
     .help = "the second point stays in a plane through the first",
     .formula = KT_WORDS("e_z . d = 0    e_z = axis, of the first end;  d: from its point to the second"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: inplane, between: [world, box], axis: z}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: inplane, between: [world, box], axis: z}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

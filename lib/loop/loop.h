@@ -72,6 +72,16 @@ typedef struct kt_loop_kind {
 
 #define KT_LOOP_AT(member) offsetof(kt_loop, member)
 
+/* The beginning of an example: a free box, to be held by a loop. */
+#define KT_EXAMPLE_BOX                                                                                                 \
+    "bodies:\n"                                                                                                        \
+    "  - name: box\n"                                                                                                  \
+    "    joint: {type: free}\n"                                                                                        \
+    "    mass: 1\n"                                                                                                    \
+    "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"                                                                  \
+    "    markers: {corner: [0.1, 0.15, 0.2]}\n"                                                                        \
+    "loops:\n"
+
 /* Of a loop whose type exists: whether it is a relation of joint positions, not one of frames; the terms of a relation; and
  * the axis of an end. */
 bool kt_loop_is_relation(kt_loop_type type);

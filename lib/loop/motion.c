@@ -20,12 +20,12 @@ const kt_descriptor kt_loop_motion_descriptor = {
     .name = "motion",
     .help = "the position of a joint is a function of time",
     .formula = KT_WORDS("q = f(t)"),
-    .example =
+    .example = KT_WORDS(
         "bodies:\n"
         "  - {name: crank, joint: {type: revolute, axis: y}, mass: 1, shape: {type: rod, to: [0.3, 0, 0]}}\n"
         "loops:\n"
         "  - {name: drive, type: motion, joint: crank, position: {ramp: {from: 0, to: 90 deg, start: 0.2, end: 0.8}}}\n"
-        "initial: {hold: [crank]}\n",
+        "initial: {hold: [crank]}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

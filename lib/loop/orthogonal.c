@@ -23,14 +23,8 @@ const kt_descriptor kt_loop_orthogonal_descriptor = {
     .name = "orthogonal",
     .help = "the axes of both ends are at right angles",
     .formula = KT_WORDS("2 tan(eps / 2) = 0    eps: the angle that is missing to a right one"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: orthogonal, between: [world, box], axis: x, axis2: y}\n"),
+    .example =
+        KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: orthogonal, between: [world, box], axis: x, axis2: y}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

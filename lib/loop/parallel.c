@@ -22,14 +22,7 @@ const kt_descriptor kt_loop_parallel_descriptor = {
     .name = "parallel",
     .help = "both ends have the same orientation",
     .formula = KT_WORDS("4 tan(theta / 4) n = 0    theta n: the rotation from the first frame to the second"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: parallel, between: [world, box]}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: parallel, between: [world, box]}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

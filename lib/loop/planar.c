@@ -24,14 +24,7 @@ const kt_descriptor kt_loop_planar_descriptor = {
     .name = "planar",
     .help = "translations in a plane and a rotation about its normal are left free",
     .formula = KT_WORDS("the equations of inplane and of coaxial"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: planar, between: [world, box], axis: x}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: planar, between: [world, box], axis: x}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

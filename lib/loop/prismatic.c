@@ -27,14 +27,7 @@ const kt_descriptor kt_loop_prismatic_descriptor = {
     .name = "prismatic",
     .help = "a translation along the axis is left free",
     .formula = KT_WORDS("the equations of inline and of parallel"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: prismatic, between: [world, box], axis: z}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: prismatic, between: [world, box], axis: z}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -61,14 +61,7 @@ const kt_descriptor kt_loop_screw_descriptor = {
         "the equations of inline and of coaxial, and\n"
         "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
         "not counted"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -26,14 +26,7 @@ const kt_descriptor kt_loop_universal_descriptor = {
     .name = "universal",
     .help = "Cardan joint: rotations about an axis of either end are left free",
     .formula = KT_WORDS("the equations of spherical and of orthogonal"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: box\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
-                        "    markers: {corner: [0.1, 0.15, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: hold, type: universal, between: [world, box], axis: x, axis2: y}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: universal, between: [world, box], axis: x, axis2: y}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

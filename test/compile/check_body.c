@@ -5,26 +5,9 @@
 #include "check.h"
 #include "mechanism.h"
 
-/* One change to one body of a sound mechanism, and the fault that it makes. */
 #define REFUSES(body, change, sub, field, where, message)                                                              \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_body *b = &m.bodies[body];                                                                                  \
-        (void)b;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_fails(&m, KT_ITEM_BODY, body, sub, field, where, message);                                           \
-    } while (0)
-
-#define PASSES(what, body, change)                                                                                     \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_body *b = &m.bodies[body];                                                                                  \
-        (void)b;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_passes(what, &m);                                                                                    \
-    } while (0)
+    MECHANISM_REFUSES(kt_body *b = &m.bodies[body]; (void)b, change, KT_ITEM_BODY, body, sub, field, where, message)
+#define PASSES(what, body, change) MECHANISM_PASSES(kt_body *b = &m.bodies[body]; (void)b, change, what)
 
 static const double nan_value = (double)NAN, infinite = (double)INFINITY;
 

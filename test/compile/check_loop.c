@@ -8,34 +8,11 @@
 static const double nan_value = (double)NAN;
 
 #define REFUSES_LOOP(loop, change, sub, field, where, message)                                                         \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_loop *l = &m.loops[loop];                                                                                   \
-        (void)l;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_fails(&m, KT_ITEM_LOOP, loop, sub, field, where, message);                                           \
-    } while (0)
-
-#define PASSES_LOOP(what, loop, change)                                                                                \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_loop *l = &m.loops[loop];                                                                                   \
-        (void)l;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_passes(what, &m);                                                                                    \
-    } while (0)
-
+    MECHANISM_REFUSES(kt_loop *l = &m.loops[loop]; (void)l, change, KT_ITEM_LOOP, loop, sub, field, where, message)
+#define PASSES_LOOP(what, loop, change) MECHANISM_PASSES(kt_loop *l = &m.loops[loop]; (void)l, change, what)
 #define REFUSES_EFFECT(effect, change, sub, field, where, message)                                                     \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_effect *e = &m.effects[effect];                                                                             \
-        (void)e;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_fails(&m, KT_ITEM_EFFECT, effect, sub, field, where, message);                                       \
-    } while (0)
+    MECHANISM_REFUSES(kt_effect *e = &m.effects[effect];                                                               \
+                      (void)e, change, KT_ITEM_EFFECT, effect, sub, field, where, message)
 
 KT_TEST(names_and_types_of_loops_are_checked) {
     REFUSES_LOOP(ROD, l->name = NULL, -1, "name", "loops[1]", "name is missing; give it one");

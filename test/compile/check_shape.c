@@ -19,26 +19,10 @@ static kt_shape shape_of(kt_shape_type type) {
 }
 
 #define REFUSES(of_type, change, field, message)                                                                       \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_shape *s = &m.bodies[BASE].shape;                                                                           \
-        *s = shape_of(of_type);                                                                                        \
-        (void)s;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_fails(&m, KT_ITEM_BODY, BASE, -1, field, "body 'base'", message);                                    \
-    } while (0)
-
+    MECHANISM_REFUSES(kt_shape *s = &m.bodies[BASE].shape;                                                             \
+                      *s = shape_of(of_type), change, KT_ITEM_BODY, BASE, -1, field, "body 'base'", message)
 #define PASSES(what, of_type, change)                                                                                  \
-    do {                                                                                                               \
-        mechanism m;                                                                                                   \
-        mechanism_fill(&m);                                                                                            \
-        kt_shape *s = &m.bodies[BASE].shape;                                                                           \
-        *s = shape_of(of_type);                                                                                        \
-        (void)s;                                                                                                       \
-        change;                                                                                                        \
-        mechanism_passes(what, &m);                                                                                    \
-    } while (0)
+    MECHANISM_PASSES(kt_shape *s = &m.bodies[BASE].shape; *s = shape_of(of_type), change, what)
 
 KT_TEST(sound_shapes_pass) {
     for (int type = 0; type < KT_SHAPE_TYPE_COUNT; type++)

@@ -38,4 +38,18 @@ typedef struct fault_list {
 
 fault_list mechanism_faults(const kt_description *description);
 
+/* A change of a sound mechanism `m`, and the fault that it makes, or none. `item` declares a pointer to what is changed:
+ * kt_body *b = &m.bodies[2]. */
+#define MECHANISM_CHANGED(item, change, check)                                                                         \
+    do {                                                                                                               \
+        mechanism m;                                                                                                   \
+        mechanism_fill(&m);                                                                                            \
+        item;                                                                                                          \
+        change;                                                                                                        \
+        check;                                                                                                         \
+    } while (0)
+#define MECHANISM_REFUSES(item, change, kind, index, sub, field, where, message)                                       \
+    MECHANISM_CHANGED(item, change, mechanism_fails(&m, kind, index, sub, field, where, message))
+#define MECHANISM_PASSES(item, change, what) MECHANISM_CHANGED(item, change, mechanism_passes(what, &m))
+
 #endif
