@@ -42,6 +42,47 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *dat
 KT_API KT_CHECKED kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const double *q, double *mass,
                                                    kt_error *error);
 
+/* ---- factors of the mass matrix ---------------------------------------------------------------------------------- */
+
+/* M = L'DL: D diagonal, L unit lower triangular when coordinates have the order of the tree, parents first. Where M is
+ * zero because neither of two joints carries the other, L is zero, so the factors take less room than M, and less time
+ * than a Cholesky factorisation where the tree branches: with d the mean number of coordinates between one and the
+ * root, O(nv d^2) operations for the factors, O(nv d) for all else, and 8 nv d bytes.
+ * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 6.5.
+ *
+ * kt_dynamics_forward solves M a = f in O(nv), without M: these calls serve where M is there anyway, or a product, a
+ * half of the factors, or many right-hand sides are asked for. One thread may use a kt_mass_factor at a time. */
+typedef struct kt_mass_factor kt_mass_factor;
+
+/* Bytes that the factors of a model's mass matrix take. */
+KT_API size_t kt_mass_factor_size(const kt_model *model);
+
+/* Initialises factors in the caller's memory, which must stay there while they are used. Refuses memory that is too
+ * small or misaligned (KT_ALIGNMENT) with KT_ERROR_MEMORY. O(nv). */
+KT_API KT_CHECKED kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size,
+                                                kt_mass_factor **factor, kt_error *error);
+
+/* The same in memory of its own, released with kt_mass_factor_free. */
+KT_API KT_CHECKED kt_status kt_mass_factor_create(const kt_model *model, kt_mass_factor **factor, kt_error *error);
+/* Releases what _create made; does nothing with factors in the caller's memory, nor with NULL. */
+KT_API void kt_mass_factor_free(kt_mass_factor *factor);
+
+/* Computes the factors of a mass matrix, of which the lower triangle is read (kt_dynamics_mass or
+ * kt_dynamics_mass_lower). KT_ERROR_SINGULAR names the joint at which M is not positive definite; there are no factors
+ * then. */
+KT_API KT_CHECKED kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_error *error);
+
+/* x becomes M^-1 x, or M x: nv x columns, column-major. KT_ERROR_ARGUMENT if there are no factors. */
+KT_API KT_CHECKED kt_status kt_mass_factor_solve(kt_mass_factor *factor, int columns, double *x, kt_error *error);
+KT_API KT_CHECKED kt_status kt_mass_factor_multiply(kt_mass_factor *factor, int columns, double *x, kt_error *error);
+
+/* x becomes L^-1 x, or L'^-1 x, with the same shapes and error. With U = L'^-1 X, X' M^-1 X = U' D^-1 U. */
+KT_API KT_CHECKED kt_status kt_mass_factor_solve_lower(kt_mass_factor *factor, int columns, double *x, kt_error *error);
+KT_API KT_CHECKED kt_status kt_mass_factor_solve_upper(kt_mass_factor *factor, int columns, double *x, kt_error *error);
+
+/* D: nv numbers, in the order of the velocities. */
+KT_API void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d);
+
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
 /* How inverse and forward dynamics change with positions, velocities and forces: nv x nv matrices, column-major. Column
