@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NAME_SIZE = 16 };
-
 const kt_vec3 kt_chain_gravity = {0.0, 0.0, -9.81};
 const kt_body kt_chain_link = {
     .joint = {.type = KT_JOINT_REVOLUTE, .at = {0.1, 0.2, -0.3}},
@@ -19,67 +17,118 @@ const kt_body kt_chain_link = {
 
 kt_vec3 kt_chain_axis(int i) { return kt_vec3_make(i % 3 == 0, i % 3 == 1, i % 3 == 2); }
 
-static void describe(int n, kt_body *bodies, char (*names)[NAME_SIZE]) {
-    for (int i = 0; i < n; i++) {
-        (void)snprintf(names[i], NAME_SIZE, "b%d", i);
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].parent = i > 0 ? names[i - 1] : NULL;
-        bodies[i].joint.type = kt_chain_link.joint.type;
-        bodies[i].joint.at = kt_chain_link.joint.at;
-        bodies[i].joint.axis = kt_chain_axis(i);
-        bodies[i].mass = kt_chain_link.mass;
-        bodies[i].com = kt_chain_link.com;
-        bodies[i].inertia = kt_chain_link.inertia;
+/* The parents of a tree of `count` links, depth first, whose first is `first`: it carries trees of equal sizes. */
+static void branch(int first, int count, int arity, kt_chain_description *d) {
+    int child = first + 1, left = count - 1;
+    for (int k = arity; k > 0 && left > 0; k--) {
+        const int size = (left + k - 1) / k;
+        d->bodies[child].parent = d->names[first];
+        branch(child, size, arity, d);
+        child += size;
+        left -= size;
     }
 }
 
-static kt_status compile(int n, kt_isa level, kt_chain *chain, kt_error *error) {
-    kt_body *bodies = calloc((size_t)n, sizeof *bodies);
-    char(*names)[NAME_SIZE] = calloc((size_t)n, sizeof *names);
-    kt_status status = KT_ERROR_MEMORY;
-    if (bodies && names) {
-        const double start = kt_bench_clock();
-        describe(n, bodies, names);
-        kt_description description = kt_description_default();
-        description.gravity = kt_chain_gravity;
-        description.bodies = bodies;
-        description.body_count = n;
-        kt_model_options options = kt_model_options_default();
-        options.level = level;
-        status = kt_model_compile(&description, &options, &chain->model, error);
-        if (status == KT_OK)
-            status = kt_data_create(chain->model, &chain->data, error);
-        chain->set_up = kt_bench_clock() - start;
-    } else {
-        (void)kt_error_set(error, status, "", "no memory for a chain of %d links", n);
+kt_status kt_chain_describe(int n, int arity, kt_chain_description *out, kt_error *error) {
+    *out = (kt_chain_description){.bodies = calloc((size_t)n, sizeof *out->bodies),
+                                  .names = calloc((size_t)n, sizeof *out->names)};
+    if (!out->bodies || !out->names) {
+        kt_chain_describe_free(out);
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for a chain of %d links", n);
     }
-    free(bodies);
-    free(names);
+    for (int i = 0; i < n; i++) {
+        kt_body *body = &out->bodies[i];
+        (void)snprintf(out->names[i], sizeof out->names[i], "b%d", i);
+        *body = kt_body_default();
+        body->name = out->names[i];
+        body->parent = i > 0 ? out->names[i - 1] : NULL;
+        body->joint.type = kt_chain_link.joint.type;
+        body->joint.at = kt_chain_link.joint.at;
+        body->joint.axis = kt_chain_axis(i);
+        body->mass = kt_chain_link.mass;
+        body->com = kt_chain_link.com;
+        body->inertia = kt_chain_link.inertia;
+    }
+    if (arity > 1)
+        branch(0, n, arity, out);
+    out->description = kt_description_default();
+    out->description.gravity = kt_chain_gravity;
+    out->description.bodies = out->bodies;
+    out->description.body_count = n;
+    return KT_OK;
+}
+
+void kt_chain_describe_free(kt_chain_description *d) {
+    free(d->bodies);
+    free(d->names);
+    *d = (kt_chain_description){.bodies = NULL};
+}
+
+static kt_status compile(const kt_description *description, kt_isa level, kt_chain *chain, kt_error *error) {
+    kt_description tree = *description;
+    kt_model_options options = kt_model_options_default();
+    tree.loop_count = tree.effect_count = 0;
+    options.level = level;
+    const kt_status status = kt_model_compile(&tree, &options, &chain->model, error);
+    return status == KT_OK ? kt_data_create(chain->model, &chain->data, error) : status;
+}
+
+static void set_state(kt_chain *chain) {
+    kt_model_initial(chain->model, chain->q, chain->v);
+    for (int i = 0; i < chain->n; i++) {
+        if (chain->n == chain->nq)
+            chain->q[i] = sin(i + 1.0);
+        chain->v[i] = cos(2.0 * i + 1.0);
+        chain->tau[i] = cos(3.0 * i);
+    }
+}
+
+kt_status kt_chain_of(const kt_description *description, kt_isa level, bool with_mass, kt_chain *chain,
+                      kt_error *error) {
+    *chain = (kt_chain){.n = 0};
+    const double start = kt_bench_clock();
+    kt_status status = compile(description, level, chain, error);
+    if (status != KT_OK) {
+        kt_chain_free(chain);
+        return status;
+    }
+    chain->set_up = kt_bench_clock() - start;
+    chain->n = kt_model_nv(chain->model);
+    chain->nq = kt_model_nq(chain->model);
+    double **const arrays[] = {&chain->q, &chain->v, &chain->tau, &chain->a, &chain->torque, &chain->x};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays && status == KT_OK; k++)
+        if (!(*arrays[k] = calloc((size_t)chain->nq, sizeof **arrays[k])))
+            status = KT_ERROR_MEMORY;
+    if (status == KT_OK && with_mass &&
+        !(chain->mass = calloc((size_t)chain->n * (size_t)chain->n, sizeof *chain->mass)))
+        status = KT_ERROR_MEMORY;
+    if (status == KT_OK && with_mass)
+        status = kt_mass_factor_create(chain->model, &chain->factor, error);
+    if (status == KT_OK) {
+        set_state(chain);
+        return KT_OK;
+    }
+    (void)kt_error_set(error, status, "", "no memory for the states of a tree of %d coordinates", chain->n);
+    kt_chain_free(chain);
+    return status;
+}
+
+kt_status kt_chain_branch(int n, int arity, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error) {
+    kt_chain_description d;
+    *chain = (kt_chain){.n = 0};
+    const double start = kt_bench_clock();
+    kt_status status = kt_chain_describe(n, arity, &d, error);
+    if (status != KT_OK)
+        return status;
+    const double described = kt_bench_clock() - start;
+    status = kt_chain_of(&d.description, level, with_mass, chain, error);
+    chain->set_up += described;
+    kt_chain_describe_free(&d);
     return status;
 }
 
 kt_status kt_chain_make(int n, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error) {
-    *chain = (kt_chain){.n = n};
-    kt_status status = compile(n, level, chain, error);
-    double **const arrays[] = {&chain->q, &chain->v, &chain->tau, &chain->a, &chain->torque};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays && status == KT_OK; k++)
-        if (!(*arrays[k] = calloc((size_t)n, sizeof **arrays[k])))
-            status = KT_ERROR_MEMORY;
-    if (status == KT_OK && with_mass && !(chain->mass = calloc((size_t)n * (size_t)n, sizeof *chain->mass)))
-        status = KT_ERROR_MEMORY;
-    if (status != KT_OK) {
-        if (chain->data)
-            (void)kt_error_set(error, status, "", "no memory for the states of a chain of %d links", n);
-        kt_chain_free(chain);
-        return status;
-    }
-    for (int i = 0; i < n; i++) {
-        chain->q[i] = sin(i + 1.0);
-        chain->v[i] = cos(2.0 * i + 1.0);
-        chain->tau[i] = cos(3.0 * i);
-    }
-    return KT_OK;
+    return kt_chain_branch(n, 1, level, with_mass, chain, error);
 }
 
 void kt_chain_free(kt_chain *chain) {
@@ -89,6 +138,8 @@ void kt_chain_free(kt_chain *chain) {
     free(chain->a);
     free(chain->torque);
     free(chain->mass);
+    free(chain->x);
+    kt_mass_factor_free(chain->factor);
     free(chain->work);
     free(chain->da_dq);
     free(chain->da_dv);
@@ -116,6 +167,22 @@ void kt_chain_mass(void *chain, long repetitions) {
     for (long k = 0; k < repetitions && c->error.code == KT_OK; k++)
         if (kt_dynamics_mass(c->model, c->data, c->q, c->mass, &c->error) != KT_OK)
             return;
+}
+
+void kt_chain_factor(void *chain, long repetitions) {
+    kt_chain *c = chain;
+    for (long k = 0; k < repetitions && c->error.code == KT_OK; k++)
+        if (kt_mass_factor_compute(c->factor, c->mass, &c->error) != KT_OK)
+            return;
+}
+
+void kt_chain_solve(void *chain, long repetitions) {
+    kt_chain *c = chain;
+    for (long k = 0; k < repetitions && c->error.code == KT_OK; k++) {
+        memcpy(c->x, c->tau, (size_t)c->n * sizeof *c->x);
+        if (kt_mass_factor_solve(c->factor, 1, c->x, &c->error) != KT_OK)
+            return;
+    }
 }
 
 double kt_chain_difference(const double *x, const double *y, const double *scale, int n) {

@@ -15,14 +15,16 @@ kt_vec3 kt_chain_axis(int i);
 
 /* A chain ready to be evaluated, at a state and under torques without any symmetry. */
 typedef struct kt_chain {
-    int n;
+    int n, nq; /* velocities, positions; n = nq but for kt_chain_of */
     kt_model *model;
     kt_data *data;
     double set_up;       /* seconds of processor time to describe and to compile it */
     double *q, *v, *tau; /* n each: where, how fast, driven by what */
     double *a, *torque;  /* n each: results */
-    double *mass;        /* n x n, or NULL */
-    void *work;          /* of derivatives, or NULL; with da_dq and da_dv, n x n */
+    double *mass;        /* n x n, or NULL; with its factors, and x, n: a solution by them */
+    kt_mass_factor *factor;
+    double *x;
+    void *work; /* of derivatives, or NULL; with da_dq and da_dv, n x n */
     size_t work_size;
     double *da_dq, *da_dv;
     kt_error error; /* the first failure of a call below; KT_OK: none */
@@ -32,13 +34,31 @@ typedef struct kt_chain {
 KT_CHECKED kt_status kt_chain_make(int n, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error);
 void kt_chain_free(kt_chain *chain);
 
+/* The same of other trees: of n such links, depth first, of which each carries `arity`, or fewer at the tips; and of a
+ * description, of which joints and bodies are taken alone, at its initial state. */
+KT_CHECKED kt_status kt_chain_branch(int n, int arity, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error);
+KT_CHECKED kt_status kt_chain_of(const kt_description *description, kt_isa level, bool with_mass, kt_chain *chain,
+                                 kt_error *error);
+
+/* Their description, which must be released with kt_chain_describe_free. */
+typedef struct kt_chain_description {
+    kt_description description;
+    kt_body *bodies;
+    char (*names)[16];
+} kt_chain_description;
+KT_CHECKED kt_status kt_chain_describe(int n, int arity, kt_chain_description *out, kt_error *error);
+void kt_chain_describe_free(kt_chain_description *d);
+
 /* Allocates what derivatives take. */
 KT_CHECKED kt_status kt_chain_make_derivatives(kt_chain *chain, kt_error *error);
 
-/* Tasks for kt_bench_measure, on a kt_chain: a from tau; torque from a; mass; da/dq and da/dv. */
+/* Tasks for kt_bench_measure, on a kt_chain: a from tau; torque from a; mass; its factors; x = M^-1 tau by them; da/dq
+ * and da/dv. */
 void kt_chain_forward(void *chain, long repetitions);
 void kt_chain_inverse(void *chain, long repetitions);
 void kt_chain_mass(void *chain, long repetitions);
+void kt_chain_factor(void *chain, long repetitions);
+void kt_chain_solve(void *chain, long repetitions);
 void kt_chain_derivatives(void *chain, long repetitions);
 
 /* max |x_i - y_i| / max |scale_i|; NaN where any of them is not finite. */

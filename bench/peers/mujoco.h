@@ -1,29 +1,34 @@
-/* The chain in MuJoCo: the same numbers, and the calls that do the same work. */
+/* A tree in MuJoCo: the same numbers, and the calls that do the same work. */
 #ifndef KT_BENCH_MUJOCO_H
 #define KT_BENCH_MUJOCO_H
 
 #include "chain.h"
 
 typedef struct kt_mujoco {
-    int n;
+    int n, nq;
     void *model, *data;  /* mjModel, mjData */
     const double *q, *v; /* n each: of the chain that it was made from */
     const double *tau, *acceleration;
     double *a, *torque; /* n each: results */
     double *force;      /* n: tau minus the bias force */
+    double *mass;       /* n x n */
 } kt_mujoco;
 
 /* The version of the library that runs. */
 const char *kt_mujoco_version(void);
 
-/* The chain's twin, at its state, under its torques, and for inverse dynamics with the accelerations that the chain's
+/* The twin of a chain or of another tree, whose description is given again: at its state, under its torques, and for inverse dynamics with the accelerations that the chain's
  * `a` holds when it is called; the chain must outlive it. On failure *error says why. */
-KT_CHECKED kt_status kt_mujoco_make(const kt_chain *chain, kt_mujoco *twin, kt_error *error);
+KT_CHECKED kt_status kt_mujoco_make(const kt_description *description, const kt_chain *chain, kt_mujoco *twin,
+                                    kt_error *error);
 void kt_mujoco_free(kt_mujoco *twin);
 
 /* Tasks for kt_bench_measure. Forward: kinematics, comPos, crb, factorM, comVel, rne, solveM. Inverse: kinematics,
- * comPos, comVel, rne. Contacts, constraints, actuators and passive forces are not called. */
+ * comPos, comVel, rne. Mass: kinematics, comPos, crb, fullM. Factor: factorM; solve: solveM, tau into a. Contacts, constraints, actuators and passive forces are not called. */
 void kt_mujoco_forward(void *twin, long repetitions);
 void kt_mujoco_inverse(void *twin, long repetitions);
+void kt_mujoco_mass(void *twin, long repetitions);
+void kt_mujoco_factor(void *twin, long repetitions);
+void kt_mujoco_solve(void *twin, long repetitions);
 
 #endif
