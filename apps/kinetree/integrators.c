@@ -10,9 +10,11 @@ const kt_usage kt_usage_integrators = {
                 "  kinetree run pendulum.yaml --integrator tsit5 --tolerance 1e-10\n"
                 "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3\n",
     .operands = "",
-    .about = "Lists the methods, explicit Runge-Kutta methods all: a stabilised one takes more stages than those\n"
-             "listed where the motion decays fast. Adaptive ones choose their steps by a tolerance and can also be\n"
-             "given a fixed step; the others need one. Dense is the order of the records between steps.\n",
+    .about =
+        "Lists the methods. A stabilised one takes more stages than those listed where the motion decays fast; an\n"
+        "implicit one (radau) solves equations in each step, for stiff motions. Adaptive ones choose their steps\n"
+        "by a tolerance and can also be given a fixed step; the others need one. Dense is the order of the records\n"
+        "between steps.\n",
 };
 
 int kt_command_integrators(int argc, char **argv) {

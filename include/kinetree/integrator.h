@@ -1,5 +1,5 @@
-/* Methods for ordinary differential equations y' = f(t, y), y in R^n: explicit and stabilised Runge-Kutta methods,
- * fixed and adaptive steps, dense output, linear stability.
+/* Methods for ordinary differential equations y' = f(t, y), y in R^n: explicit, stabilised and implicit Runge-Kutta
+ * methods, fixed and adaptive steps, dense output, linear stability.
  *
  * A method is a constant struct of coefficients, kt_method. An integrator lives in the caller's memory and allocates
  * nothing; it owns the current time and state, and what the step-size control remembers. Two threads may use two
@@ -50,10 +50,11 @@ extern "C" {
     X(rkc4)                                                                                                            \
     X(dopri5)                                                                                                          \
     X(tsit5)                                                                                                           \
+    X(radau5)                                                                                                          \
     X(dop853)
 
-/* How the methods of one kind step: explicit, or stabilised (explicit, with as many stages as the fastest decay of the
- * right-hand side needs). Opaque; kt_method_family_name tells which. */
+/* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
+ * right-hand side needs); or radau (implicit, for stiff equations). Opaque; kt_method_family_name tells which. */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */
@@ -64,9 +65,9 @@ enum {
     KT_STABILISED_STAGES_MAX = 250 /* of a stabilised method */
 };
 
-/* An explicit Runge-Kutta method, HNW II.1:
+/* A Runge-Kutta method, HNW II.1:
  *
- *     k_i = f(t + c_i h, y0 + h sum_{j<i} a_ij k_j),   i = 1 .. s
+ *     k_i = f(t + c_i h, y0 + h sum_j a_ij k_j),   i = 1 .. s     explicit: over j < i
  *     y1  = y0 + h sum_i b_i k_i
  *
  * Dense output, theta = (t - t0) / h in [0, 1], is the cubic through y0, y1 with the slopes k_1 and f(t1, y1), plus
@@ -98,7 +99,8 @@ typedef struct kt_method {
     int embedded_order_low; /* of b - e_low; 0: one estimate. With two, err = err_e^2 / sqrt(err_e^2 + 0.01 err_low^2),
                                HNW II.10 */
     bool fsal;              /* the last stage is f(t1, y1): its row of a is b, its c is 1 */
-    const double *a;        /* s (s - 1) / 2, strictly lower triangle by rows: a21, a31, a32, a41, ... */
+    const double *a;        /* s (s - 1) / 2, strictly lower triangle by rows: a21, a31, a32, a41, ...; of an implicit
+                               method s x s by rows */
     const double *b;        /* s */
     const double *c;        /* s, c_i = sum_j a_ij */
     const double *e;        /* s, b minus the embedded weights; NULL without estimate */
@@ -125,8 +127,11 @@ KT_API const kt_method *kt_method_find(const char *name);
  * as many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
-/* "explicit", "stabilised". Static storage. */
+/* "explicit", "stabilised", "radau". Static storage. */
 KT_API const char *kt_method_family_name(const kt_method *method);
+
+/* Whether steps solve Newton's equations, with a Jacobian of the right-hand side: for stiff equations. */
+KT_API bool kt_method_is_implicit(const kt_method *method);
 
 /* Whether the method estimates its error, and so can choose its steps. */
 KT_API bool kt_method_is_adaptive(const kt_method *method);
@@ -155,18 +160,20 @@ typedef struct kt_complex {
     double re, im; /* real and imaginary part */
 } kt_complex;
 
-/* What a method makes of y' = lambda y: y1 = R(h lambda) y0, R a polynomial; Hairer and Wanner, Solving ODE II, IV.2.
- * An explicit method has R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 + w1 z). Plain;
- * copy it. */
+/* What a method makes of y' = lambda y: y1 = R(h lambda) y0; Hairer and Wanner, Solving ODE II, IV.2 and IV.3. An
+ * explicit method has the polynomial R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 +
+ * w1 z), an implicit method a rational R = P / Q. Plain; copy it. */
 typedef struct kt_stability {
-    const kt_method_family *family;               /* of the method: which of the two it is */
-    int degree;                                   /* of R */
-    double coefficient[KT_METHOD_STAGES_MAX + 1]; /* explicit: of z^0 .. z^degree */
+    const kt_method_family *family;               /* of the method: which of these it is */
+    int degree;                                   /* of R, or of P */
+    double coefficient[KT_METHOD_STAGES_MAX + 1]; /* explicit: of z^0 .. z^degree; implicit: of P */
+    int poles;                                    /* implicit: the degree of Q; 0 for others */
+    double denominator[KT_METHOD_STAGES_MAX + 1]; /* implicit: of Q */
     double w0, w1, a, b;                          /* stabilised: P(z) = a + b T_s(w0 + w1 z) */
     int copies; /* stabilised: 1: R = P; 3: R = P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
 } kt_stability;
 
-/* The stability polynomial of a method, a caller's own table included (which kt_method_check has passed). `stages` is
+/* The stability function of a method, a caller's own table included (which kt_method_check has passed). `stages` is
  * read for a stabilised method alone: 2 to KT_STABILISED_STAGES_MAX. O(s^3).
  *
  * Errors: KT_ERROR_ARGUMENT (sizes, or stages, out of range). */
@@ -187,7 +194,8 @@ KT_API void kt_stability_grid(const kt_stability *stability, kt_complex low, kt_
                               double *gain);
 
 /* The largest x for which |R| <= 1 on [-x, 0] of the real axis; the largest y for which |R| <= 1 on [-iy, iy] of the
- * imaginary axis, 0 where there is none (Euler, Heun, midpoint). To a few roundings. */
+ * imaginary axis, 0 where there is none (Euler, Heun, midpoint). To a few roundings. HUGE_VAL where an implicit method
+ * has no limit. */
 KT_API double kt_stability_real_limit(const kt_stability *stability);
 KT_API double kt_stability_imaginary_limit(const kt_stability *stability);
 
@@ -248,6 +256,24 @@ typedef struct kt_integrator_callbacks {
     void *user;                                                      /* handed to both */
 } kt_integrator_callbacks;
 
+/* How a caller solves Newton's equations of an implicit method, (sigma - J) x = r with J = f_y, where it knows the
+ * structure of f; kt_integrator_options.newton. The functions are handed the callbacks' `user` and return as those do; J
+ * and the factors stay in the caller's memory, which belongs to one integrator.
+ *
+ * jacobian: computes J at (t, y), n values, where f = dydt, and keeps it. > 0: J cannot be computed there; what was kept
+ * must be as it was.
+ *
+ * factor: factors sigma - J with the J that is kept; for a sigma with im = 0 and for others separately: a method may use
+ * one of each. > 0: singular.
+ *
+ * solve: re + i im becomes (sigma - J)^-1 (re + i im), n values less the quadratures, with the last sigma of its kind;
+ * `im` is NULL for the real one. */
+typedef struct kt_newton {
+    int (*jacobian)(double t, const double *y, const double *dydt, void *user); /* J at (t, y) */
+    int (*factor)(kt_complex sigma, void *user);                                /* of sigma - J */
+    int (*solve)(double *re, double *im, void *user);                           /* with these factors */
+} kt_newton;
+
 /* A relative tolerance below this, the rounding of numbers (2^-52), is refused: no step could meet it. */
 #define KT_TOLERANCE_LEAST 2.220446049250313e-16
 
@@ -273,6 +299,10 @@ typedef struct kt_integrator_options {
      * interpolated like the rest, but have no part in the error and in the choice of steps: they change not one
      * bit of the others. Less than n. */
     size_t quadratures;
+
+    /* Implicit methods: who solves Newton's equations. NULL: the integrator, with finite differences of f and dense
+     * matrices. Must outlive the integrator. */
+    const kt_newton *newton;
 } kt_integrator_options;
 
 /* Adaptive, tolerances 1e-6 and 1e-9, Hairer's control constants (safety 0.9, alpha 0.85, beta 0.2, factors 0.2 and
@@ -281,7 +311,7 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
- * stabilised method. The memory needs no alignment. */
+ * stabilised method; 4 n^2 + 21 n for radau5. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Initialises an integrator in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -328,7 +358,13 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations. One
  * that has not settled to a hundredth after eight is taken as it is, with the margin of all, and counted (capped).
  *
- * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n). */
+ * Implicit (radau5): each try iterates at most 7 times, with fixed steps 30 times (there to rounding). An iteration that
+ * does not converge asks for a new Jacobian, and with that one still not, for a shorter step; where the step is fixed
+ * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts twentyfold; where it cannot be
+ * computed, the old one serves on.
+ *
+ * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n); an implicit
+ * method's iterations s - 1 evaluations each and O(n^2), new factors O(n^3). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
 /* y(t), n values, at a time within the last accepted step, its ends included (at the ends the very states, bit for
@@ -362,7 +398,10 @@ typedef struct kt_integrator_counts {
     uint64_t steps;       /* accepted */
     uint64_t rejected;    /* tries */
     uint64_t evaluations; /* of the right-hand side, rejected tries and interpolation included */
-    uint64_t capped;      /* stabilised: estimates of the decay that had not settled when they had taken all they may */
+    uint64_t capped;      /* stabilised: estimates of the decay that had not settled when they had taken all they may;
+                        implicit with fixed steps: iterations that ended above rounding, where f is not that exact */
+    uint64_t jacobians;   /* implicit: computed */
+    uint64_t factorizations; /* implicit: of Newton's matrices, real and complex ones */
 } kt_integrator_counts;
 
 /* What has been done since the start. */
@@ -390,7 +429,8 @@ typedef struct kt_integrator_memory {
 KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
 
 /* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method
- * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age. O(1). */
+ * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 5 n + 6 for
+ * radau5, for the state at which its Jacobian was computed and the slopes of the last step. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

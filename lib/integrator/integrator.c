@@ -10,21 +10,29 @@ KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrato
 
 /* The slopes are padded by one cache line beyond whole lines, so that the same component of all of them does not fall
  * into one set of the cache where n is a power of two. */
-static kt_integrator_sizes measure(const kt_method *method, size_t n) {
+static kt_integrator_sizes measure(const kt_method *method, size_t n, bool owns_matrices) {
     const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
-    kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line};
+    kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line, .owns_matrices = owns_matrices};
     kt_method_family_of(method)->measure(method, &sizes);
     return sizes;
 }
 
 /* The memory may begin at any address; the integrator begins at the first cache line in it. */
-size_t kt_integrator_size(const kt_method *method, size_t n) {
+static size_t bytes(const kt_method *method, size_t n, bool owns_matrices) {
     const size_t most =
         SIZE_MAX / (sizeof(double) * 2 * (KT_METHOD_STAGES_MAX + 8)); /* twice the largest number of arrays */
     if (n < 1 || n > most || kt_method_check_sizes(method, NULL) != KT_OK)
         return 0;
-    const kt_integrator_sizes sizes = measure(method, n);
+    if (kt_method_family_of(method)->implicit && owns_matrices && n > most / n)
+        return 0;
+    const kt_integrator_sizes sizes = measure(method, n, owns_matrices);
     return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
+}
+
+size_t kt_integrator_size(const kt_method *method, size_t n) { return bytes(method, n, true); }
+
+size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options) {
+    return bytes(method, n, options->newton == NULL);
 }
 
 void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
@@ -33,6 +41,7 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
     KT_INTEGRATOR_SCRATCH(KT_ARENA_POISON)
     it->stages_known = false;
     it->dense_known = false;
+    it->matrices_known = false;
     it->derivative_slot = -1;
 }
 
@@ -119,7 +128,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         status = check_own(method, error);
     if (status != KT_OK)
         return status;
-    const size_t needed = kt_integrator_size(method, n);
+    const size_t needed = kt_integrator_size_with(method, n, options);
     if (needed == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
                             "%zu equations: there must be at least one, and not "
@@ -129,6 +138,9 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return refuse(error, "options", "step must be above 0, or 0 for adaptive steps");
     if (options->quadratures >= n)
         return refuse(error, "options", "quadratures must be fewer than the equations");
+    if (options->newton != NULL &&
+        (options->newton->jacobian == NULL || options->newton->factor == NULL || options->newton->solve == NULL))
+        return refuse(error, "options", "newton needs all of jacobian, factor and solve");
     if (options->step == 0.0 && (status = check_adaptive(options, method, n, error)) != KT_OK)
         return status;
     if (memory == NULL || size < needed)
@@ -142,7 +154,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     it->method = method;
     it->family = kt_method_family_of(method);
     it->options = *options;
-    it->sizes = measure(method, n);
+    it->sizes = measure(method, n, options->newton == NULL);
     it->counted = n - options->quadratures;
     it->derivative_slot = -1;
     it->error_order = method->embedded_order_low > 0
@@ -171,6 +183,7 @@ static void set_state(kt_integrator *it, const double *y) {
     memmove(it->y, y, it->sizes.n * sizeof *y);
     it->stages_known = false;
     it->dense_known = false;
+    it->matrices_known = false;
     it->derivative_slot = -1;
 }
 

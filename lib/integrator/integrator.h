@@ -14,6 +14,10 @@
  *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
  *     radius.c       the spectral radius, which determines the number of stages of these
  *
+ *     radau.c        the family of Radau IIA methods, implicit
+ *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
+ *     rational.c     their stability functions
+ *
  * A family is one const struct of functions, kt_method_family. Only its own file knows its algorithm; the others call
  * it through the struct.
  */
@@ -63,8 +67,9 @@ typedef struct kt_stage_term {
 } kt_stage_term;
 
 typedef struct kt_integrator_sizes {
-    size_t n;      /* equations */
-    size_t stride; /* doubles from one slope to the next */
+    size_t n;           /* equations */
+    size_t stride;      /* doubles from one slope to the next */
+    bool owns_matrices; /* those of Newton's equations, n x n, are part of the memory of an implicit method */
     /* The sizes that the family determines. */
     size_t slots;       /* slopes: 2 or more, because the choice of the first step uses slot 1 */
     size_t rows, terms; /* of the compiled table */
@@ -89,6 +94,9 @@ typedef struct kt_integrator_sizes {
 
 #define KT_INTEGRATOR_FIELDS(X) KT_INTEGRATOR_KEPT(X) KT_INTEGRATOR_SCRATCH(X)
 
+/* Bytes of an integrator with these options: without Newton's matrices where the caller solves. */
+size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options);
+
 struct kt_integrator {
     const kt_method *method;
     const kt_method_family *family; /* the family of the method */
@@ -105,6 +113,7 @@ struct kt_integrator {
      * `fresh`, with the stages of that step. The two uses alternate by swapping pointers. */
     bool stages_known;   /* the slots hold the stages of the last step, as far as its dense output needs them */
     bool dense_known;    /* and they hold the stages of the dense output */
+    bool matrices_known; /* implicit: Newton's matrices in memory are those that the history describes */
     int derivative_slot; /* slot of f(t, y): 0, fresh, or -1 where it is not known */
     size_t blamed;       /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
@@ -121,6 +130,7 @@ typedef enum kt_try_result {
     KT_TRY_NOT_FINITE,
     KT_TRY_INACCURATE,
     KT_TRY_TOO_LONG, /* the method cannot take so long a step; the family's report gives the reason */
+    KT_TRY_DIVERGED, /* Newton's iteration did not converge; likewise */
     KT_TRY_STOPPED   /* a callback returned < 0 */
 } kt_try_result;
 
@@ -132,6 +142,7 @@ typedef struct kt_try {
     int code;         /* returned by the callback */
     size_t component; /* index of the component that is not finite */
     double error;     /* weighted norm of the error estimate, for an adaptive step */
+    double factor;    /* KT_TRY_DIVERGED: h of the next try over this one's */
 } kt_try;
 
 /* The interval from (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end`
@@ -174,6 +185,7 @@ size_t kt_integrator_blamed(const kt_integrator *it);
  * everything else, in the order of the members. Only members marked NULL may be left out. */
 struct kt_method_family {
     const char *name; /* as "explicit" */
+    bool implicit;    /* a is the whole matrix, s x s by rows, and steps solve Newton's equations */
     int stages_max;   /* the largest number of stages, where it follows from the step; 0 where it is fixed */
 
     /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is explicit and must
@@ -187,14 +199,15 @@ struct kt_method_family {
     /* One step. `prepare` (NULL: nothing to do) computes what all tries of the step need in addition to f(t, y), which
      * is in slot 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and
      * `trial`, `error` then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history; it
-     * cannot fail. `longest_step` (NULL: any) bounds an adaptive step, and `report` describes a try with the result
-     * KT_TRY_TOO_LONG. */
+     * cannot fail. `longest_step` (NULL: any) bounds an adaptive step, `control` (NULL: PI control) returns h_new / h
+     * after an accepted one, and `report` describes a try with the result KT_TRY_TOO_LONG or KT_TRY_DIVERGED. */
     kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
     kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
     double (*error)(const kt_integrator *it, double h);
     double (*error_at)(const kt_integrator *it, double h, size_t i); /* of component i alone, unweighted */
     void (*accept)(kt_integrator *it);
     double (*longest_step)(const kt_integrator *it);
+    double (*control)(const kt_integrator *it, double h, double error);
     kt_status (*report)(const kt_integrator *it, const char *where, kt_error *error);
 
     /* Computes y(t) strictly within the last step, n values. */
@@ -211,7 +224,7 @@ struct kt_method_family {
     double (*reach)(const kt_method *method);
 };
 
-extern const kt_method_family kt_family_explicit, kt_family_stabilised;
+extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_radau;
 
 /* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (explicit.c). */
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
@@ -224,15 +237,20 @@ void kt_combine(double *out, const double *y, double h, const kt_stage_term *ter
 /* The dense output in the form that the public header gives (explicit.c). */
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 
+/* R = P / Q of an implicit method; infinite at a pole (rational.c). */
+kt_complex kt_rational_value(const kt_stability *stability, kt_complex z);
+
 /* kt_is_inside tells whether x lies inside a region. kt_first_exit searches outwards from 0 for the first boundary of
  * the region, between the last point inside and the first outside, to rounding; it returns HUGE_VAL if there is none up
  * to `most` (stability.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
 
-/* A bound of all limits: no consistent polynomial of degree s keeps |R| <= 1 further than 2 s^2. */
+/* A bound of all limits: no consistent polynomial of degree s keeps |R| <= 1 further than 2 s^2. A rational R of an
+ * A-stable method has none on the left; where a mode grows, its poles lie within. */
 static inline double kt_farthest_stable(const kt_stability *s) {
-    return 2.0 * (double)s->degree * (double)s->degree + 1.0;
+    const double degree = s->poles > s->degree ? s->poles : s->degree;
+    return 2.0 * degree * degree + 1.0;
 }
 
 /* ---- step size --------------------------------------------------------------------------------------------------- */

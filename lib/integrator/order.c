@@ -33,6 +33,7 @@ typedef struct weights {
 /* The method extended to all slots: f(t1, y1) is a stage with the row b. */
 typedef struct extended {
     const kt_method *method;
+    bool implicit; /* a is a whole matrix */
     int slots, thetas;
     long double a[SLOTS][SLOTS];
     weights b, e, e_low, dense[THETAS];
@@ -52,10 +53,17 @@ static bool all_finite(const double *values, int count) {
     return true;
 }
 
+static bool is_implicit(const kt_method *m) { return kt_method_family_of(m)->implicit; }
+
+/* The index of a_ij in the method's array. */
+static int index_of(const kt_method *m, int i, int j) {
+    return is_implicit(m) ? i * m->stages + j : i * (i - 1) / 2 + j;
+}
+
 static kt_status check_entries(const kt_method *m, kt_error *error) {
     const int s = m->stages, w = kt_method_fresh(m) + 1, d = m->dense_stages;
-    const bool finite = all_finite(m->a, s * (s - 1) / 2) && all_finite(m->b, s) && all_finite(m->c, s) &&
-                        all_finite(m->e, s) && all_finite(m->e_low, s) &&
+    const bool finite = all_finite(m->a, is_implicit(m) ? s * s : s * (s - 1) / 2) && all_finite(m->b, s) &&
+                        all_finite(m->c, s) && all_finite(m->e, s) && all_finite(m->e_low, s) &&
                         (d == 0 || (all_finite(m->dense_a, d * w + d * (d - 1) / 2) && all_finite(m->dense_c, d))) &&
                         (m->dense_terms == 0 || all_finite(m->dense_d, m->dense_terms * (w + d)));
     if (!finite)
@@ -68,9 +76,9 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
             m, error, "all error weights are 0: leave e and embedded_order out, or give b minus the embedded weights");
     if (!m->fsal)
         return KT_OK;
-    bool same = m->c[s - 1] == 1.0 && m->b[s - 1] == 0.0;
-    for (int j = 0; j < s - 1; j++)
-        same = same && m->a[(s - 1) * (s - 2) / 2 + j] == m->b[j];
+    bool same = m->c[s - 1] == 1.0 && (is_implicit(m) || m->b[s - 1] == 0.0);
+    for (int j = 0; j < (is_implicit(m) ? s : s - 1); j++)
+        same = same && m->a[index_of(m, s - 1, j)] == m->b[j];
     return same ? KT_OK : kt_table_refuse(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
 }
 
@@ -111,13 +119,14 @@ static void set_dense_weights(extended *x, long double theta, weights *w) {
 static void extend(const kt_method *m, extended *x) {
     const int s = m->stages, fresh = kt_method_fresh(m);
     x->method = m;
+    x->implicit = is_implicit(m);
     x->slots = kt_method_slots(m);
     for (int i = 0; i < SLOTS; i++)
         for (int j = 0; j < SLOTS; j++)
             x->a[i][j] = 0.0L;
     for (int i = 0; i < s; i++)
-        for (int j = 0; j < i; j++)
-            x->a[i][j] = (long double)m->a[i * (i - 1) / 2 + j];
+        for (int j = 0; j < (x->implicit ? s : i); j++)
+            x->a[i][j] = (long double)m->a[index_of(m, i, j)];
     for (int j = 0; j < fresh; j++)
         x->a[fresh][j] = (long double)m->b[j];
     const double *row = m->dense_a;
@@ -138,7 +147,7 @@ static kt_status check_row_sums(const extended *x, kt_error *error) {
     for (int i = 0; i < x->slots; i++) {
         const double c = i < m->stages ? m->c[i] : i == fresh ? 1.0 : m->dense_c[i - fresh - 1];
         long double sum = 0.0L, size = fabsl((long double)c);
-        for (int j = 0; j < i; j++) {
+        for (int j = 0; j < (x->implicit ? x->slots : i); j++) {
             sum += x->a[i][j];
             size += fabsl(x->a[i][j]);
         }
@@ -185,7 +194,7 @@ static void weigh_tree(const extended *x, tree *t) {
             parent--;
         for (int i = 0; i < x->slots; i++) {
             long double value = 0.0L, absolute = 0.0L;
-            for (int j = 0; j < i; j++) {
+            for (int j = 0; j < (x->implicit ? x->slots : i); j++) {
                 value += x->a[i][j] * phi[v][j];
                 absolute += fabsl(x->a[i][j]) * size[v][j];
             }

@@ -172,7 +172,7 @@ static const char advice_on_model[] =
     "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
 static const char advice_on_motion[] =
     "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
-    "stiff by a strong damper, take rkc2; by a light body on a hard spring, no explicit method serves";
+    "stiff, by a strong damper or a light body on a hard spring, take radau5";
 
 /* The component with the largest part in the error estimate of the last try of the step h. */
 static size_t worst_component(const kt_integrator *it, double h) {
@@ -188,13 +188,15 @@ static size_t worst_component(const kt_integrator *it, double h) {
     return worst;
 }
 
-static bool is_of_error(const kt_try *r) { return r->result == KT_TRY_PASSED || r->result == KT_TRY_INACCURATE; }
+static bool is_of_error(const kt_try *r) {
+    return r->result == KT_TRY_PASSED || r->result == KT_TRY_INACCURATE || r->result == KT_TRY_DIVERGED;
+}
 
 /* Stores the component that caused a step to fail: the one that is not finite or has the largest error. */
 static void blame(kt_integrator *it, const kt_try *r, double h) {
     if (r->result == KT_TRY_NOT_FINITE)
         it->blamed = r->component;
-    else if (is_of_error(r))
+    else if (is_of_error(r) && r->result != KT_TRY_DIVERGED)
         it->blamed = worst_component(it, h);
 }
 
@@ -205,6 +207,8 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
         snprintf(reason, sizeof reason, "component %zu of %s was not finite at t = %.17g", r->component, r->what, r->t);
     else if (r->result == KT_TRY_RECOVERABLE)
         snprintf(reason, sizeof reason, "%s could not be computed at t = %.17g (code %d)", r->what, r->t, r->code);
+    else if (r->result == KT_TRY_DIVERGED)
+        snprintf(reason, sizeof reason, "Newton's iteration did not converge");
     else
         snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
     return kt_error_set(error, KT_ERROR_STEP, where, "a step below %.3g would be needed: %s. %s", h, reason,
@@ -296,7 +300,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 /* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
  * leaves the proposal and the control's memory unchanged. */
 static double accept(const kt_integrator *it, const plan *p, bool retried, double error, double *control_error) {
-    const double factor = kt_control_accepted(it, error), h = fabs(p->interval.h);
+    const double h = fabs(p->interval.h), factor = it->family->control != NULL ? it->family->control(it, h, error)
+                                                                               : kt_control_accepted(it, error);
     *control_error = it->memory.control_error;
     if (p->clipped && factor >= it->options.factor_max)
         return h * factor > p->proposed ? h * factor : p->proposed;
@@ -340,8 +345,9 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         it->memory.counts.rejected++;
         if (r.result == KT_TRY_INACCURATE && is_beyond_rounding(it))
             return report_beyond_rounding(it, error);
-        proposed =
-            fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error) : o->factor_min);
+        proposed = fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error)
+                                         : r.result == KT_TRY_DIVERGED ? r.factor
+                                                                       : o->factor_min);
         const kt_try failed = r;
         if (it->family->prepare != NULL && it->family->prepare(it, true, &r) != KT_TRY_PASSED)
             return kt_try_report(it, &r, "", error);

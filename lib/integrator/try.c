@@ -71,6 +71,7 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *r, const char *ad
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "component %zu of %s is not finite; %s", r->component,
                             r->what, advice);
     case KT_TRY_TOO_LONG:
+    case KT_TRY_DIVERGED:
         return it->family->report(it, where, error);
     default:
         return KT_OK;

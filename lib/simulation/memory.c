@@ -1,4 +1,5 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -41,6 +42,12 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     return KT_OK;
 }
 
+/* Who solves Newton's equations: the simulation, unless the accelerations are the caller's or nothing moves. */
+static const kt_newton *newton_of(const kt_simulation_request *settings) {
+    const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0;
+    return kt_method_is_implicit(settings->method) && own ? &kt_simulation_newton : NULL;
+}
+
 static void measure(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
     const kt_model *model = settings->model;
     const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0;
@@ -57,7 +64,10 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
-    size->integrator = kt_integrator_size(settings->method, size->n);
+    const kt_integrator_options solver = {.newton = newton_of(settings)};
+    if (solver.newton != NULL)
+        kt_simulation_newton_measure(model, size);
+    size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
     size->seen = transformed ? size->user_nq + size->user_nv : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
@@ -72,7 +82,7 @@ KT_ARENA_LAYOUT(lay_out, kt_simulation, KT_SIMULATION_FIELDS, const kt_simulatio
 
 size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
     kt_simulation_request settings;
-    kt_simulation_sizes size;
+    kt_simulation_sizes size = {0};
     if (read_options(model, run, options, &settings, NULL) != KT_OK)
         return 0;
     measure(model, &settings, &size);
@@ -99,6 +109,7 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
     options.max_step = settings->options.max_step;
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
+    options.newton = newton_of(settings);
     const kt_status status =
         kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, settings->method,
                            simulation->size.n, &options, &simulation->integrator, error);
@@ -166,7 +177,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
 kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
     kt_simulation_request settings;
-    kt_simulation_sizes sizes;
+    kt_simulation_sizes sizes = {0};
     kt_status status = read_options(model, run, options, &settings, error);
     if (status != KT_OK)
         return status;

@@ -55,6 +55,17 @@ typedef enum kt_cached {
     X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
+    X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
+    X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
+    X(double, stiffness, size->free * size->free, "implicit: stiffness matrix")                                        \
+    X(double, damping, size->free * size->free, "implicit: damping matrix")                                            \
+    X(double, real, size->free * size->free, "implicit: factors for a real sigma")                                     \
+    X(double, re, size->free * size->free, "implicit: for a complex one, real parts")                                  \
+    X(double, im, size->free * size->free, "implicit: imaginary parts")                                                \
+    X(int, pivot, 2 * size->free, "implicit: of the real and the complex factors")                                     \
+    X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
+    X(double, vectors, size->vectors, "implicit: complex vectors of nq")                                               \
+    X(char, stiffness_work, size->stiffness_work, "implicit: of kt_stiffness_evaluate")                                \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
 
@@ -65,6 +76,7 @@ typedef struct kt_simulation_sizes {
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
+    size_t free, basis, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     size_t rate;                                          /* 0 without a right-hand side of the caller's */
     size_t seen, shown, pushed, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
@@ -81,6 +93,7 @@ struct kt_simulation {
     const kt_wrench *external; /* one for each body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
+    kt_complex sigma[2];              /* implicit: of the real and the complex factors */
     bool closes_loops;                /* a projection does more than renormalise quaternions: it overwrites data */
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
     kt_projection *projection;        /* the caller's, or NULL */
@@ -113,6 +126,10 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
 
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
+
+/* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
+extern const kt_newton kt_simulation_newton;
+void kt_simulation_newton_measure(const kt_model *model, kt_simulation_sizes *size);
 
 /* Computes the accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns the values of a
  * callback. */

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "dop853"};
+static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "radau5", "dop853"};
 enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
 
 /* A problem that can be told to go wrong: at the call `at` (counted from 1), or beyond a time. */
@@ -104,14 +104,14 @@ KT_TEST(a_rejected_try_leaves_no_trace) {
 
 typedef struct snapshot {
     kt_integrator_memory memory;
-    double y[PROBLEM_MAX], history[2], within[3][PROBLEM_MAX];
+    double y[PROBLEM_MAX], history[HISTORY_MAX], within[3][PROBLEM_MAX];
 } snapshot;
 
 static void look(kt_integrator *it, snapshot *s) {
     kt_error error;
     memset(s, 0, sizeof *s);
     kt_integrator_save(it, &s->memory, s->y, NULL, s->history);
-    s->memory.counts = (kt_integrator_counts){0, 0, 0, 0};
+    s->memory.counts = (kt_integrator_counts){0};
     for (int i = 0; i < 3; i++) {
         const double t = s->memory.previous_t + (0.2 + 0.35 * i) * (s->memory.t - s->memory.previous_t);
         is_ok("value", kt_integrator_interpolate(it, t, s->within[i], &error), &error);
@@ -302,6 +302,12 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
         }
         const kt_integrator_counts counts = kt_integrator_counts_get(it);
         kt_check_equal_int(adaptive[i], status, KT_ERROR_STEP);
+        if (kt_method_is_implicit(kt_method_find(adaptive[i]))) { /* its iteration jumps back and forth, too */
+            kt_check_contains("words", error.message, "Newton's iteration did not converge. Look for a jump");
+            kt_check_below("tries", (double)(counts.steps + counts.rejected), 20000.0);
+            integrator_free(it);
+            continue;
+        }
         kt_check_contains("words", error.message, "the last 10000 tries of a step have advanced the time by");
         kt_check_contains("words", error.message, "more would be needed: the motion does not get on. Look for a jump");
         kt_check_equal_int("component", (long long)kt_integrator_blamed(it), 0);

@@ -12,7 +12,10 @@ typedef struct problem {
     void (*solution)(double t, double *y);
 } problem;
 
-enum { PROBLEM_MAX = 4 };
+enum { PROBLEM_MAX = 4, HISTORY_MAX = 64 };
+
+/* Whether the method evaluates the stages of its table, one by one: explicit, with a fixed number of them. */
+bool goes_by_its_table(const kt_method *method);
 
 /* Nonlinear, not autonomous, closed form:
  *     y1' = 2 t y2^(1/5) y4, y2' = 10 t exp(5 (y3 - 1)) y4, y3' = 2 t y4, y4' = -2 t ln y1

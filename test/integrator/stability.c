@@ -42,21 +42,43 @@ static kt_stability stability_of(const kt_method *m, int stages) {
     return s;
 }
 
+static double sum_of_terms(const double *c, int degree, double size) {
+    double sum = 0.0;
+    for (int k = degree; k >= 0; k--)
+        sum = fabs(c[k]) + size * sum;
+    return sum;
+}
+
+/* Of an implicit method: that of P and of Q, over |Q|, which is small near a pole. Measured: 20 eps of it, since
+ * Newton's iteration ends at 4 eps of y. */
+static double rounding_of_rational(const kt_method *m, kt_complex z) {
+    const kt_stability s = stability_of(m, 2);
+    kt_stability q = s;
+    q.degree = 0;
+    q.coefficient[0] = 1.0;
+    const double size = hypot(z.re, z.im), gain = kt_stability_gain(&s, z);
+    return 64.0 * DBL_EPSILON * kt_stability_gain(&q, z) *
+           (sum_of_terms(s.coefficient, s.degree, size) + gain * sum_of_terms(s.denominator, s.poles, size));
+}
+
 /* What rounding makes of a step: a few eps of the sum of all terms, 1 + sum_k |z|^k |b|' |A|^(k-1) 1; of the stabilised
  * methods, whose recurrence adds what each stage rounds of values of the size of 1 + |z|, that times the stages: of
  * rkc4 T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, T_k being k steps of z / k. */
-static double rounding_of(const kt_method *m, int stages, double size) {
+static double rounding_of(const kt_method *m, int stages, kt_complex z) {
+    const double size = hypot(z.re, z.im);
     if (kt_method_stages_vary(m) && kt_chebyshev_copies(m) == 1)
         return DBL_EPSILON * stages * (1.0 + size);
     if (kt_method_stages_vary(m))
         return DBL_EPSILON * stages * ((1.0 + size) / 12.0 + 4.0 / 3.0 * (2.0 + size) + 9.0 / 4.0 * (3.0 + size));
-    double power[KT_METHOD_STAGES_MAX], sum = 1.0, z = 1.0;
+    if (kt_method_is_implicit(m))
+        return rounding_of_rational(m, z);
+    double power[KT_METHOD_STAGES_MAX], sum = 1.0, z_k = 1.0;
     for (int i = 0; i < m->stages; i++)
         power[i] = 1.0;
     for (int k = 1; k <= m->stages; k++) {
-        z *= size;
+        z_k *= size;
         for (int i = 0; i < m->stages; i++)
-            sum += z * fabs(m->b[i]) * power[i];
+            sum += z_k * fabs(m->b[i]) * power[i];
         for (int i = m->stages - 1; i >= 0; i--) {
             double next = 0.0;
             for (int j = 0; j < i; j++)
@@ -81,7 +103,7 @@ KT_TEST(the_polynomial_is_what_a_step_multiplies_a_mode_with) {
             const kt_complex y = stepped(m, z, 1, &stages);
             const kt_stability s = stability_of(m, stages);
             const kt_complex r = kt_stability_value(&s, z);
-            kt_worst_below(&worst, hypot(y.re - r.re, y.im - r.im), rounding_of(m, stages, size), "z = %g + %gi", z.re,
+            kt_worst_below(&worst, hypot(y.re - r.re, y.im - r.im), rounding_of(m, stages, z), "z = %g + %gi", z.re,
                            z.im);
         }
         kt_check_worst(&worst);
@@ -163,7 +185,7 @@ KT_TEST(limits_of_dopri5_are_those_of_its_published_polynomial) {
 KT_TEST(modes_at_the_limits_neither_grow_nor_decay) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
-        if (kt_method_stages_vary(m))
+        if (!goes_by_its_table(m))
             continue;
         const kt_stability s = stability_of(m, 2);
         const double x = kt_stability_real_limit(&s), y = kt_stability_imaginary_limit(&s);
@@ -238,7 +260,7 @@ KT_TEST(the_largest_step_is_where_runs_begin_to_grow) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
         kt_worst worst = kt_worst_make(m->name);
-        for (int k = 0; k < 5 && !kt_method_stages_vary(m); k++) {
+        for (int k = 0; k < 5 && goes_by_its_table(m); k++) {
             const double duration = 10.0;
             ptrdiff_t index;
             const double predicted = kt_stability_step(m, &modes[k], 1, duration, KT_STABILITY_GROWTH, &index);
@@ -250,7 +272,7 @@ KT_TEST(the_largest_step_is_where_runs_begin_to_grow) {
             }
             kt_worst_near(&worst, predicted / low, 1.0, 0.005, "%g + %gi: %g s", modes[k].re, modes[k].im, predicted);
         }
-        if (!kt_method_stages_vary(m))
+        if (goes_by_its_table(m))
             kt_check_worst(&worst);
     }
 }
@@ -272,10 +294,42 @@ KT_TEST(modes_that_rest_or_grow_in_truth_bound_no_step) {
                       kt_stability_step(kt_method_at(i), &rest, 1, 10.0, 2.0, &index) == HUGE_VAL);
         kt_check_equal_int("index", index, -1);
         if (kt_method_stages_vary(kt_method_at(i)))
-            continue; /* it takes the size of an eigenvalue for a decay */
+            continue;                                 /* it takes the size of an eigenvalue for a decay */
+        if (kt_method_is_implicit(kt_method_at(i))) { /* near a pole of R it falls faster than in truth */
+            const double step = kt_stability_step(kt_method_at(i), &fall, 1, 10.0, 2.0, &index);
+            kt_check_above("falls, over the real pole", 5.0 * step / 3.6378342527444957, 0.3);
+            kt_check_below("falls, over the real pole", 5.0 * step / 3.6378342527444957, 1.0);
+            continue;
+        }
         kt_check_true("falls", kt_stability_step(kt_method_at(i), &fall, 1, 10.0, 2.0, &index) == HUGE_VAL);
         kt_check_above("rounding", kt_stability_step(kt_method_at(i), rounding, 3, 10.0, 2.0, &index), 1e8);
     }
+}
+
+/* ---- implicit methods -------------------------------------------------------------------------------------------- */
+
+/* A-stable: |R| <= 1 on the left half plane, which by the maximum principle is the imaginary axis; L-stable: R goes to
+ * 0. Both to any size of z. */
+KT_TEST(radau5_is_stable_on_the_left_and_damps_what_is_infinitely_stiff) {
+    const kt_stability s = stability_of(kt_method_find("radau5"), 2);
+    kt_worst axis = kt_worst_make("imaginary axis"), left = kt_worst_make("left half plane");
+    kt_random random = kt_random_of_test();
+    for (int k = 0; k < 2000; k++) {
+        const double size = exp(kt_random_uniform(&random, -10.0, 60.0)),
+                     angle = kt_random_uniform(&random, 1.5707963267948966, 4.71238898038469);
+        kt_worst_below(&axis, kt_stability_gain(&s, (kt_complex){0.0, size}), 1.0 + 8.0 * DBL_EPSILON, "y = %g", size);
+        kt_worst_below(&left, kt_stability_gain(&s, (kt_complex){size * cos(angle), size * sin(angle)}),
+                       1.0 + 8.0 * DBL_EPSILON, "|z| = %g", size);
+    }
+    kt_check_worst(&axis);
+    kt_check_worst(&left);
+    kt_check_near("R(-1e9) z", 1e9 * kt_stability_value(&s, (kt_complex){-1e9, 0.0}).re, 3.0,
+                  1e-7); /* -(1/20) / (-1/60) z^-1 */
+    kt_check_true("no limit", kt_stability_real_limit(&s) == HUGE_VAL && kt_stability_imaginary_limit(&s) == HUGE_VAL);
+    const kt_complex modes[] = {{-1e9, 0.0}, {0.0, 1e6}, {-1.0, 1e5}};
+    ptrdiff_t index = 7;
+    kt_check_true("no step", kt_stability_step(kt_method_find("radau5"), modes, 3, 10.0, 2.0, &index) == HUGE_VAL);
+    kt_check_equal_int("index", index, -1);
 }
 
 /* ---- the stabilised family --------------------------------------------------------------------------------------- */

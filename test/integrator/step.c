@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "dop853"};
+static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "radau5", "dop853"};
 enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
 
 /* ---- fixed steps ------------------------------------------------------------------------------------------------- */
@@ -333,8 +333,9 @@ KT_TEST(quadratures_leave_the_other_equations_to_the_bit) {
         kt_note("%s", adaptive[i]);
         kt_check_equal_int("steps that differ", different, 0);
         kt_check_near("time", kt_integrator_time(it), 5.0, 0.0);
-        /* int cos^2 = t / 2 + sin 2 t / 4; measured: 1e-6 to 2e-5 */
-        kt_check_near("integral", kt_integrator_state(it)[3], 2.5 + 0.25 * sin(10.0), 1e-4);
+        /* int cos^2 = t / 2 + sin 2 t / 4; measured: 1e-6 to 3e-5, and 4e-4 in the long steps of radau5 */
+        const double bound = kt_method_is_implicit(kt_integrator_method(it)) ? 1e-3 : 1e-4;
+        kt_check_near("integral", kt_integrator_state(it)[3], 2.5 + 0.25 * sin(10.0), bound);
         integrator_free(alone);
         integrator_free(it);
     }

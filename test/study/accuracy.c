@@ -144,12 +144,14 @@ static double expected_slope(const kt_accuracy_curve *curve) {
     const kt_method *method = curve->method;
     if (!curve->adaptive)
         return method->order;
+    if (kt_method_is_implicit(method)) /* a tolerance r stands for r^(2/3) */
+        return 2.0 / 3.0 * (double)method->order / (method->embedded_order + 1);
     const int low = method->embedded_order_low > 0 ? method->embedded_order_low : method->embedded_order;
     return (double)method->order / (2 * method->embedded_order - low + 1);
 }
 
 /* Slopes over finite ranges of steps differ from the order by the next term of the error's expansion. Measured: at most
- * 0.02 for fixed steps; for tolerances, whose control is coarser, 0.08. */
+ * 0.02 for fixed steps; for tolerances, whose control is coarser, 0.08, and 0.2 for radau5, whose steps are few. */
 KT_TEST(measured_slopes_are_the_orders) {
     bench b;
     make_pendulum(&b, 1, start_angle, 1.5);
@@ -157,7 +159,10 @@ KT_TEST(measured_slopes_are_the_orders) {
         for (int i = 0; i < b.results->curve_count; i++) {
             const kt_accuracy_curve *curve = &b.results->curves[i];
             kt_check_above(curve->method->name, curve->fitted, 3);
-            kt_check_near(curve->method->name, curve->slope, expected_slope(curve), curve->adaptive ? 0.15 : 0.1);
+            kt_check_near(curve->method->name, curve->slope, expected_slope(curve),
+                          !curve->adaptive                       ? 0.1
+                          : kt_method_is_implicit(curve->method) ? 0.3
+                                                                 : 0.15);
         }
     kt_accuracy_free(b.study);
 }

@@ -1,0 +1,117 @@
+#include "algebra/lu.h"
+
+#include <math.h>
+
+static void exchange(double *a, double *b) {
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* ---- real -------------------------------------------------------------------------------------------------------- */
+
+static size_t largest(const double *column, size_t from, size_t n) {
+    size_t best = from;
+    for (size_t i = from + 1; i < n; i++)
+        if (fabs(column[i]) > fabs(column[best]))
+            best = i;
+    return best;
+}
+
+bool kt_lu_factor(double *a, size_t n, int *pivot) {
+    for (size_t k = 0; k < n; k++) {
+        double *l = a + k * n;
+        const size_t p = largest(l, k, n);
+        pivot[k] = (int)p;
+        if (!(fabs(l[p]) > 0.0) || !isfinite(l[p]))
+            return false;
+        for (size_t j = 0; j < n && p != k; j++)
+            exchange(&a[j * n + k], &a[j * n + p]);
+        const double r = 1.0 / l[k];
+        l[k] = r;
+        for (size_t i = k + 1; i < n; i++)
+            l[i] *= r;
+        for (size_t j = k + 1; j < n; j++) {
+            double *column = a + j * n;
+            const double u = column[k];
+            for (size_t i = k + 1; i < n && u != 0.0; i++)
+                column[i] -= l[i] * u;
+        }
+    }
+    return true;
+}
+
+void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b) {
+    for (size_t k = 0; k < n; k++)
+        exchange(&b[k], &b[pivot[k]]);
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = k + 1; i < n; i++)
+            b[i] -= a[k * n + i] * b[k];
+    for (size_t k = n; k-- > 0;) {
+        b[k] *= a[k * n + k];
+        for (size_t i = 0; i < k; i++)
+            b[i] -= a[k * n + i] * b[k];
+    }
+}
+
+/* ---- complex ----------------------------------------------------------------------------------------------------- */
+
+/* |re| + |im|, as LAPACK chooses pivots. */
+static size_t largest_complex(const double *re, const double *im, size_t from, size_t n) {
+    size_t best = from;
+    for (size_t i = from + 1; i < n; i++)
+        if (fabs(re[i]) + fabs(im[i]) > fabs(re[best]) + fabs(im[best]))
+            best = i;
+    return best;
+}
+
+/* y -= x (u_re + i u_im), entries first .. last - 1. */
+static inline void subtract(double *restrict y_re, double *restrict y_im, const double *restrict x_re,
+                            const double *restrict x_im, double u_re, double u_im, size_t first, size_t last) {
+    for (size_t i = first; i < last; i++) {
+        y_re[i] -= x_re[i] * u_re - x_im[i] * u_im;
+        y_im[i] -= x_re[i] * u_im + x_im[i] * u_re;
+    }
+}
+
+static inline void multiply(double *re, double *im, double by_re, double by_im) {
+    const double x = *re * by_re - *im * by_im;
+    *im = *re * by_im + *im * by_re;
+    *re = x;
+}
+
+bool kt_lu_factor_complex(double *re, double *im, size_t n, int *pivot) {
+    for (size_t k = 0; k < n; k++) {
+        double *l_re = re + k * n, *l_im = im + k * n;
+        const size_t p = largest_complex(l_re, l_im, k, n);
+        pivot[k] = (int)p;
+        const double square = l_re[p] * l_re[p] + l_im[p] * l_im[p];
+        if (!(square > 0.0) || !isfinite(square))
+            return false;
+        for (size_t j = 0; j < n && p != k; j++) {
+            exchange(&re[j * n + k], &re[j * n + p]);
+            exchange(&im[j * n + k], &im[j * n + p]);
+        }
+        const double r_re = l_re[k] / square, r_im = -l_im[k] / square;
+        l_re[k] = r_re;
+        l_im[k] = r_im;
+        for (size_t i = k + 1; i < n; i++)
+            multiply(&l_re[i], &l_im[i], r_re, r_im);
+        for (size_t j = k + 1; j < n; j++)
+            subtract(re + j * n, im + j * n, l_re, l_im, re[j * n + k], im[j * n + k], k + 1, n);
+    }
+    return true;
+}
+
+void kt_lu_solve_complex(const double *re, const double *im, size_t n, const int *pivot, double *b_re, double *b_im) {
+    for (size_t k = 0; k < n; k++) {
+        exchange(&b_re[k], &b_re[pivot[k]]);
+        exchange(&b_im[k], &b_im[pivot[k]]);
+    }
+    for (size_t k = 0; k < n; k++)
+        subtract(b_re, b_im, re + k * n, im + k * n, b_re[k], b_im[k], k + 1, n);
+    for (size_t k = n; k-- > 0;) {
+        multiply(&b_re[k], &b_im[k], re[k * n + k], im[k * n + k]);
+        subtract(b_re, b_im, re + k * n, im + k * n, b_re[k], b_im[k], 0, k);
+    }
+}

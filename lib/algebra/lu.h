@@ -1,0 +1,23 @@
+/* LU factorisation with partial pivoting of small dense matrices, real and complex: P A = L U.
+ *
+ * Matrices are n x n, column-major; complex ones are two such arrays, of the real and the imaginary parts. The factors
+ * overwrite the matrix, with the reciprocals of U's diagonal in its place; pivot (n) lists the row that was exchanged
+ * with each. No allocation. Every sum has an order of its own, so that equal inputs give equal bits.
+ *
+ * Source: G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 2013, algorithm 3.4.1. O(2 n^3 / 3).
+ */
+#ifndef KT_ALGEBRA_LU_H
+#define KT_ALGEBRA_LU_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Returns false where a pivot is zero or not finite; the matrix is then of no use. */
+bool kt_lu_factor(double *a, size_t n, int *pivot);
+bool kt_lu_factor_complex(double *re, double *im, size_t n, int *pivot);
+
+/* b becomes A^-1 b. O(2 n^2). */
+void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b);
+void kt_lu_solve_complex(const double *re, const double *im, size_t n, const int *pivot, double *b_re, double *b_im);
+
+#endif

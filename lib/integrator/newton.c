@@ -1,0 +1,392 @@
+/* Newton's equations of an implicit method.
+ *
+ * A step of an implicit method solves equations whose simplified Newton iteration needs solutions of
+ *
+ *     (sigma - J) x = r,     J = f_y(t_J, y_J),
+ *
+ * with sigma = gamma / h, real or complex, where gamma belongs to the method. J is kept over steps as long as the
+ * iteration contracts well: corrections d_k shrink by theta = |d_k| / |d_{k-1}|, and what is missing after the last is
+ * theta / (1 - theta) |d_k|. Factors are kept while h stays.
+ *
+ * Who solves. The caller, where kt_integrator_options.newton is given: it knows the structure of f. Otherwise J is
+ * found here by forward differences, column by column, and sigma - J factored as a dense matrix.
+ *
+ * What a checkpoint holds is not J but where it was computed: (t_J, y_J), h of the factors, and the last ratio. The
+ * matrices in memory are those of the history as long as `matrices_known` is set; where it is not, as after a failed
+ * step or a restore, they are computed again at (t_J, y_J), with the same bits.
+ *
+ * Where J cannot be computed, as at a singular position of loops, that of earlier steps goes on serving; where there is
+ * none, J = 0: the iteration is that of Picard, and steps are as short as it needs.
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8.
+ */
+#include "integrator/newton.h"
+
+#include "algebra/lu.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A contraction slower than this asks for a new Jacobian at the next step. */
+#define KT_SLOW_RATE 0.05
+
+/* Factors serve for steps that differ by no more than this, which is what the rounding of times makes. */
+#define KT_SAME_STEP 1e-8
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_ARENA_ARRAYS(place_arrays, kt_newton_work, KT_NEWTON_FIELDS, size_t n, size_t matrix, size_t pivots, size_t rows)
+
+static size_t lay_out(kt_newton_work *work, void *memory, const kt_integrator_sizes *s, size_t rows) {
+    const size_t n = s->n;
+    return place_arrays(work, memory, n, s->owns_matrices ? n * n : 0, s->owns_matrices ? n : 0, rows);
+}
+
+void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history) {
+    sizes->history = KT_NEWTON_NUMBERS + sizes->n + history;
+    sizes->scratch = kt_arena_round(sizeof(kt_newton_work)) + lay_out(NULL, NULL, sizes, rows);
+}
+
+static const kt_newton_memory *remembered(const kt_integrator *it) {
+    return (const kt_newton_memory *)(const void *)it->history;
+}
+
+static double *remembered_state(const kt_integrator *it) { return it->history + KT_NEWTON_NUMBERS; }
+
+/* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
+
+/* Column j of J is (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch. */
+static kt_try_result difference(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
+    const size_t n = it->sizes.n, counted = it->counted, other = it->sizes.slots - 1;
+    kt_newton_work *w = kt_newton_of(it);
+    memcpy(it->trial, y, n * sizeof *y);
+    for (size_t j = 0; j < counted; j++) {
+        it->trial[j] = y[j] + sqrt(DBL_EPSILON * fmax(1e-5, fabs(y[j])));
+        const double delta = it->trial[j] - y[j];
+        if (kt_evaluate(it, t, it->trial, other, result) != KT_TRY_PASSED)
+            return result->result;
+        for (size_t i = 0; i < counted; i++)
+            w->jacobian[j * counted + i] = (it->k[other][i] - it->k[slot][i]) / delta;
+        it->trial[j] = y[j];
+    }
+    return KT_TRY_PASSED;
+}
+
+/* J at (t, y), where f is in slot `slot`. */
+static kt_try_result compute_jacobian(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
+    const kt_newton *newton = it->options.newton;
+    it->memory.counts.jacobians++;
+    result->result = KT_TRY_PASSED;
+    if (newton == NULL)
+        return difference(it, t, y, slot, result);
+    const int code = newton->jacobian(t, y, it->k[slot], it->callbacks.user);
+    if (code == 0)
+        return KT_TRY_PASSED;
+    result->what = "the Jacobian";
+    result->t = t;
+    result->code = code;
+    return result->result = code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+}
+
+/* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. */
+static kt_try_result recompute(kt_integrator *it, kt_try *result) {
+    const kt_newton_memory *m = remembered(it);
+    kt_newton_of(it)->factored = 0.0;
+    kt_newton_of(it)->is_in_memory = true;
+    if ((int)m->state != KT_JACOBIAN_KNOWN)
+        return KT_TRY_PASSED;
+    if (kt_evaluate(it, m->time, remembered_state(it), 1, result) != KT_TRY_PASSED)
+        return result->result;
+    return compute_jacobian(it, m->time, remembered_state(it), 1, result);
+}
+
+kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    if (w->is_of_now)
+        return KT_TRY_PASSED;
+    it->matrices_known = false;
+    const kt_try_result found = compute_jacobian(it, it->memory.t, it->y, 0, result);
+    if (found == KT_TRY_STOPPED)
+        return found;
+    result->result = KT_TRY_PASSED;
+    if (found != KT_TRY_PASSED && (int)w->now.state != KT_JACOBIAN_NONE) /* go on with the old one */
+        return w->is_in_memory && it->options.newton != NULL ? KT_TRY_PASSED : recompute(it, result);
+    w->now = (kt_newton_memory){.state = found == KT_TRY_PASSED ? KT_JACOBIAN_KNOWN : KT_JACOBIAN_ZERO,
+                                .wanted = 1.0,
+                                .time = it->memory.t,
+                                .ratio = w->now.ratio};
+    w->is_of_now = w->is_in_memory = true;
+    w->factored = 0.0;
+    return KT_TRY_PASSED;
+}
+
+/* ---- before a try ------------------------------------------------------------------------------------------------ */
+
+/* Adaptive: as the error estimate is weighted. That is of order 3, so that the error would be far below the tolerance
+ * where this is small: the tolerances of a try are 0.1 r^(2/3) instead of r, and the absolute ones larger by the same
+ * factor, as in Hairer's RADAU5. Fixed: by rounding; the part of the largest component is for those that are 0. */
+static void set_scales(kt_integrator *it) {
+    kt_newton_work *w = kt_newton_of(it);
+    const double relative = it->options.relative_tolerance;
+    w->slack = relative > 0.0 && relative < 1e-3 ? 0.1 * kt_control_power(relative, -1.0 / 3.0) : 1.0;
+    const size_t n = it->counted;
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, fabs(it->y[i]));
+    for (size_t i = 0; i < n; i++)
+        w->scale[i] = it->options.step > 0.0
+                          ? 4.0 * DBL_EPSILON * (fabs(it->y[i]) + 1e-3 * most) + DBL_MIN / DBL_EPSILON
+                          : w->slack * kt_error_scale(it, i, it->y[i], it->y[i]);
+}
+
+kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    result->result = KT_TRY_PASSED;
+    if (rejected) {
+        w->rejected = true;
+        return kt_newton_refresh(it, result);
+    }
+    *w = (kt_newton_work){.now = *remembered(it)};
+    (void)lay_out(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes, rows);
+    w->is_in_memory = it->matrices_known;
+    w->factored = it->matrices_known ? w->now.step : 0.0;
+    set_scales(it);
+    if ((int)w->now.state == KT_JACOBIAN_NONE || w->now.wanted > 0.0)
+        return kt_newton_refresh(it, result);
+    return it->matrices_known ? KT_TRY_PASSED : recompute(it, result);
+}
+
+/* ---- linear systems ---------------------------------------------------------------------------------------------- */
+
+/* sigma - J, dense. */
+static bool factor_dense(kt_integrator *it, kt_complex sigma) {
+    kt_newton_work *w = kt_newton_of(it);
+    const size_t n = it->counted;
+    double *re = sigma.im != 0.0 ? w->re : w->real;
+    for (size_t i = 0; i < n * n; i++)
+        re[i] = -w->jacobian[i];
+    for (size_t i = 0; i < n; i++)
+        re[i * (n + 1)] += sigma.re;
+    if (sigma.im == 0.0)
+        return kt_lu_factor(re, n, w->pivot);
+    memset(w->im, 0, n * n * sizeof *w->im);
+    for (size_t i = 0; i < n; i++)
+        w->im[i * (n + 1)] = sigma.im;
+    return kt_lu_factor_complex(re, w->im, n, w->pivot_complex);
+}
+
+static kt_try_result diverged(kt_try *result, double t, double factor) {
+    result->t = t;
+    result->factor = factor;
+    return result->result = KT_TRY_DIVERGED;
+}
+
+static kt_try_result factor_one(kt_integrator *it, kt_complex sigma, kt_try *result) {
+    const kt_newton *newton = it->options.newton;
+    it->memory.counts.factorizations++;
+    const int code = newton != NULL ? newton->factor(sigma, it->callbacks.user) : !factor_dense(it, sigma);
+    if (code == 0)
+        return KT_TRY_PASSED;
+    if (code > 0)
+        return diverged(result, it->memory.t, 0.5);
+    result->what = "the factorization of Newton's matrix";
+    result->t = it->memory.t;
+    result->code = code;
+    return result->result = KT_TRY_STOPPED;
+}
+
+kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_complex pair, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    if (!(fabs(h - w->now.step) <= KT_SAME_STEP * fabs(h)))
+        w->now.step = h;
+    h = w->now.step;
+    if (w->factored == h || (int)w->now.state == KT_JACOBIAN_ZERO)
+        return KT_TRY_PASSED;
+    it->matrices_known = false;
+    w->factored = 0.0;
+    if (factor_one(it, (kt_complex){real / h, 0.0}, result) != KT_TRY_PASSED)
+        return result->result;
+    if (pair.im != 0.0 && factor_one(it, (kt_complex){pair.re / h, pair.im / h}, result) != KT_TRY_PASSED)
+        return result->result;
+    w->factored = h;
+    return KT_TRY_PASSED;
+}
+
+/* r_i / sigma, for components first .. n - 1. */
+static void divide(kt_complex sigma, double *re, double *im, size_t first, size_t n) {
+    const double square = sigma.re * sigma.re + sigma.im * sigma.im, a = sigma.re / square, b = -sigma.im / square;
+    for (size_t i = first; i < n; i++) {
+        const double x = re[i], y = im != NULL ? im[i] : 0.0;
+        re[i] = a * x - b * y;
+        if (im != NULL)
+            im[i] = a * y + b * x;
+    }
+}
+
+kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, double *im, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    const kt_newton *newton = it->options.newton;
+    const bool zero = (int)w->now.state == KT_JACOBIAN_ZERO;
+    divide(sigma, re, im, zero ? 0 : it->counted, it->sizes.n);
+    if (zero)
+        return KT_TRY_PASSED;
+    if (newton == NULL) {
+        if (im == NULL)
+            kt_lu_solve(w->real, it->counted, w->pivot, re);
+        else
+            kt_lu_solve_complex(w->re, w->im, it->counted, w->pivot_complex, re, im);
+        return KT_TRY_PASSED;
+    }
+    const int code = newton->solve(re, im, it->callbacks.user);
+    if (code == 0)
+        return KT_TRY_PASSED;
+    result->what = "the solution of Newton's equations";
+    result->t = it->memory.t;
+    result->code = code;
+    return result->result = code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+}
+
+/* ---- the iteration ----------------------------------------------------------------------------------------------- */
+
+double kt_newton_square(const kt_integrator *it, const double *x) {
+    const double *scale = kt_newton_of(it)->scale;
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double u = x[i] / scale[i];
+        sum += u * u;
+    }
+    return sum;
+}
+
+void kt_newton_begin(kt_integrator *it) {
+    kt_newton_work *w = kt_newton_of(it);
+    w->iterations = 0;
+    w->rate = 0.0;
+    w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
+}
+
+/* The largest error that is left in the stages, over the tolerance: a part of it that does not show in the step's
+ * error. With fixed steps the scales are those of rounding. */
+static double tolerated(const kt_integrator *it) {
+    const double relative = kt_newton_of(it)->slack * it->options.relative_tolerance;
+    if (it->options.step > 0.0)
+        return 1.0;
+    return relative > 0.0 ? fmax(10.0 * DBL_EPSILON / relative, fmin(0.03, sqrt(relative))) : 1e-3;
+}
+
+/* theta^k after k further iterations of the same rate: what will be missing then, over what is tolerated. */
+static double foreseen(const kt_newton_work *w, double size, double tolerance, int further) {
+    double missing = w->now.ratio * size / tolerance;
+    for (int i = 0; i < further; i++)
+        missing *= w->rate;
+    return missing;
+}
+
+static kt_try_result judge_adaptive(kt_integrator *it, double size, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    const int left = KT_NEWTON_ITERATIONS - 1 - w->iterations;
+    if (w->iterations < 2 || left < 0)
+        return KT_TRY_PASSED;
+    if (!(w->rate < 0.99))
+        return diverged(result, it->memory.t, 0.5);
+    w->now.ratio = w->rate / (1.0 - w->rate);
+    const double missing = foreseen(w, size, tolerated(it), left);
+    if (missing < 1.0)
+        return KT_TRY_PASSED;
+    return diverged(
+        result, it->memory.t,
+        0.8 * kt_control_power(fmin(missing, 20.0), -1.0 / (double)(KT_NEWTON_ITERATIONS - 1 + 4 - w->iterations)));
+}
+
+/* To rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Where f itself is
+ * not exact to rounding, as near a singular position of loops, corrections stop shrinking earlier; they are taken as
+ * they are where they are below 1e-7 of y, and counted. */
+static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    if (w->iterations < 2)
+        return KT_TRY_PASSED;
+    w->now.ratio = w->rate < 1.0 ? w->rate / (1.0 - w->rate) : HUGE_VAL;
+    *done = (w->rate >= 0.5 && size <= 1e4) || (w->rate >= 1.0 && size <= 1e8);
+    it->memory.counts.capped += *done && size > 1e4;
+    if (*done)
+        return KT_TRY_PASSED;
+    if (w->rate >= 2.0 || (w->rate >= 1.0 && w->iterations > 4))
+        return diverged(result, it->memory.t, 0.5);
+    return KT_TRY_PASSED;
+}
+
+kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    const bool fixed = it->options.step > 0.0;
+    const int most = fixed ? KT_NEWTON_ITERATIONS_FIXED : KT_NEWTON_ITERATIONS;
+    *done = false;
+    if (!isfinite(size))
+        return diverged(result, it->memory.t, 0.5);
+    if (w->iterations++ > 0) {
+        const double quotient = size / w->last_size;
+        w->rate = w->iterations == 2 ? quotient : sqrt(quotient * w->last_quotient);
+        w->last_quotient = quotient;
+    }
+    w->last_size = fmax(size, DBL_EPSILON);
+    const kt_try_result judged = fixed ? judge_fixed(it, size, done, result) : judge_adaptive(it, size, result);
+    if (judged != KT_TRY_PASSED)
+        return judged;
+    *done = *done || w->now.ratio * size <= tolerated(it);
+    if (*done || w->iterations < most)
+        return KT_TRY_PASSED;
+    return diverged(result, it->memory.t, 0.5);
+}
+
+kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
+    const kt_newton_work *w = kt_newton_of(it);
+    if (result->result != KT_TRY_DIVERGED || w->is_of_now)
+        return result->result;
+    if (kt_newton_refresh(it, result) != KT_TRY_PASSED)
+        return result->result;
+    return w->is_of_now ? KT_TRY_PASSED : diverged(result, it->memory.t, 0.5);
+}
+
+/* ---- after a step ------------------------------------------------------------------------------------------------ */
+
+void kt_newton_accept(kt_integrator *it) {
+    kt_newton_work *w = kt_newton_of(it);
+    w->now.wanted = w->rate > KT_SLOW_RATE || (int)w->now.state == KT_JACOBIAN_ZERO ? 1.0 : 0.0;
+    if (!isfinite(w->now.ratio))
+        w->now.ratio = 1.0;
+    memcpy(it->history, &w->now, sizeof w->now);
+    if (w->is_of_now)
+        memcpy(remembered_state(it), it->previous_y, it->sizes.n * sizeof(double)); /* commit has exchanged them */
+    it->matrices_known = w->factored == w->now.step || (int)w->now.state == KT_JACOBIAN_ZERO;
+}
+
+void kt_newton_forget(kt_integrator *it) {
+    const kt_newton_memory fresh = {.state = KT_JACOBIAN_NONE, .ratio = 1.0};
+    memset(it->history, 0, it->sizes.history * sizeof(double));
+    memcpy(it->history, &fresh, sizeof fresh);
+}
+
+double kt_newton_control(const kt_integrator *it, double h, double error) {
+    const kt_newton_work *w = kt_newton_of(it);
+    const kt_integrator_options *o = &it->options;
+    const double most = (double)KT_NEWTON_ITERATIONS, root = 1.0 / it->error_order;
+    if (!(error > 0.0))
+        return o->factor_max;
+    double factor = o->safety * fmin(1.0, (1.0 + 2.0 * most) / ((double)w->iterations + 2.0 * most)) *
+                    kt_control_power(error, -root);
+    if (it->memory.last_step != 0.0) {
+        const double last = fmax(it->memory.control_error, 0.01);
+        factor = fmin(factor, o->safety * fabs(h / it->memory.last_step) * kt_control_power(last / error, root) *
+                                  kt_control_power(error, -root));
+    }
+    factor = fmax(o->factor_min, fmin(o->factor_max, factor));
+    return factor >= 1.0 && factor <= 1.2 && w->rate <= KT_SLOW_RATE ? 1.0 : factor;
+}
+
+kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error *error) {
+    const kt_newton_work *w = kt_newton_of(it);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "Newton's iteration did not converge: after %d of at most %d iterations a correction was %.3g "
+                        "times the one before; take a smaller step",
+                        w->iterations, KT_NEWTON_ITERATIONS_FIXED, w->rate);
+}

@@ -1,0 +1,399 @@
+/* Newton's equations of an implicit method, (sigma - J) x = r, in second-order form.
+ *
+ * The state is y = (q, v), with q' = E(q) v and v' = a(t, q, v). For corrections (x_q, x_v) and residuals (r_q, r_v),
+ *
+ *     (sigma - H) x_q - E x_v = r_q                               H = d(E v)/dq: 0 except for quaternions
+ *     (sigma M + C) x_v + K P x_q = M r_v                         K = -M da/dq, C = -M da/dv (kt_stiffness_evaluate)
+ *
+ * where P takes x_q to tangent coordinates. With x_q = S (r_q + E x_v), S = (sigma - H)^-1, the matrix is nv x nv:
+ *
+ *     (sigma M + C + K P S E) x_v = M r_v - K P S r_q
+ *
+ * For coordinates that are not quaternions E = P = 1 and S = 1 / sigma. A quaternion p, whose rate is p' = p o (0, w) /
+ * 2, has H d = d o (0, w) / 2, whose square is -|w|^2 / 4; P d = 2 vec(p* o d); so that
+ *
+ *     S d = (sigma d + d o (0, w) / 2) / (sigma^2 + |w|^2 / 4)
+ *     P S E z = (sigma z + z x w / 2) / (sigma^2 + |w|^2 / 4)
+ *
+ * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave: M, C and K are Z'MZ and so on,
+ * x_v = Z x + x_0, and across the loops x_0 = (1 - Z Z') r_v / sigma, as if J were 0:
+ *
+ *     (sigma M + C + K Z'P S E Z) x = M Z'r_v - K Z'(P S r_q + P S E x_0)
+ *
+ * Matrices are real but for sigma, vectors complex; where sigma is real, `im` is NULL throughout.
+ */
+#include "algebra/lu.h"
+#include "integrator/integrator.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+#include <string.h>
+
+void kt_simulation_newton_measure(const kt_model *model, kt_simulation_sizes *size) {
+    const bool loops = kt_loop_group_count(model) > 0;
+    size->free = loops ? (size_t)kt_model_mobility(model).minimal : size->nv;
+    size->basis = loops ? size->nv * size->free : 0;
+    size->turning = size->quaternion;
+    size->vectors = 4 * 2 * size->nq;
+    size->stiffness_work = kt_stiffness_work_size(model);
+}
+
+/* ---- complex vectors --------------------------------------------------------------------------------------------- */
+
+typedef struct vector {
+    double *re, *im; /* im NULL: real */
+} vector;
+
+static vector at(vector x, size_t i) {
+    const vector part = {x.re + i, x.im != NULL ? x.im + i : NULL};
+    return part;
+}
+
+static kt_complex get(vector x, size_t i) {
+    const kt_complex value = {x.re[i], x.im != NULL ? x.im[i] : 0.0};
+    return value;
+}
+
+static void set(vector x, size_t i, kt_complex value) {
+    x.re[i] = value.re;
+    if (x.im != NULL)
+        x.im[i] = value.im;
+}
+
+static kt_complex times(kt_complex a, kt_complex b) {
+    const kt_complex product = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+    return product;
+}
+
+static kt_complex plus(kt_complex a, kt_complex b) {
+    const kt_complex sum = {a.re + b.re, a.im + b.im};
+    return sum;
+}
+
+static kt_complex inverse(kt_complex a) {
+    const double square = a.re * a.re + a.im * a.im;
+    const kt_complex one_over = {a.re / square, -a.im / square};
+    return one_over;
+}
+
+/* y += factor A x, with A of `rows` x `columns`. */
+static void add_product(const double *a, size_t rows, size_t columns, double factor, vector x, vector y) {
+    for (size_t j = 0; j < columns; j++) {
+        const double *column = a + j * rows, re = factor * x.re[j];
+        for (size_t i = 0; i < rows; i++)
+            y.re[i] += column[i] * re;
+        const double im = x.im != NULL ? factor * x.im[j] : 0.0;
+        for (size_t i = 0; i < rows && x.im != NULL; i++)
+            y.im[i] += column[i] * im;
+    }
+}
+
+/* y = A' x */
+static void transposed_product(const double *a, size_t rows, size_t columns, vector x, vector y) {
+    for (size_t j = 0; j < columns; j++) {
+        const double *column = a + j * rows;
+        kt_complex sum = {0.0, 0.0};
+        for (size_t i = 0; i < rows; i++) {
+            sum.re += column[i] * x.re[i];
+            sum.im += x.im != NULL ? column[i] * x.im[i] : 0.0;
+        }
+        set(y, j, sum);
+    }
+}
+
+static void copy(vector to, vector from, size_t n) {
+    memcpy(to.re, from.re, n * sizeof *to.re);
+    if (to.im != NULL)
+        memcpy(to.im, from.im, n * sizeof *to.im);
+}
+
+static void clear(vector x, size_t n) {
+    memset(x.re, 0, n * sizeof *x.re);
+    if (x.im != NULL)
+        memset(x.im, 0, n * sizeof *x.im);
+}
+
+/* ---- positions and their rates ----------------------------------------------------------------------------------- */
+
+/* 1 / (sigma^2 + |w|^2 / 4) */
+static kt_complex turning_factor(kt_complex sigma, const double *w) {
+    kt_complex square = times(sigma, sigma);
+    square.re += 0.25 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    return inverse(square);
+}
+
+/* out = d o (0, w) / 2 */
+static void half_turn(const double *d, const double *w, double *out) {
+    out[0] = -0.5 * (d[1] * w[0] + d[2] * w[1] + d[3] * w[2]);
+    out[1] = 0.5 * (d[0] * w[0] + d[2] * w[2] - d[3] * w[1]);
+    out[2] = 0.5 * (d[0] * w[1] + d[3] * w[0] - d[1] * w[2]);
+    out[3] = 0.5 * (d[0] * w[2] + d[1] * w[1] - d[2] * w[0]);
+}
+
+/* out = 2 vec(p* o d) */
+static void to_tangent(const double *p, const double *d, double *out) {
+    out[0] = 2.0 * (p[0] * d[1] - d[0] * p[1] - (p[2] * d[3] - p[3] * d[2]));
+    out[1] = 2.0 * (p[0] * d[2] - d[0] * p[2] - (p[3] * d[1] - p[1] * d[3]));
+    out[2] = 2.0 * (p[0] * d[3] - d[0] * p[3] - (p[1] * d[2] - p[2] * d[1]));
+}
+
+/* x becomes factor (sigma x + half_x), component by component. */
+static void finish(kt_complex sigma, kt_complex factor, size_t n, vector half_x, vector x) {
+    for (size_t i = 0; i < n; i++)
+        set(x, i, times(factor, plus(times(sigma, get(x, i)), get(half_x, i))));
+}
+
+/* d becomes S d, for a quaternion. */
+static void divide_quaternion(kt_complex sigma, const double *w, vector d) {
+    double re[4], im[4];
+    half_turn(d.re, w, re);
+    if (d.im != NULL)
+        half_turn(d.im, w, im);
+    finish(sigma, turning_factor(sigma, w), 4, (vector){re, d.im != NULL ? im : NULL}, d);
+}
+
+static void half_cross(const double *z, const double *w, double *out) {
+    out[0] = 0.5 * (z[1] * w[2] - z[2] * w[1]);
+    out[1] = 0.5 * (z[2] * w[0] - z[0] * w[2]);
+    out[2] = 0.5 * (z[0] * w[1] - z[1] * w[0]);
+}
+
+/* z becomes P S E z, three components. */
+static void divide_turn(kt_complex sigma, const double *w, vector z) {
+    double re[3], im[3];
+    half_cross(z.re, w, re);
+    if (z.im != NULL)
+        half_cross(z.im, w, im);
+    finish(sigma, turning_factor(sigma, w), 3, (vector){re, z.im != NULL ? im : NULL}, z);
+}
+
+static const double *quaternion_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
+static const double *spin_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k + 4; }
+
+/* Where in v the angular velocity of quaternion k begins: each quaternion before it has one position more. */
+static size_t spin_at(const kt_simulation *s, size_t k) { return (size_t)s->quaternion[k] - k; }
+
+/* x_i becomes x_i / sigma, first .. last - 1. */
+static void divide_plain(kt_complex sigma, vector x, size_t first, size_t last) {
+    const kt_complex factor = inverse(sigma);
+    for (size_t i = first; i < last; i++)
+        set(x, i, times(factor, get(x, i)));
+}
+
+/* x (nq) becomes S x. */
+static void divide_positions(const kt_simulation *s, kt_complex sigma, vector x) {
+    size_t from = 0;
+    for (size_t k = 0; k < s->size.turning; k++) {
+        const size_t p = (size_t)s->quaternion[k];
+        divide_plain(sigma, x, from, p);
+        divide_quaternion(sigma, spin_of(s, k), at(x, p));
+        from = p + 4;
+    }
+    divide_plain(sigma, x, from, s->size.nq);
+}
+
+/* z (nv) becomes P S E z. */
+static void divide_tangents(const kt_simulation *s, kt_complex sigma, vector z) {
+    size_t from = 0;
+    for (size_t k = 0; k < s->size.turning; k++) {
+        const size_t v = spin_at(s, k);
+        divide_plain(sigma, z, from, v);
+        divide_turn(sigma, spin_of(s, k), at(z, v));
+        from = v + 3;
+    }
+    divide_plain(sigma, z, from, s->size.nv);
+}
+
+/* out (nv) = P x, x (nq). */
+static void tangents_of(const kt_simulation *s, const double *x, double *out) {
+    size_t q = 0, v = 0;
+    for (size_t k = 0; k < s->size.turning; k++) {
+        for (; q < (size_t)s->quaternion[k]; q++)
+            out[v++] = x[q];
+        to_tangent(quaternion_of(s, k), x + q, out + v);
+        q += 4;
+        v += 3;
+    }
+    for (; q < s->size.nq; q++)
+        out[v++] = x[q];
+}
+
+/* x (nq) += E z, z (nv). */
+static void add_rates(const kt_simulation *s, const double *z, double *x) {
+    size_t q = 0, v = 0;
+    for (size_t k = 0; k < s->size.turning; k++) {
+        double rate[4];
+        for (; q < (size_t)s->quaternion[k]; q++)
+            x[q] += z[v++];
+        half_turn(quaternion_of(s, k), z + v, rate);
+        for (size_t i = 0; i < 4; i++)
+            x[q + i] += rate[i];
+        q += 4;
+        v += 3;
+    }
+    for (; q < s->size.nq; q++)
+        x[q] += z[v++];
+}
+
+/* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
+
+static void keep_turning(kt_simulation *s, const double *y) {
+    for (size_t k = 0; k < s->size.turning; k++) {
+        const double *p = y + s->quaternion[k], *w = y + s->size.nq + spin_at(s, k);
+        const double norm = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+        double *to = s->turning + 7 * k;
+        for (int i = 0; i < 4; i++)
+            to[i] = p[i] / norm;
+        memcpy(to + 4, w, 3 * sizeof *w);
+    }
+}
+
+static int jacobian(double t, const double *y, const double *dydt, void *user) {
+    kt_simulation *s = user;
+    const double *q = y, *v = y + s->size.nq, *tau = s->tau;
+    const kt_wrench *external = s->external;
+    kt_error error = {0};
+    if (s->transformation != NULL && (tau != NULL || external != NULL))
+        kt_simulation_inputs(s, q, &tau, &external);
+    s->cached = KT_CACHED_NOTHING;
+    s->memory.factorizations += (uint64_t)s->groups;
+    const kt_status status = kt_stiffness_evaluate(
+        s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external, dydt + s->size.nq,
+        s->size.basis > 0 ? s->basis : NULL, s->mass, s->stiffness, s->damping, &error);
+    if (status != KT_OK && !kt_simulation_is_recoverable(status))
+        s->cause = error;
+    if (status != KT_OK)
+        return kt_simulation_is_recoverable(status) ? 1 : -1;
+    keep_turning(s, y);
+    return 0;
+}
+
+/* ---- factors ----------------------------------------------------------------------------------------------------- */
+
+/* One of four vectors, of nq (at least nv) components. */
+static vector work_of(const kt_simulation *s, size_t which, bool complex) {
+    double *re = s->vectors + 2 * which * s->size.nq;
+    const vector work = {re, complex ? re + s->size.nq : NULL};
+    return work;
+}
+
+/* Column j of Z'P S E Z, into the second vector of work. */
+static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, bool complex) {
+    const size_t nv = s->size.nv, free = s->size.free;
+    const vector z = work_of(s, 0, complex), x = work_of(s, 1, complex);
+    clear(z, nv);
+    if (s->size.basis > 0)
+        memcpy(z.re, s->basis + j * nv, nv * sizeof *z.re);
+    else
+        z.re[j] = 1.0;
+    divide_tangents(s, sigma, z);
+    if (s->size.basis > 0) {
+        transposed_product(s->basis, nv, free, z, x);
+        return x;
+    }
+    return z;
+}
+
+/* to += factor x, with a complex factor and a real column. */
+static void add_column(vector to, kt_complex factor, const double *x, size_t n) {
+    for (size_t i = 0; i < n; i++)
+        to.re[i] += factor.re * x[i];
+    for (size_t i = 0; i < n && to.im != NULL; i++)
+        to.im[i] += factor.im * x[i];
+}
+
+/* Column j of sigma M + C + K Z'P S E Z. */
+static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
+    const size_t n = s->size.free;
+    const kt_complex one = {1.0, 0.0};
+    clear(to, n);
+    add_column(to, sigma, s->mass + j * n, n);
+    add_column(to, one, s->damping + j * n, n);
+    if (s->size.turning == 0) {
+        add_column(to, inverse(sigma), s->stiffness + j * n, n);
+        return;
+    }
+    const vector x = unit_response(s, sigma, j, to.im != NULL);
+    for (size_t i = 0; i < n; i++)
+        if (x.re[i] != 0.0 || (x.im != NULL && x.im[i] != 0.0))
+            add_column(to, get(x, i), s->stiffness + i * n, n);
+}
+
+static int factor(kt_complex sigma, void *user) {
+    kt_simulation *s = user;
+    const bool complex = sigma.im != 0.0;
+    const size_t n = s->size.free;
+    const vector matrix = {complex ? s->re : s->real, complex ? s->im : NULL};
+    s->sigma[complex] = sigma;
+    for (size_t j = 0; j < n; j++)
+        form_column(s, sigma, j, at(matrix, j * n));
+    const bool regular =
+        complex ? kt_lu_factor_complex(s->re, s->im, n, s->pivot + n) : kt_lu_factor(s->real, n, s->pivot);
+    return regular ? 0 : 1;
+}
+
+/* ---- solutions --------------------------------------------------------------------------------------------------- */
+
+/* x (free) becomes the solution for the right-hand side in it. */
+static void solve_free(const kt_simulation *s, vector x) {
+    const size_t n = s->size.free;
+    if (x.im != NULL)
+        kt_lu_solve_complex(s->re, s->im, n, s->pivot + n, x.re, x.im);
+    else
+        kt_lu_solve(s->real, n, s->pivot, x.re);
+}
+
+/* r_v becomes x_v; `push` is P S r_q, and scratch afterwards. */
+static void solve_tree(const kt_simulation *s, vector push, vector r_v) {
+    const size_t nv = s->size.nv;
+    const vector x = work_of(s, 1, r_v.im != NULL);
+    clear(x, nv);
+    add_product(s->mass, nv, nv, 1.0, r_v, x);
+    add_product(s->stiffness, nv, nv, -1.0, push, x);
+    solve_free(s, x);
+    copy(r_v, x, nv);
+}
+
+/* The same with loops. */
+static void solve_loops(const kt_simulation *s, kt_complex sigma, vector push, vector r_v) {
+    const size_t nv = s->size.nv, free = s->size.free;
+    const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL);
+    transposed_product(s->basis, nv, free, r_v, b); /* Z'r_v */
+    add_product(s->basis, nv, free, -1.0, b, r_v);
+    divide_plain(sigma, r_v, 0, nv); /* x_0 */
+    copy(c, r_v, nv);
+    divide_tangents(s, sigma, c);
+    for (size_t i = 0; i < nv; i++)
+        set(push, i, plus(get(push, i), get(c, i)));
+    transposed_product(s->basis, nv, free, push, c);
+    clear(push, free);
+    add_product(s->mass, free, free, 1.0, b, push);
+    add_product(s->stiffness, free, free, -1.0, c, push);
+    solve_free(s, push);
+    add_product(s->basis, nv, free, 1.0, push, r_v);
+}
+
+/* NOLINTNEXTLINE(readability-non-const-parameter): it is the type of the callback, and both are written */
+static int solve(double *re, double *im, void *user) {
+    const kt_simulation *s = user;
+    const bool complex = im != NULL;
+    const kt_complex sigma = s->sigma[complex];
+    const vector r_q = {re, im}, r_v = at(r_q, s->size.nq), push = work_of(s, 0, complex);
+    const vector moved = work_of(s, 3, complex);
+    copy(moved, r_q, s->size.nq);
+    divide_positions(s, sigma, moved);
+    tangents_of(s, moved.re, push.re);
+    if (complex)
+        tangents_of(s, moved.im, push.im);
+    if (s->size.basis > 0)
+        solve_loops(s, sigma, push, r_v);
+    else
+        solve_tree(s, push, r_v);
+    add_rates(s, r_v.re, r_q.re);
+    if (complex)
+        add_rates(s, r_v.im, r_q.im);
+    divide_positions(s, sigma, r_q);
+    return 0;
+}
+
+const kt_newton kt_simulation_newton = {jacobian, factor, solve};

@@ -1,0 +1,297 @@
+/* What implicit methods do that others do not: Newton's iteration, its Jacobian, who solves, and stiff equations. */
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/newton.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const kt_method *radau(void) { return kt_method_find("radau5"); }
+
+/* ---- stiff equations --------------------------------------------------------------------------------------------- */
+
+/* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
+static int forced(double t, const double *y, double *dydt, void *user) {
+    const double lambda = *(const double *)user;
+    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
+    return 0;
+}
+
+static double forced_error(double lambda, int steps) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(1.5 / steps);
+    const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
+    kt_integrator *it = integrator_make(radau(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &error), &error);
+    double worst = 0.0;
+    while (kt_integrator_time(it) < 1.75 && is_ok("step", kt_integrator_step(it, 1.75, &error), &error))
+        worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
+    integrator_free(it);
+    return worst;
+}
+
+/* Where h lambda is large the error is that of the stages: h^s / lambda of a stiffly accurate method with s = 3 of them
+ * (Hairer and Wanner IV.15). Where it is small, h^5. */
+KT_TEST(the_order_falls_to_that_of_the_stages_where_the_equation_is_stiff) {
+    static const struct {
+        double lambda, order;
+        int first;
+    } cases[] = {{-1.0, 5.0, 4}, {-1e6, 3.0, 8}};
+    for (int i = 0; i < 2; i++) {
+        double h[4], error[4];
+        for (int l = 0; l < 4; l++) {
+            h[l] = 1.5 / (cases[i].first << l);
+            error[l] = forced_error(cases[i].lambda, cases[i].first << l);
+        }
+        kt_note("lambda = %g: errors %.2g ... %.2g", cases[i].lambda, error[0], error[3]);
+        kt_check_near("order", slope_of(h, error, 4), cases[i].order, 0.15);
+    }
+}
+
+/* Van der Pol's oscillator, mu = 1e6: y1' = y2, y2' = mu ((1 - y1^2) y2 - y1); y(2) = 1.7061677321702..., published in
+ * E. Hairer, G. Wanner, Solving ODE II, IV.10, (10.3). */
+static int van_der_pol(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
+    return 0;
+}
+
+static const kt_integrator_callbacks oscillation = {van_der_pol, NULL, NULL};
+
+KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps) {
+    static const double tolerances[] = {1e-4, 1e-6, 1e-8};
+    for (int i = 0; i < 3; i++) {
+        kt_error error;
+        const kt_integrator_options options = tolerance(tolerances[i], tolerances[i]);
+        kt_integrator *it = integrator_make(radau(), 2, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0, 0.0}, &oscillation, &error), &error);
+        integrate_to(it, 2.0);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_note("tolerance %g: %d steps, %d rejected, %d evaluations, %d Jacobians, %d factorizations", tolerances[i],
+                (int)counts.steps, (int)counts.rejected, (int)counts.evaluations, (int)counts.jacobians,
+                (int)counts.factorizations);
+        /* Measured: errors of 0.05 to 0.4 tolerances. An explicit method takes 1e6 steps. */
+        kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, tolerances[i]);
+        kt_check_below("steps", (double)counts.steps, 1500.0); /* measured: 242, 488, 1067 */
+        kt_check_below("Jacobians, over steps", (double)counts.jacobians / (double)counts.steps, 1.0);
+        integrator_free(it);
+    }
+}
+
+/* ---- who solves -------------------------------------------------------------------------------------------------- */
+
+/* The caller's solution of the same equations, two of them, and what it is made to fail at. */
+typedef struct solver {
+    double jacobian[2][2];
+    kt_complex sigma[2];
+    int jacobians, fail_from, fail_to; /* Jacobians that return `code` */
+    int code, factor_code, solve_code;
+} solver;
+
+static int own_rhs(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    return van_der_pol(t, y, dydt, NULL);
+}
+
+static int own_jacobian(double t, const double *y, const double *dydt, void *user) {
+    solver *s = user;
+    (void)t;
+    (void)dydt;
+    s->jacobians++;
+    if (s->jacobians >= s->fail_from && s->jacobians <= s->fail_to)
+        return s->code;
+    s->jacobian[0][0] = 0.0;
+    s->jacobian[0][1] = 1.0;
+    s->jacobian[1][0] = 1e6 * (-2.0 * y[0] * y[1] - 1.0);
+    s->jacobian[1][1] = 1e6 * (1.0 - y[0] * y[0]);
+    return 0;
+}
+
+static int own_factor(kt_complex sigma, void *user) {
+    solver *s = user;
+    s->sigma[sigma.im != 0.0] = sigma;
+    return s->factor_code;
+}
+
+static kt_complex product(kt_complex a, kt_complex b) {
+    return (kt_complex){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+}
+
+/* Cramer's rule. */
+static int own_solve(double *re, double *im, void *user) {
+    const solver *s = user;
+    const kt_complex sigma = s->sigma[im != NULL];
+    const kt_complex a = {sigma.re - s->jacobian[0][0], sigma.im}, d = {sigma.re - s->jacobian[1][1], sigma.im};
+    const kt_complex b = {-s->jacobian[0][1], 0.0}, c = {-s->jacobian[1][0], 0.0};
+    const kt_complex x = {re[0], im != NULL ? im[0] : 0.0}, y = {re[1], im != NULL ? im[1] : 0.0};
+    const kt_complex ad = product(a, d), bc = product(b, c), dx = product(d, x), by = product(b, y);
+    const kt_complex ay = product(a, y), cx = product(c, x), det = {ad.re - bc.re, ad.im - bc.im};
+    const double square = det.re * det.re + det.im * det.im;
+    const kt_complex inverse = {det.re / square, -det.im / square};
+    const kt_complex first = product(inverse, (kt_complex){dx.re - by.re, dx.im - by.im});
+    const kt_complex second = product(inverse, (kt_complex){ay.re - cx.re, ay.im - cx.im});
+    re[0] = first.re;
+    re[1] = second.re;
+    if (im != NULL) {
+        im[0] = first.im;
+        im[1] = second.im;
+    }
+    return s->solve_code;
+}
+
+static const kt_newton own = {own_jacobian, own_factor, own_solve};
+
+static kt_integrator *solver_begin(solver *s, double tol) {
+    kt_error error;
+    kt_integrator_options options = tolerance(tol, tol);
+    options.newton = &own;
+    const kt_integrator_callbacks callbacks = {own_rhs, NULL, s};
+    kt_integrator *it = integrator_make(radau(), 2, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0, 0.0}, &callbacks, &error), &error);
+    return it;
+}
+
+KT_TEST(a_caller_may_solve) {
+    solver s = {.code = 0};
+    kt_integrator *it = solver_begin(&s, 1e-6);
+    integrate_to(it, 2.0);
+    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 1e-5);
+    kt_check_equal_int("Jacobians", (long long)counts.jacobians, s.jacobians);
+    kt_check_below("evaluations of a step", (double)counts.evaluations / (double)counts.steps, 16.0);
+    integrator_free(it);
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    const size_t with = kt_integrator_size_with(radau(), 100, &options);
+    options.newton = &own;
+    const size_t without = kt_integrator_size_with(radau(), 100, &options);
+    kt_check_above("bytes of the matrices that it keeps", (double)(with - without), 4.0 * 100.0 * 100.0 * 8.0);
+}
+
+/* From the first or from a later one on: J = 0, or the old one, serves, in shorter steps. */
+KT_TEST(a_jacobian_that_cannot_be_computed_for_a_while_is_done_without) {
+    static const int from[] = {1, 20};
+    for (int i = 0; i < 2; i++) {
+        solver s = {.fail_from = from[i], .fail_to = from[i] + 20, .code = 1};
+        kt_integrator *it = solver_begin(&s, 1e-6);
+        integrate_to(it, 2.0);
+        kt_note("from %d on: %d steps, %d rejected", from[i], (int)kt_integrator_counts_get(it).steps,
+                (int)kt_integrator_counts_get(it).rejected);
+        kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 1e-5);
+        integrator_free(it);
+    }
+}
+
+KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
+    for (int part = 0; part < 3; part++) {
+        kt_error error;
+        solver s = {.fail_to = 0}, undisturbed = s;
+        kt_integrator *it = solver_begin(&s, 1e-6), *other = solver_begin(&undisturbed, 1e-6);
+        for (int k = 0; k < 10; k++) {
+            is_ok("step", kt_integrator_step(it, 2.0, &error), &error);
+            is_ok("step", kt_integrator_step(other, 2.0, &error), &error);
+        }
+        it->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0; /* so that a Jacobian is asked for */
+        other->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0;
+        if (part == 0)
+            s.fail_from = s.jacobians + 1, s.fail_to = s.jacobians + 1, s.code = -4;
+        *(part == 1 ? &s.factor_code : &s.solve_code) = part == 0 ? 0 : -4;
+        const double t = kt_integrator_time(it);
+        kt_check_equal_int("stopped", kt_integrator_step(it, 2.0, &error), KT_ERROR_CALLBACK);
+        kt_check_contains("words", error.message, "asked to stop (code -4)");
+        kt_check_near("time", kt_integrator_time(it), t, 0.0);
+        s.factor_code = s.solve_code = 0;
+        for (int k = 0; k < 5; k++) {
+            is_ok("step", kt_integrator_step(it, 2.0, &error), &error);
+            is_ok("step", kt_integrator_step(other, 2.0, &error), &error);
+        }
+        kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 2);
+        integrator_free(it);
+        integrator_free(other);
+    }
+}
+
+KT_TEST(half_a_solver_is_refused) {
+    kt_error error;
+    const kt_newton half = {own_jacobian, NULL, own_solve};
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    options.newton = &half;
+    kt_integrator *it = NULL;
+    char memory[64];
+    kt_check_equal_int("status", kt_integrator_init(memory, sizeof memory, radau(), 2, &options, &it, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "newton needs all of jacobian, factor and solve");
+}
+
+/* ---- the iteration ----------------------------------------------------------------------------------------------- */
+
+/* y' = -sign(y) |y|^(1/3) 1e6: its slope is infinite at 0, on which Newton's iteration does not settle. */
+static int kinked(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = -1e6 * cbrt(y[0]);
+    return 0;
+}
+
+KT_TEST(a_fixed_step_whose_iteration_does_not_converge_fails_with_words) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(1.0);
+    const kt_integrator_callbacks callbacks = {kinked, NULL, NULL};
+    kt_integrator *it = integrator_make(radau(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0}, &callbacks, &error), &error);
+    kt_check_equal_int("status", kt_integrator_step(it, HUGE_VAL, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message, "Newton's iteration did not converge: after ");
+    kt_check_contains("words", error.message, "take a smaller step");
+    kt_check_near("state", kt_integrator_state(it)[0], 1.0, 0.0);
+    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    kt_check_below("evaluations", (double)counts.evaluations, 2.0 + 3.0 * KT_NEWTON_ITERATIONS_FIXED);
+    integrator_free(it);
+}
+
+/* Linear equations with one Jacobian and one pair of factors for all steps. */
+KT_TEST(fixed_steps_of_a_linear_equation_factor_once) {
+    kt_error error;
+    double lambda = -100.0;
+    const kt_integrator_options options = fixed_step(0.03125);
+    const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
+    kt_integrator *it = integrator_make(radau(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.5}, &callbacks, &error), &error);
+    integrate_to(it, 2.0);
+    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    kt_check_equal_int("steps", (long long)counts.steps, 64);
+    kt_check_equal_int("Jacobians", (long long)counts.jacobians, 1);
+    kt_check_equal_int("factorizations, real and complex", (long long)counts.factorizations, 2);
+    integrator_free(it);
+}
+
+/* Quadratures change no bit of the others, and end where the same equations with a part in the error do. */
+static int with_quadrature(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    van_der_pol(t, y, dydt, NULL);
+    dydt[2] = y[0] * y[0];
+    return 0;
+}
+
+KT_TEST(quadratures_have_no_part_in_the_iteration) {
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-7, 1e-7);
+    const kt_integrator_callbacks callbacks = {with_quadrature, NULL, NULL};
+    kt_integrator *plain = integrator_make(radau(), 2, &options), *all = integrator_make(radau(), 3, &options);
+    options.quadratures = 1;
+    kt_integrator *it = integrator_make(radau(), 3, &options);
+    is_ok("start", kt_integrator_start(plain, 0.0, (double[]){2.0, 0.0}, &oscillation, &error), &error);
+    is_ok("start", kt_integrator_start(all, 0.0, (double[]){2.0, 0.0, 0.0}, &callbacks, &error), &error);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0, 0.0, 0.0}, &callbacks, &error), &error);
+    integrate_to(plain, 2.0);
+    integrate_to(all, 2.0);
+    integrate_to(it, 2.0);
+    kt_check_equal_bits("the others", kt_integrator_state(it), kt_integrator_state(plain), 2);
+    kt_check_near("quadrature", kt_integrator_state(it)[2], kt_integrator_state(all)[2], 1e-5);
+    integrator_free(plain);
+    integrator_free(all);
+    integrator_free(it);
+}
