@@ -28,6 +28,7 @@ typedef int kt_command_main(int argc, char **argv);
     X(run, "run a scene; records as CSV, a summary as JSON, a picture")                                                \
     X(view, "a page that shows the motion of a scene, in one file for any browser")                                    \
     X(accuracy, "what accuracy costs: error against CPU time, for every method")                                       \
+    X(draw, "a picture of the mechanism: its start, poses of a run, paths of markers")                                 \
     X(plot, "draw the columns of a result: positions, energies, a phase plane")                                        \
     X(evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON")                                \
     X(modes, "frequencies, damping and shapes of small motions; state matrices as JSON")                               \

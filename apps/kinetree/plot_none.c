@@ -1,5 +1,6 @@
 /* Replaces plot.c in builds without cairo. */
 #include "command.h"
+#include "draw.h"
 #include "plot.h"
 #include "plot_shapes.h"
 
@@ -18,6 +19,12 @@ int kt_plot_draw(const kt_plot *plot, const char *path) {
 
 int kt_plot_shapes(const kt_shape_plot *plot, const char *path) {
     (void)plot;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_drawing_write(const kt_drawing *drawing, const char *path) {
+    (void)drawing;
     (void)kt_plot_check(path);
     return KT_EXIT_USAGE;
 }

@@ -223,21 +223,40 @@ static const char *skip_move(const char *text) {
  * mitres that long do not occur. */
 static size_t default_length(const char *text) {
     static const char *const defaults[] = {"stroke-linecap:butt;", "stroke-opacity:1;", "stroke-miterlimit:10;",
-                                           "fill-rule:nonzero;", "fill-opacity:1;"};
+                                           "fill-rule:nonzero;",   "fill-opacity:1;",   "stop-opacity:1;"};
     for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++)
         if (strncmp(text, defaults[i], strlen(defaults[i])) == 0)
             return strlen(defaults[i]);
     return 0;
 }
 
-/* Writes shapes in shorter form: without properties at their defaults, without redundant moves, and with numbers cut
- * after the second decimal, since a hundredth of a point is invisible on any screen. */
+/* Writes a colour in shorter form, rgb(100%,50%,0%) as #ff8000. Returns the length of the text; 0 if it is none. */
+static size_t write_colour(FILE *file, const char *text) {
+    double share[3];
+    int length = 0;
+    if (strncmp(text, "rgb(", 4) != 0 ||
+        sscanf(text, "rgb(%lf%%,%lf%%,%lf%%)%n", &share[0], &share[1], &share[2], &length) != 3 || length == 0)
+        return 0;
+    fputc('#', file);
+    for (int i = 0; i < 3; i++)
+        fprintf(file, "%02x", (unsigned)lround(2.55 * share[i]));
+    return (size_t)length;
+}
+
+/* Writes shapes in shorter form: without properties at their defaults, without redundant moves, with short colours, and
+ * with numbers cut after the second decimal, since a hundredth of a point is invisible on any screen. */
 static void write_short(FILE *file, const char *text) {
     int decimals = -1; /* digits after the decimal point; -1: not after one */
     while (*text != '\0') {
         const size_t left_out = default_length(text);
         if (left_out > 0) {
             text += left_out;
+            continue;
+        }
+        const size_t colour = *text == 'r' ? write_colour(file, text) : 0;
+        if (colour > 0) {
+            text += colour;
+            decimals = -1;
             continue;
         }
         const char letter = *text++;

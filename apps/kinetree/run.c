@@ -456,7 +456,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                      const kt_absolute *absolute, const char *base, const kt_run_manner *manner) {
     kt_run run = scene->run;
     kt_marker_pair *markers;
-    int code = kt_run_override_markers(arguments->markers, model, &run, &markers);
+    int code = kt_run_override_markers("run: --markers", arguments->markers, model, &run, &markers);
     if (code >= 0)
         return code;
     char *csv = name_after(base, ".csv"), *page = csv != NULL ? name_after(base, ".html") : NULL;

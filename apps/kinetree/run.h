@@ -44,7 +44,8 @@ int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene);
 
 /* Applies --markers, which needs the model; list: NULL if not given. The caller releases *run_markers with free.
  * Returns -1 on success, else an exit code. */
-int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run, kt_marker_pair **run_markers);
+int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
+                            kt_marker_pair **run_markers);
 
 /* ---- records as lines -------------------------------------------------------------------------------------------- */
 

@@ -168,54 +168,54 @@ static int override_record(const char *list, unsigned *record) {
     return KT_EXIT_USAGE;
 }
 
-static int say_no_body(const kt_model *model, const char *name) {
+static int say_no_body(const char *option, const kt_model *model, const char *name) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int body = 0; body < kt_model_body_count(model); body++)
         (void)kt_nearest_try(&nearest, kt_body_name(model, body));
-    kt_say("run: --markers: there is no body '%s'%s", name, kt_ask(&nearest, "").text);
+    kt_say("%s: there is no body '%s'%s", option, name, kt_ask(&nearest, "").text);
     return KT_EXIT_USAGE;
 }
 
-static int say_no_marker(const kt_model *model, int body, const char *name) {
+static int say_no_marker(const char *option, const kt_model *model, int body, const char *name) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int marker = 0; marker < kt_marker_count(model, body); marker++)
         (void)kt_nearest_try(&nearest, kt_marker_name(model, body, marker));
-    kt_say("run: --markers: body '%s' has no marker '%s'%s", kt_body_name(model, body), name,
-           kt_ask(&nearest, "").text);
+    kt_say("%s: body '%s' has no marker '%s'%s", option, kt_body_name(model, body), name, kt_ask(&nearest, "").text);
     return KT_EXIT_USAGE;
 }
 
 /* Reports a marker without its body, and suggests all markers of this name. */
-static int say_no_pair(const kt_model *model, const char *word) {
+static int say_no_pair(const char *option, const kt_model *model, const char *word) {
     char pairs[400] = "";
     size_t used = 0;
     for (int body = 0; body < kt_model_body_count(model); body++)
         if (kt_marker_find(model, body, word) >= 0 && used < sizeof pairs - 100)
             used += (size_t)snprintf(pairs + used, sizeof pairs - used, "%s'%.40s.%.40s'", used > 0 ? " or " : "",
                                      kt_body_name(model, body), word);
-    kt_say("run: --markers takes BODY.MARKER, not '%s'%s%s%s", word, used > 0 ? "; did you mean " : "", pairs,
+    kt_say("%s takes BODY.MARKER, not '%s'%s%s%s", option, word, used > 0 ? "; did you mean " : "", pairs,
            used > 0 ? "?" : "");
     return KT_EXIT_USAGE;
 }
 
 /* Parses "BODY.MARKER"; *pair refers to the model's own strings. */
-static int read_marker(const kt_model *model, char *word, kt_marker_pair *pair) {
+static int read_marker(const char *option, const kt_model *model, char *word, kt_marker_pair *pair) {
     char *dot = strchr(word, '.');
     if (dot == NULL)
-        return say_no_pair(model, word);
+        return say_no_pair(option, model, word);
     *dot = '\0';
     int body = kt_body_find(model, word);
     if (body < 0)
-        return say_no_body(model, word);
+        return say_no_body(option, model, word);
     int marker = kt_marker_find(model, body, dot + 1);
     if (marker < 0)
-        return say_no_marker(model, body, dot + 1);
+        return say_no_marker(option, model, body, dot + 1);
     pair->body = kt_body_name(model, body);
     pair->marker = kt_marker_name(model, body, marker);
     return -1;
 }
 
-int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run, kt_marker_pair **run_markers) {
+int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
+                            kt_marker_pair **run_markers) {
     *run_markers = NULL;
     if (list == NULL)
         return -1;
@@ -234,7 +234,7 @@ int kt_run_override_markers(const char *list, const kt_model *model, kt_run *run
         char *word = next_word(&rest);
         if (word == NULL)
             break;
-        code = read_marker(model, word, &pairs[count++]);
+        code = read_marker(option, model, word, &pairs[count++]);
     }
     free(text);
     if (code >= 0) {

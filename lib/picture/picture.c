@@ -171,17 +171,20 @@ static void list_plane(maker *m, kt_body_frame frame) {
     p->planes[p->plane_count++] = (kt_picture_plane){.frame = frame};
 }
 
-/* The square that is shown of a plane lies around the foot of the mechanism's middle on it. */
-static void place_plane(const maker *m, kt_picture_plane *plane, kt_vec3 middle) {
-    const kt_pose pose = kt_body_frame_pose(&plane->frame, m->poses), body = m->poses[plane->frame.body];
-    const kt_vec3 normal = pose.rotation.z;
-    const double height = kt_vec3_dot(normal, kt_vec3_sub(middle, pose.position));
-    const kt_vec3 foot = kt_vec3_sub(middle, kt_vec3_scale(height, normal));
-    plane->frame.pose.position = kt_pose_apply(kt_pose_invert(body), foot);
-    plane->half = 0.6 * m->picture->size;
+void kt_picture_fit_planes(kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
+    const kt_vec3 middle = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
+    const double size = kt_vec3_norm(kt_vec3_sub(bounds.high, bounds.low));
+    for (int i = 0; i < p->plane_count; i++) {
+        kt_body_frame *frame = &p->planes[i].frame;
+        const kt_pose pose = kt_body_frame_pose(frame, poses);
+        const double height = kt_vec3_dot(pose.rotation.z, kt_vec3_sub(middle, pose.position));
+        const kt_vec3 foot = kt_vec3_sub(middle, kt_vec3_scale(height, pose.rotation.z));
+        frame->pose.position = kt_pose_apply(kt_pose_invert(poses[frame->body]), foot);
+        p->planes[i].half = 0.6 * fmax(size, 0.5 * p->size);
+    }
 }
 
-static void list_planes(maker *m, kt_vec3 middle) {
+static void list_planes(maker *m, kt_bounds bounds) {
     kt_picture *p = m->picture;
     for (int i = 0; i < p->loop_count; i++)
         if (p->loops[i].type == KT_LOOP_ROLLING)
@@ -192,8 +195,7 @@ static void list_planes(maker *m, kt_vec3 middle) {
     for (int i = 0; i < p->joint_count; i++)
         if (p->joints[i].type == KT_JOINT_PLANAR)
             list_plane(m, p->joints[i].frame);
-    for (int i = 0; i < p->plane_count; i++)
-        place_plane(m, &p->planes[i], middle);
+    kt_picture_fit_planes(p, m->poses, bounds);
 }
 
 /* ---- sizes ------------------------------------------------------------------------------------------------------- */
@@ -216,6 +218,11 @@ static void widen_by_solid(kt_bounds *bounds, const kt_solid *solid, const kt_po
     widen(bounds, kt_vec3_add(pose.position, reach));
 }
 
+bool kt_picture_shows_end(const kt_picture_effect *effect, int end) {
+    return !(effect->type == KT_EFFECT_CONTACT && end == 1) &&
+           !(effect->type == KT_EFFECT_ATTRACTION && effect->ends[end].body == 0);
+}
+
 kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
     for (int i = 0; i < p->solid_count; i++)
         widen_by_solid(&bounds, &p->solids[i], poses);
@@ -226,8 +233,9 @@ kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds 
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
             widen(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
     for (int i = 0; i < p->effect_count; i++)
-        for (int k = 0; k < (p->effects[i].type == KT_EFFECT_CONTACT ? 1 : p->effects[i].end_count); k++)
-            widen(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
+        for (int k = 0; k < p->effects[i].end_count; k++)
+            if (kt_picture_shows_end(&p->effects[i], k))
+                widen(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
     return bounds;
 }
 
@@ -253,7 +261,7 @@ static double median_length(const maker *m, double *lengths) {
 }
 
 /* Size of the mechanism, and what looks right at this size. Centres of mass count, too: a body may have no shape. */
-static kt_vec3 measure(maker *m, double *lengths) {
+static kt_bounds measure(maker *m, double *lengths) {
     kt_picture *p = m->picture;
     kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
     for (int body = 1; body < p->body_count; body++)
@@ -267,7 +275,7 @@ static kt_vec3 measure(maker *m, double *lengths) {
     p->radius = 0.011 * p->size;
     if (median > 0.0)
         p->radius = fmax(fmin(p->radius, 0.06 * median), 0.0008 * p->size);
-    return kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
+    return bounds;
 }
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
@@ -380,8 +388,9 @@ static void imply_solids(maker *m) {
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
             attach_frame(m, &p->loops[i].ends[k]);
     for (int i = 0; i < p->effect_count; i++)
-        for (int k = 0; k < (p->effects[i].type == KT_EFFECT_CONTACT ? 1 : p->effects[i].end_count); k++)
-            attach_frame(m, &p->effects[i].ends[k]);
+        for (int k = 0; k < p->effects[i].end_count; k++)
+            if (kt_picture_shows_end(&p->effects[i], k))
+                attach_frame(m, &p->effects[i].ends[k]);
 }
 
 /* ---- colours ----------------------------------------------------------------------------------------------------- */
@@ -464,8 +473,8 @@ static void fill(maker *m, double *lengths) {
     list_loops(m);
     list_effects(m);
     list_shapes(m);
-    const kt_vec3 middle = measure(m, lengths);
-    list_planes(m, middle);
+    const kt_bounds bounds = measure(m, lengths);
+    list_planes(m, bounds);
     thicken(m);
     imply_solids(m);
     choose_colours(m);

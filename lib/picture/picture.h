@@ -119,7 +119,14 @@ kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
 
 /* No room at all, to be widened. */
 kt_bounds kt_bounds_empty(void);
+/* Whether an end of an effect is a part of what is shown: not the plane of a contact, nor a centre of attraction on the
+ * ground, which may be far away. */
+bool kt_picture_shows_end(const kt_picture_effect *effect, int end);
+
 /* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
+/* Lays the squares that are shown of planes below the middle of a box, as large as it asks for; poses: those of the bodies that
+ * carry the planes. kt_picture_create does so for its poses; a run may take more room. */
+void kt_picture_fit_planes(kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 
 #endif

@@ -63,21 +63,14 @@ const char *kt_read_file(const char *name) {
     return text;
 }
 
-/* Versions of cairo differ in spaces, and in whether a colour stands in a style or in an attribute of its own. */
+/* Versions of cairo differ in whether a colour stands in a style or in an attribute of its own. */
 double kt_page_lightness(const char *svg) {
-    const char *colour = svg == NULL ? NULL : strstr(svg, "rgb(");
-    double part[3];
-    if (colour == NULL)
+    const char *defined = svg == NULL ? NULL : strstr(svg, "</defs>"); /* colours of gradients come before the page's */
+    const char *colour = svg == NULL ? NULL : strchr(defined != NULL ? defined : svg, '#');
+    unsigned part[3];
+    if (colour == NULL || sscanf(colour, "#%2x%2x%2x", &part[0], &part[1], &part[2]) != 3)
         return (double)NAN;
-    colour += strlen("rgb(");
-    for (int i = 0; i < 3; i++) {
-        char *end;
-        part[i] = strtod(colour, &end);
-        if (*end++ != '%')
-            return (double)NAN;
-        colour = end + 1; /* a comma or a bracket */
-    }
-    return (part[0] + part[1] + part[2]) / 300.0;
+    return (part[0] + part[1] + part[2]) / (3.0 * 255.0);
 }
 
 /* ---- running ----------------------------------------------------------------------------------------------------- */

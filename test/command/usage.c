@@ -16,7 +16,7 @@ static const char pendulum[] = "kinetree: 1\n"
 KT_TEST(help_of_every_subcommand_leads_with_examples) {
     static const char *const subcommands[] = {"",      "run",         "accuracy",  "plot", "evaluate",
                                               "info",  "check",       "demo",      "make", "integrators",
-                                              "modes", "equilibrium", "stability", "help"};
+                                              "modes", "equilibrium", "stability", "help", "draw"};
     for (size_t i = 0; i < sizeof subcommands / sizeof subcommands[0]; i++) {
         kt_ran ran = kt_shell("$K %s --help", subcommands[i]);
         char start[64];

@@ -1,0 +1,610 @@
+/* The page of a drawing: what is where, what hides what, scale, axes, gravity. */
+#include "draw_paper.h"
+#include "picture/solid.h"
+
+#include "command.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum {
+    WIDTH = 900,
+    MARGIN = 30,
+    TOP = 64,      /* title and subtitle */
+    FOOT = 66,     /* axes and scale */
+    BORDER = 30,   /* around what is drawn, for symbols */
+    CAPTION = 24,  /* the time below a state, where there are several */
+    TALLEST = 560, /* of the part that is drawn */
+    LOWEST = 150,
+};
+
+kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point) {
+    return (kt_spot){sheet->x + sheet->scale * point.x, sheet->y - sheet->scale * point.y};
+}
+
+kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point) {
+    return kt_sheet_spot(sheet, kt_camera_point(&sheet->drawing->camera, point));
+}
+
+/* ---- layout ------------------------------------------------------------------------------------------------------ */
+
+typedef struct layout {
+    double left, right, bottom, top; /* of all that is drawn, in the camera's frame, m */
+    double scale;
+    int columns, rows;
+    double cell_width, cell_height;
+    int height; /* of the page */
+} layout;
+
+static void widen(layout *l, kt_vec3 p) {
+    l->left = fmin(l->left, p.x);
+    l->right = fmax(l->right, p.x);
+    l->bottom = fmin(l->bottom, p.y);
+    l->top = fmax(l->top, p.y);
+}
+
+static const kt_pose *state_of(const kt_drawing *d, int state) {
+    return d->poses + (ptrdiff_t)state * d->picture->body_count;
+}
+
+static void widen_by_solids(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    for (int i = 0; i < d->picture->solid_count; i++) {
+        const kt_solid *solid = &d->picture->solids[i];
+        const kt_pose pose = kt_camera_pose(&d->camera, kt_pose_compose(poses[solid->body], solid->pose));
+        const kt_mat3 back = kt_mat3_transpose(pose.rotation);
+        const kt_vec3 reach = kt_vec3_make(kt_solid_reach(solid, back.x), kt_solid_reach(solid, back.y), 0.0);
+        widen(l, kt_vec3_sub(pose.position, reach));
+        widen(l, kt_vec3_add(pose.position, reach));
+    }
+}
+
+static void widen_by_frames(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    const kt_picture *p = d->picture;
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
+            widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->joints[i].frame, poses).position));
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
+            widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->loops[i].ends[k], poses).position));
+    for (int i = 0; i < p->effect_count; i++)
+        for (int k = 0; k < p->effects[i].end_count; k++)
+            if (kt_picture_shows_end(&p->effects[i], k))
+                widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->effects[i].ends[k], poses).position));
+}
+
+static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    for (int i = 0; i < d->picture->plane_count; i++)
+        for (int k = 0; k < 4; k++) {
+            const kt_picture_plane *plane = &d->picture->planes[i];
+            const kt_vec3 corner =
+                kt_vec3_make(k % 2 ? plane->half : -plane->half, k / 2 ? plane->half : -plane->half, 0.0);
+            widen(l, kt_camera_point(&d->camera, kt_pose_apply(kt_body_frame_pose(&plane->frame, poses), corner)));
+        }
+}
+
+/* The number of columns with which states become largest. */
+static void arrange(layout *l, int cells) {
+    const double width = fmax(l->right - l->left, 1e-9 * (l->top - l->bottom)),
+                 height = fmax(l->top - l->bottom, 1e-9 * width);
+    const double caption = cells > 1 ? CAPTION : 0.0;
+    l->scale = 0.0;
+    for (int columns = 1; columns <= cells; columns++) {
+        const int rows = (cells + columns - 1) / columns;
+        const double room_x = (double)(WIDTH - 2 * MARGIN) / columns - 2.0 * BORDER;
+        const double room_y = (double)TALLEST / rows - 2.0 * BORDER - caption;
+        const double scale = fmin(room_x / width, room_y / height);
+        if (room_x <= 0.0 || room_y <= 0.0 || scale <= l->scale)
+            continue;
+        l->scale = scale;
+        l->columns = columns;
+        l->rows = rows;
+    }
+    l->cell_width = (double)(WIDTH - 2 * MARGIN) / l->columns;
+    l->cell_height = fmax(l->scale * height + 2.0 * BORDER + caption, LOWEST);
+    l->height = (int)ceil(TOP + l->rows * l->cell_height + FOOT);
+}
+
+static layout lay_out(const kt_drawing *d) {
+    layout l = {.left = DBL_MAX, .right = -DBL_MAX, .bottom = DBL_MAX, .top = -DBL_MAX};
+    for (int i = 0; i < d->state_count; i++) {
+        widen_by_solids(&l, d, state_of(d, i));
+        widen_by_frames(&l, d, state_of(d, i));
+    }
+    widen_by_planes(&l, d, state_of(d, 0));
+    for (int i = 0; i < d->path_count; i++)
+        for (int k = 0; k < d->paths[i].count; k++)
+            widen(&l, kt_camera_point(&d->camera, d->paths[i].points[k]));
+    if (l.left > l.right)
+        l = (layout){.left = -0.5, .right = 0.5, .bottom = -0.5, .top = 0.5};
+    if (!(l.right - l.left > 0.0) && !(l.top - l.bottom > 0.0)) {
+        l.right += 0.5 * d->picture->size;
+        l.left -= 0.5 * d->picture->size;
+    }
+    arrange(&l, d->is_strobe ? 1 : d->state_count);
+    return l;
+}
+
+/* The sheet of a state: its cell, in which what is drawn lies in the middle. */
+static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int state) {
+    const int cell = d->is_strobe ? 0 : state;
+    const double left = MARGIN + (cell % l->columns) * l->cell_width, top = TOP + (cell / l->columns) * l->cell_height;
+    const bool captioned = !d->is_strobe && d->state_count > 1;
+    const double middle_x = left + 0.5 * l->cell_width,
+                 middle_y = top + 0.5 * (l->cell_height - (captioned ? CAPTION : 0));
+    return (kt_sheet){.c = c,
+                      .palette = kt_palette_choose(d->is_dark),
+                      .drawing = d,
+                      .poses = state_of(d, state),
+                      .scale = l->scale,
+                      .x = middle_x - 0.5 * l->scale * (l->left + l->right),
+                      .y = middle_y + 0.5 * l->scale * (l->bottom + l->top),
+                      .pin = fmin(fmax(1.5 * l->scale * d->picture->radius, 1.6), 6.5)};
+}
+
+/* ---- what hides what --------------------------------------------------------------------------------------------- */
+
+/* What a piece is painted as. */
+typedef enum thing_type {
+    THING_BODY,   /* a solid of the picture */
+    THING_JOINT,  /* a pin, a ball, a rail */
+    THING_GROUND, /* the foot of a joint on the ground */
+    THING_RUBBER, /* a bushing */
+    THING_SPRING, /* number: of the effect */
+} thing_type;
+
+typedef struct thing {
+    thing_type type;
+    int number;
+} thing;
+
+typedef struct things {
+    thing *items;
+    int count, room;
+    kt_pieces pieces;
+    bool is_full; /* memory was insufficient */
+} things;
+
+static void add(things *t, const kt_sheet *sheet, kt_pose world, kt_solid solid, thing_type type, int number) {
+    if (t->count == t->room) {
+        const int room = 2 * t->room + 32;
+        thing *more = realloc(t->items, (size_t)room * sizeof *more);
+        t->is_full = t->is_full || more == NULL;
+        if (more == NULL)
+            return;
+        t->items = more;
+        t->room = room;
+    }
+    solid.pose = kt_camera_pose(&sheet->drawing->camera, kt_pose_compose(world, solid.pose));
+    t->items[t->count] = (thing){type, number};
+    t->is_full = !kt_pieces_add(&t->pieces, &solid, t->count, type == THING_BODY) || t->is_full;
+    t->count++;
+}
+
+static kt_solid centred(kt_solid_type type, double x, double y, double z) {
+    return (kt_solid){.type = type, .pose = kt_pose_identity(), .half = {x, y, z}};
+}
+
+/* Whether a place in the world is in a solid of the picture, or nearer to one than a distance. */
+static bool is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++) {
+        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
+        const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
+        const double own = p->solids[i].type == KT_SOLID_ROD ? p->solids[i].half.x : 0.0;
+        if (kt_vec3_norm(kt_vec3_sub(kt_solid_nearest(&p->solids[i], local), local)) < distance + own)
+            return true;
+    }
+    return false;
+}
+
+/* The middle of the first solid of a body's rigid part; the body's origin where it has none. */
+static kt_vec3 middle_of(const kt_sheet *sheet, int body) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->part[p->solids[i].body] == p->part[body])
+            return kt_pose_apply(sheet->poses[p->solids[i].body], p->solids[i].pose.position);
+    return sheet->poses[body].position;
+}
+
+/* A foot on the ground below a joint, or above it where the body hangs; none where neither has room. */
+static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, double r) {
+    const kt_vec3 up = kt_picture_vertical(sheet->drawing->picture);
+    const double side = kt_vec3_dot(kt_vec3_sub(middle_of(sheet, body), at), up) < -3.0 * r ? 1.0 : -1.0;
+    for (int i = 0; i < 4; i++) {
+        const double height = (2.6 + i / 2) * r * (i % 2 == 0 ? side : -side);
+        const kt_vec3 place = kt_vec3_add(at, kt_vec3_scale(height, up));
+        const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = place};
+        if (is_taken(sheet, place, 1.6 * r))
+            continue;
+        add(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
+        return;
+    }
+}
+
+/* How far the solids of a body reach to both sides along an axis through a frame's origin; those that the axis passes at a
+ * distance are left out. */
+static void reach_along(const kt_sheet *sheet, int body, const kt_pose *frame, double r, double *low, double *high) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++) {
+        if (p->part[p->solids[i].body] != p->part[body])
+            continue;
+        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
+        const kt_pose inverse = kt_pose_invert(pose);
+        const kt_vec3 from = kt_pose_apply(inverse, frame->position),
+                      d = kt_mat3_apply(inverse.rotation, frame->rotation.z);
+        kt_solid thick = p->solids[i];
+        double enter, leave;
+        thick.half = kt_vec3_add(thick.half, kt_vec3_make(0.2 * r, 0.2 * r, 0.2 * r));
+        if (!kt_solid_cut(&thick, from, d, &enter, &leave))
+            continue;
+        *low = fmin(*low, enter);
+        *high = fmax(*high, leave);
+    }
+}
+
+/* A pin along z of a frame, as long as to stand out of what it joins; of what is very long, only of the rest. */
+static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, int other, double r) {
+    double low = -1.4 * r, high = 1.4 * r, longer_low = low, longer_high = high;
+    reach_along(sheet, body, &frame, r, &longer_low, &longer_high);
+    if (longer_high - longer_low < 12.0 * r) {
+        low = longer_low;
+        high = longer_high;
+    }
+    longer_low = low;
+    longer_high = high;
+    if (other > 0)
+        reach_along(sheet, other, &frame, r, &longer_low, &longer_high);
+    if (longer_high - longer_low < 12.0 * r) {
+        low = longer_low;
+        high = longer_high;
+    }
+    kt_solid pin = centred(KT_SOLID_CYLINDER, r, r, 0.5 * (high - low) + 0.7 * r);
+    pin.pose.position.z = 0.5 * (high + low);
+    add(t, sheet, frame, pin, THING_JOINT, 0);
+}
+
+static void add_cross(things *t, const kt_sheet *sheet, kt_pose first, kt_pose second, double r) {
+    second.position = first.position;
+    add(t, sheet, first, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
+    add(t, sheet, second, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
+}
+
+/* A rail from the joint to the body and beyond, unless a solid of the parent is there already. */
+static void add_rail(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, kt_pose frame, double r) {
+    const kt_pose body = sheet->poses[joint->body];
+    const double place = kt_vec3_dot(kt_vec3_sub(body.position, frame.position), frame.rotation.z);
+    double low = 0.0, high = 0.0, own_low = fmin(place, 0.0), own_high = fmax(place, 0.0);
+    reach_along(sheet, joint->frame.body, &frame, r, &low, &high);
+    reach_along(sheet, joint->body, &frame, r, &own_low, &own_high);
+    if (high - low > 2.0 * r && sheet->drawing->picture->part[joint->frame.body] > 0)
+        return;
+    const double more = 4.0 * r + 0.5 * (own_high - own_low);
+    const double thick = (joint->type == KT_JOINT_SCREW ? 0.9 : 0.5) * r;
+    kt_solid rail = centred(KT_SOLID_CYLINDER, thick, thick, 0.5 * (own_high - own_low) + more);
+    rail.pose.position.z = 0.5 * (own_high + own_low);
+    add(t, sheet, frame, rail, THING_JOINT, 0);
+}
+
+static bool is_ground(const kt_sheet *sheet, int body) { return sheet->drawing->picture->part[body] == 0; }
+
+/* Joints in space: a pin that stands out of what it joins, a ball, crossed pins, a rail. */
+static void add_joint(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, double r) {
+    const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses), body = sheet->poses[joint->body];
+    const kt_pose second = {.rotation = kt_mat3_multiply(body.rotation, kt_triad_from_axis(joint->axis2, 2))};
+    switch (joint->type) {
+    case KT_JOINT_REVOLUTE:
+        add_pin(t, sheet, frame, joint->body, joint->frame.body, r);
+        break;
+    case KT_JOINT_UNIVERSAL:
+        add_cross(t, sheet, frame, second, r);
+        break;
+    case KT_JOINT_SPHERICAL:
+        add(t, sheet, frame, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
+        break;
+    case KT_JOINT_PRISMATIC:
+    case KT_JOINT_CYLINDRICAL:
+    case KT_JOINT_SCREW:
+        add_rail(t, sheet, joint, frame, r);
+        return;
+    default:
+        return;
+    }
+    if (is_ground(sheet, joint->frame.body))
+        add_foot(t, sheet, frame.position, joint->body, r);
+}
+
+static void add_loop(things *t, const kt_sheet *sheet, const kt_picture_loop *loop, double r) {
+    const kt_pose a = kt_body_frame_pose(&loop->ends[0], sheet->poses),
+                  b = kt_body_frame_pose(&loop->ends[1], sheet->poses);
+    switch (loop->type) {
+    case KT_LOOP_REVOLUTE:
+        add_pin(t, sheet, a, loop->ends[0].body, loop->ends[1].body, r);
+        break;
+    case KT_LOOP_SPHERICAL:
+        add(t, sheet, a, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
+        break;
+    case KT_LOOP_UNIVERSAL:
+        add_cross(t, sheet, a, b, r);
+        break;
+    default:
+        return;
+    }
+    for (int k = 0; k < 2; k++)
+        if (is_ground(sheet, loop->ends[k].body) && !is_ground(sheet, loop->ends[1 - k].body))
+            add_foot(t, sheet, k == 0 ? a.position : b.position, loop->ends[1 - k].body, r);
+}
+
+static void add_bushing(things *t, const kt_sheet *sheet, const kt_picture_effect *effect, double r) {
+    const kt_pose frame = kt_body_frame_pose(&effect->ends[0], sheet->poses);
+    add(t, sheet, frame, centred(KT_SOLID_CYLINDER, 2.2 * r, 2.2 * r, 1.6 * r), THING_RUBBER, 0);
+}
+
+/* The radius on the page of a bar that runs along most of a spring; 0: there is none. */
+static double bar_in(const kt_sheet *sheet, kt_vec3 a, kt_vec3 b) {
+    const kt_picture *p = sheet->drawing->picture;
+    const kt_vec3 along = kt_vec3_sub(b, a);
+    const double length = kt_vec3_norm(along);
+    double radius = 0.0;
+    for (int i = 0; i < p->solid_count; i++) {
+        const kt_solid *solid = &p->solids[i];
+        const kt_pose pose = kt_pose_compose(sheet->poses[solid->body], solid->pose);
+        const kt_vec3 apart = kt_vec3_cross(kt_vec3_sub(pose.position, a), pose.rotation.z);
+        if ((solid->type == KT_SOLID_ROD || solid->type == KT_SOLID_CYLINDER) && solid->half.z > 0.2 * length &&
+            fabs(kt_vec3_dot(along, pose.rotation.z)) > 0.99 * length && kt_vec3_norm(apart) < solid->half.x)
+            radius = fmax(radius, sheet->scale * solid->half.x);
+    }
+    return radius;
+}
+
+static void add_spring(things *t, const kt_sheet *sheet, int number, double r) {
+    const kt_picture_effect *effect = &sheet->drawing->picture->effects[number];
+    const kt_vec3 a = kt_body_frame_pose(&effect->ends[0], sheet->poses).position;
+    const kt_vec3 b = kt_body_frame_pose(&effect->ends[1], sheet->poses).position;
+    kt_solid rod = kt_solid_rod(a, b, fmax(r, 1.35 * bar_in(sheet, a, b) / sheet->scale));
+    rod.type = KT_SOLID_CYLINDER;
+    add(t, sheet, kt_pose_identity(), rod, THING_SPRING, number);
+}
+
+static void collect(things *t, const kt_sheet *sheet) {
+    const kt_drawing *d = sheet->drawing;
+    const kt_picture *p = d->picture;
+    const double r = sheet->pin / sheet->scale;
+    for (int i = 0; i < p->solid_count; i++)
+        add(t, sheet, sheet->poses[p->solids[i].body], p->solids[i], THING_BODY, p->solids[i].body);
+    if (d->is_diagram)
+        return;
+    for (int i = 0; i < p->joint_count; i++)
+        add_joint(t, sheet, &p->joints[i], r);
+    for (int i = 0; i < p->loop_count; i++)
+        add_loop(t, sheet, &p->loops[i], r);
+    for (int i = 0; i < p->effect_count; i++)
+        if (p->effects[i].type == KT_EFFECT_SPRING)
+            add_spring(t, sheet, i, r);
+        else if (p->effects[i].type == KT_EFFECT_BUSHING)
+            add_bushing(t, sheet, &p->effects[i], r);
+}
+
+static void paint_spring(const kt_sheet *sheet, const kt_piece *piece, int number) {
+    const kt_picture_effect *effect = &sheet->drawing->picture->effects[number];
+    const kt_vec3 a = kt_body_frame_pose(&effect->ends[0], sheet->poses).position;
+    const kt_vec3 b = kt_body_frame_pose(&effect->ends[1], sheet->poses).position;
+    const double half = piece->solid.half.z;
+    if (!(half > 0.0))
+        return;
+    kt_paint_spring(sheet, kt_sheet_place(sheet, a), kt_sheet_place(sheet, b), 0.5 + 0.5 * piece->low / half,
+                    0.5 + 0.5 * piece->high / half, effect->has_stiffness, effect->has_damping,
+                    1.35 * bar_in(sheet, a, b));
+}
+
+static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thing *what) {
+    const kt_palette *palette = sheet->palette;
+    const kt_colour metal = kt_colour_mix(palette->paper, palette->quiet, 0.45);
+    switch (what->type) {
+    case THING_BODY:
+        kt_paint_piece(sheet, piece, kt_sheet_colour(sheet, what->number));
+        break;
+    case THING_JOINT:
+        kt_paint_piece(sheet, piece, kt_colour_mix(metal, palette->paper, 0.85 * sheet->fade));
+        break;
+    case THING_GROUND:
+        kt_paint_piece(sheet, piece, kt_colour_mix(palette->paper, palette->quiet, 0.3));
+        break;
+    case THING_RUBBER:
+        kt_paint_piece(sheet, piece, kt_colour_mix(palette->quiet, palette->ink, sheet->drawing->is_dark ? 0.0 : 0.4));
+        break;
+    case THING_SPRING:
+        paint_spring(sheet, piece, what->number);
+        break;
+    }
+}
+
+/* Paints what can hide and be hidden. Returns false if memory is insufficient. */
+static bool paint_things(const kt_sheet *sheet) {
+    things t = {0};
+    collect(&t, sheet);
+    const bool fine = !t.is_full && kt_pieces_sort(&t.pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram);
+    for (int i = 0; i < t.pieces.count && fine; i++)
+        paint_thing(sheet, &t.pieces.items[i], &t.items[t.pieces.items[i].thing]);
+    kt_pieces_free(&t.pieces);
+    free(t.items);
+    return fine;
+}
+
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
+
+/* A path as a line; points that are less than half a unit from the last one drawn are left out. */
+static void paint_paths(const kt_sheet *sheet) {
+    for (int i = 0; i < sheet->drawing->path_count; i++) {
+        const kt_drawn_path *path = &sheet->drawing->paths[i];
+        kt_spot last = {DBL_MAX, DBL_MAX};
+        for (int k = 0; k < path->count; k++) {
+            const kt_spot at = kt_sheet_place(sheet, path->points[k]);
+            if (k > 0 && k + 1 < path->count && hypot(at.x - last.x, at.y - last.y) < 0.7)
+                continue;
+            cairo_line_to(sheet->c, at.x, at.y);
+            last = at;
+        }
+        kt_paper_use(sheet->c, kt_colour_mix(kt_sheet_colour(sheet, path->body), sheet->palette->ink, 0.25));
+        cairo_set_line_width(sheet->c, 1.2);
+        cairo_stroke(sheet->c);
+    }
+}
+
+/* ---- around the mechanism ---------------------------------------------------------------------------------------- */
+
+/* The world's axes as the camera sees them. */
+static void paint_triad(const kt_sheet *sheet, kt_spot origin) {
+    static const char *const names[] = {"x", "y", "z"};
+    const double length = 24.0;
+    double lowest = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const kt_mat3 seen = kt_mat3_transpose(sheet->drawing->camera.axes);
+        lowest = fmin(lowest, i == 0 ? seen.x.y : i == 1 ? seen.y.y : seen.z.y);
+    }
+    origin.y += length * (lowest + 0.5); /* all of it is above the lower edge */
+    for (int i = 0; i < 3; i++) {
+        const kt_vec3 axis = kt_camera_point(&sheet->drawing->camera,
+                                             kt_vec3_make(i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0));
+        const kt_spot tip = {origin.x + length * axis.x, origin.y - length * axis.y};
+        if (hypot(axis.x, axis.y) < 0.3)
+            continue;
+        kt_paint_arrow(sheet, origin, tip, 1.0, sheet->palette->quiet);
+        kt_paper_text(sheet->c, origin.x + (length + 9.0) * axis.x, origin.y - (length + 9.0) * axis.y + 4.0,
+                      KT_ANCHOR_MIDDLE, names[i]);
+    }
+}
+
+/* 1, 2 or 5 times a power of ten, not above a number. */
+static double round_below(double x) {
+    const double power = pow(10.0, floor(log10(x)));
+    return x >= 5.0 * power ? 5.0 * power : x >= 2.0 * power ? 2.0 * power : power;
+}
+
+static void write_length(double length, char *text, size_t size) {
+    if (length >= 1e3)
+        snprintf(text, size, "%g km", 1e-3 * length);
+    else if (length >= 0.1)
+        snprintf(text, size, "%g m", length);
+    else if (length >= 1e-4)
+        snprintf(text, size, "%g mm", 1e3 * length);
+    else
+        snprintf(text, size, "%g \u00b5m", 1e6 * length);
+}
+
+static void paint_scale(const kt_sheet *sheet, double right, double y) {
+    const double length = round_below(140.0 / sheet->scale), width = length * sheet->scale;
+    cairo_t *c = sheet->c;
+    char text[48];
+    write_length(length, text, sizeof text);
+    kt_paper_use(c, sheet->palette->quiet);
+    cairo_set_line_width(c, 1.2);
+    cairo_move_to(c, right - width, y - 4.0);
+    cairo_line_to(c, right - width, y + 4.0);
+    cairo_move_to(c, right - width, y);
+    cairo_line_to(c, right, y);
+    cairo_move_to(c, right, y - 4.0);
+    cairo_line_to(c, right, y + 4.0);
+    cairo_stroke(c);
+    kt_paper_text(c, right - 0.5 * width, y - 8.0, KT_ANCHOR_MIDDLE, text);
+}
+
+/* An arrow as gravity pulls; along the view a dot or a cross in a circle. */
+static void paint_gravity(const kt_sheet *sheet, kt_spot at) {
+    const kt_vec3 g = sheet->drawing->picture->gravity;
+    cairo_t *c = sheet->c;
+    if (!(kt_vec3_dot(g, g) > 0.0))
+        return;
+    const kt_vec3 down = kt_camera_point(&sheet->drawing->camera, kt_vec3_normalize(g));
+    const double length = 34.0;
+    kt_paper_use(c, sheet->palette->quiet);
+    kt_paper_text(c, at.x + 10.0, at.y + 5.0, KT_ANCHOR_LEFT, "g");
+    if (hypot(down.x, down.y) > 0.3) {
+        kt_paint_arrow(sheet, (kt_spot){at.x - 0.5 * length * down.x, at.y + 0.5 * length * down.y},
+                       (kt_spot){at.x + 0.5 * length * down.x, at.y - 0.5 * length * down.y}, 1.4,
+                       sheet->palette->quiet);
+        return;
+    }
+    cairo_arc(c, at.x, at.y, 6.0, 0.0, 6.283185307179586);
+    cairo_set_line_width(c, 1.2);
+    for (int i = 0; i < 2 && down.z < 0.0; i++) {
+        cairo_move_to(c, at.x - 4.2, at.y + (i ? 4.2 : -4.2));
+        cairo_line_to(c, at.x + 4.2, at.y + (i ? -4.2 : 4.2));
+    }
+    cairo_stroke(c);
+    if (down.z > 0.0) {
+        cairo_arc(c, at.x, at.y, 1.8, 0.0, 6.283185307179586);
+        cairo_fill(c);
+    }
+}
+
+static void paint_heading(cairo_t *c, const kt_drawing *d, const kt_palette *palette) {
+    kt_paper_use(c, palette->paper);
+    cairo_paint(c);
+    kt_paper_use(c, palette->ink);
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
+    cairo_set_font_size(c, kt_title_size);
+    kt_paper_text_within(c, 20.0, 28.0, WIDTH - 110.0, d->title);
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(c, kt_text_size);
+    kt_paper_use(c, palette->quiet);
+    kt_paper_text_within(c, 20.0, 48.0, WIDTH - 110.0, d->subtitle);
+}
+
+static void paint_caption(const kt_sheet *sheet, const layout *l, int state) {
+    char text[48];
+    snprintf(text, sizeof text, "%.4g s", sheet->drawing->times[state]);
+    cairo_set_font_size(sheet->c, kt_text_size);
+    kt_paper_use(sheet->c, sheet->palette->quiet);
+    kt_paper_text(sheet->c, MARGIN + (state % l->columns + 0.5) * l->cell_width,
+                  TOP + (state / l->columns + 1) * l->cell_height - 7.0, KT_ANCHOR_MIDDLE, text);
+}
+
+/* ---- the page ---------------------------------------------------------------------------------------------------- */
+
+typedef struct page {
+    const kt_drawing *drawing;
+    layout layout;
+    bool *fine;
+} page;
+
+static void paint(cairo_t *c, const void *what) {
+    const page *p = what;
+    const kt_drawing *d = p->drawing;
+    const int last = d->state_count - 1;
+    kt_sheet sheet = sheet_of(c, d, &p->layout, last);
+    cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
+    paint_heading(c, d, sheet.palette);
+    for (int i = 0; i < d->state_count; i++) {
+        sheet = sheet_of(c, d, &p->layout, i);
+        sheet.fade = d->is_strobe ? 0.25 * (last > 0) * (i < last) + 0.7 * (last - i) / fmax(last, 1.0) : 0.0;
+        if (!d->is_strobe || i == 0) {
+            const double fade = sheet.fade;
+            sheet.fade = 0.0;
+            kt_paint_ground(&sheet);
+            paint_paths(&sheet);
+            sheet.fade = fade;
+        }
+        *p->fine = paint_things(&sheet) && *p->fine;
+        kt_paint_symbols(&sheet);
+        if (!d->is_strobe && d->state_count > 1)
+            paint_caption(&sheet, &p->layout, i);
+    }
+    sheet.fade = 0.0;
+    cairo_set_font_size(c, kt_small_size);
+    kt_paper_use(c, sheet.palette->quiet);
+    paint_triad(&sheet, (kt_spot){52.0, p->layout.height - 38.0});
+    paint_scale(&sheet, WIDTH - MARGIN, p->layout.height - 26.0);
+    cairo_set_font_size(c, kt_text_size);
+    paint_gravity(&sheet, (kt_spot){WIDTH - 52.0, 38.0});
+}
+
+int kt_drawing_write(const kt_drawing *drawing, const char *path) {
+    bool fine = true;
+    const page p = {drawing, lay_out(drawing), &fine};
+    const int code = kt_paper_write(path, WIDTH, p.layout.height, paint, &p);
+    if (!fine)
+        kt_say("there is not enough memory for the picture");
+    return fine ? code : KT_EXIT_INTEGRATION;
+}

@@ -1,0 +1,647 @@
+/* What hides what.
+ *
+ * 1. The outlines of two pieces are convex polygons in the picture; their intersection is sampled, and at each sample a ray
+ *    towards the viewer tells where it leaves each of both (kt_solid_cut): the one that it leaves last is in front.
+ * 2. Pairs of which each is in front somewhere are cut at the places along the longer one where this changes.
+ * 3. "a is behind b" are the edges of a graph, which is sorted topologically. If it has a cycle, its longest piece is halved,
+ *    and all starts again; or the edge is dropped along which least would be painted wrongly, if that is little or such
+ *    rounds have been enough. Pieces that need not have been cut are joined again. */
+#include "picture/hiding.h"
+
+#include "picture/solid.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    CIRCLE = 16,     /* corners that stand for a circle */
+    CORNERS = 64,    /* room for a polygon's corners */
+    ALONG = 48,      /* samples along a piece that may be cut */
+    CUTS_MAX = 6,    /* of a piece at once */
+    ROUNDS_MAX = 2,  /* of cutting pairs */
+    CYCLES_MAX = 12, /* that are cut open */
+};
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- the list ---------------------------------------------------------------------------------------------------- */
+
+static bool add_piece(kt_pieces *pieces, kt_piece piece) {
+    if (pieces->count == pieces->room) {
+        const int room = 2 * pieces->room + 16;
+        kt_piece *more = realloc(pieces->items, (size_t)room * sizeof *more);
+        if (more == NULL)
+            return false;
+        pieces->items = more;
+        pieces->room = room;
+    }
+    pieces->items[pieces->count++] = piece;
+    return true;
+}
+
+bool kt_pieces_add(kt_pieces *pieces, const kt_solid *solid, int thing, bool shines) {
+    kt_piece piece = {.solid = *solid, .thing = thing, .shines = shines};
+    kt_solid *s = &piece.solid;
+    const kt_mat3 r = s->pose.rotation;
+    const kt_vec3 h = s->half;
+    if (s->type == KT_SOLID_BOX && h.x > h.z && h.x >= h.y) { /* x, y, z become y, z, x */
+        s->pose.rotation = (kt_mat3){r.y, r.z, r.x};
+        s->half = kt_vec3_make(h.y, h.z, h.x);
+    } else if (s->type == KT_SOLID_BOX && h.y > h.z) {
+        s->pose.rotation = (kt_mat3){r.z, r.x, r.y};
+        s->half = kt_vec3_make(h.z, h.x, h.y);
+    }
+    piece.low = -s->half.z;
+    piece.high = s->half.z;
+    return add_piece(pieces, piece);
+}
+
+void kt_pieces_free(kt_pieces *pieces) {
+    free(pieces->items);
+    *pieces = (kt_pieces){0};
+}
+
+/* A rod that was cut is taken for a cylinder, which is as long as the rod where it has its own end. */
+kt_solid kt_piece_solid(const kt_piece *piece) {
+    kt_solid solid = piece->solid;
+    double low = piece->low, high = piece->high;
+    if (solid.type == KT_SOLID_SPHERE || high - low == 2.0 * solid.half.z)
+        return solid;
+    if (solid.type == KT_SOLID_ROD) {
+        low -= low == -solid.half.z ? solid.half.x : 0.0;
+        high += high == solid.half.z ? solid.half.x : 0.0;
+        solid.type = KT_SOLID_CYLINDER;
+    }
+    solid.pose.position = kt_pose_apply(solid.pose, kt_vec3_make(0.0, 0.0, 0.5 * (low + high)));
+    solid.half.z = 0.5 * (high - low);
+    return solid;
+}
+
+/* ---- outlines ---------------------------------------------------------------------------------------------------- */
+
+typedef struct corner {
+    double x, y;
+} corner;
+
+typedef struct polygon {
+    int count;
+    corner corners[CORNERS];
+} polygon;
+
+static double turn(corner a, corner b, corner c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+
+static int compare_corners(const void *a, const void *b) {
+    const corner *p = a, *q = b;
+    return p->x != q->x ? (p->x > q->x) - (p->x < q->x) : (p->y > q->y) - (p->y < q->y);
+}
+
+/* The convex hull, anticlockwise (Andrew's monotone chain). */
+static polygon hull_of(corner *points, int count) {
+    polygon hull = {0};
+    qsort(points, (size_t)count, sizeof *points, compare_corners);
+    for (int pass = 0; pass < 2; pass++) {
+        const int start = hull.count;
+        for (int i = 0; i < count; i++) {
+            const corner point = points[pass == 0 ? i : count - 1 - i];
+            while (hull.count >= start + 2 &&
+                   turn(hull.corners[hull.count - 2], hull.corners[hull.count - 1], point) <= 0.0)
+                hull.count--;
+            hull.corners[hull.count++] = point;
+        }
+        hull.count--; /* the last one begins the other chain */
+    }
+    return hull;
+}
+
+static corner flat(kt_vec3 point) { return (corner){point.x, point.y}; }
+
+/* The outline of a solid in the picture: of points that its surface has, the hull. */
+static polygon outline_of(const kt_solid *solid) {
+    corner points[2 * CIRCLE];
+    const kt_vec3 h = solid->half;
+    int count = 0;
+    for (int i = 0; i < (solid->type == KT_SOLID_BOX ? 8 : 2 * CIRCLE); i++) {
+        const double angle = 2.0 * pi * (i / 2) / CIRCLE, sign = i % 2 == 0 ? 1.0 : -1.0;
+        const double c = h.x * cos(angle), s = h.x * sin(angle);
+        kt_vec3 local = kt_vec3_make(c, s, sign * h.z); /* of a cylinder */
+        if (solid->type == KT_SOLID_BOX)
+            local = kt_vec3_make((i & 2) != 0 ? h.x : -h.x, (i & 4) != 0 ? h.y : -h.y, sign * h.z);
+        else if (solid->type != KT_SOLID_CYLINDER)
+            local = kt_vec3_make(0.0, 0.0, solid->type == KT_SOLID_SPHERE ? 0.0 : sign * h.z);
+        points[count] = flat(kt_pose_apply(solid->pose, local));
+        if (solid->type == KT_SOLID_SPHERE || solid->type == KT_SOLID_ROD) {
+            points[count].x += c;
+            points[count].y += s;
+        }
+        count++;
+    }
+    return hull_of(points, count);
+}
+
+/* The part of a convex polygon that lies in another (Sutherland and Hodgman). */
+static polygon overlap_of(const polygon *a, const polygon *b) {
+    polygon part = *a;
+    for (int i = 0; i < b->count && part.count > 0; i++) {
+        const corner from = b->corners[i], to = b->corners[(i + 1) % b->count];
+        polygon rest = {0};
+        for (int k = 0; k < part.count && rest.count + 2 <= CORNERS; k++) {
+            const corner p = part.corners[k], q = part.corners[(k + 1) % part.count];
+            const double inside = turn(from, to, p), next = turn(from, to, q);
+            if (inside >= 0.0)
+                rest.corners[rest.count++] = p;
+            if ((inside > 0.0 && next < 0.0) || (inside < 0.0 && next > 0.0)) {
+                const double share = inside / (inside - next);
+                rest.corners[rest.count++] = (corner){p.x + share * (q.x - p.x), p.y + share * (q.y - p.y)};
+            }
+        }
+        part = rest;
+    }
+    return part;
+}
+
+static double area_of(const polygon *p) {
+    double sum = 0.0;
+    for (int i = 1; i + 1 < p->count; i++)
+        sum += 0.5 * turn(p->corners[0], p->corners[i], p->corners[i + 1]);
+    return sum;
+}
+
+/* ---- one pair ---------------------------------------------------------------------------------------------------- */
+
+/* A piece with what is needed of it again and again. */
+typedef struct shown {
+    kt_solid solid;
+    polygon outline;
+    double left, right, bottom, top, area;
+    double width; /* in the picture */
+    bool shines, lets_shine;
+} shown;
+
+static shown show(const kt_piece *piece) {
+    const bool is_whole = piece->high - piece->low == 2.0 * piece->solid.half.z;
+    shown s = {.solid = kt_piece_solid(piece),
+               .shines = piece->shines && is_whole,
+               .lets_shine = piece->shines,
+               .left = DBL_MAX,
+               .right = -DBL_MAX,
+               .bottom = DBL_MAX,
+               .top = -DBL_MAX};
+    s.outline = outline_of(&s.solid);
+    s.area = area_of(&s.outline);
+    for (int i = 0; i < s.outline.count; i++) {
+        s.left = fmin(s.left, s.outline.corners[i].x);
+        s.right = fmax(s.right, s.outline.corners[i].x);
+        s.bottom = fmin(s.bottom, s.outline.corners[i].y);
+        s.top = fmax(s.top, s.outline.corners[i].y);
+    }
+    s.width = s.area / fmax(hypot(s.right - s.left, s.top - s.bottom), DBL_MIN);
+    return s;
+}
+
+/* Where the ray at a point of the picture is in the solid, counted towards the viewer. */
+static bool depth_at(const kt_solid *solid, corner at, double *back, double *front) {
+    const kt_pose inverse = kt_pose_invert(solid->pose);
+    const kt_vec3 from = kt_pose_apply(inverse, kt_vec3_make(at.x, at.y, 0.0)), towards = inverse.rotation.z;
+    return kt_solid_cut(solid, from, towards, back, front);
+}
+
+typedef struct relation {
+    double nearer, further;  /* by how much a is in front of b where it is most, and b of a; below 0: nowhere */
+    bool apart;              /* in depth, somewhere */
+    bool a_inside, b_inside; /* of the other, everywhere */
+} relation;
+
+static void sample(const shown *a, const shown *b, corner at, bool is_diagram, relation *r) {
+    double back_a, front_a, back_b, front_b;
+    if (!depth_at(&a->solid, at, &back_a, &front_a) || !depth_at(&b->solid, at, &back_b, &front_b))
+        return;
+    const bool apart = back_a >= front_b || back_b >= front_a;
+    r->apart = r->apart || apart;
+    r->a_inside = r->a_inside && back_a >= back_b && front_a <= front_b;
+    r->b_inside = r->b_inside && back_b >= back_a && front_b <= front_a;
+    if (is_diagram && !apart)
+        return;
+    r->nearer = fmax(r->nearer, front_a - front_b);
+    r->further = fmax(r->further, front_b - front_a);
+}
+
+/* Samples the corners of the overlap and the middles of its edges, drawn inwards by some shares, and its centre. */
+static relation relate(const shown *a, const shown *b, bool is_diagram) {
+    relation r = {-DBL_MAX, -DBL_MAX, false, true, true};
+    if (a->left >= b->right || b->left >= a->right || a->bottom >= b->top || b->bottom >= a->top)
+        return r;
+    const polygon part = overlap_of(&a->outline, &b->outline);
+    corner centre = {0.0, 0.0};
+    if (part.count < 3 || area_of(&part) <= 1e-4 * fmin(a->area, b->area))
+        return r;
+    for (int i = 0; i < part.count; i++) {
+        centre.x += part.corners[i].x / part.count;
+        centre.y += part.corners[i].y / part.count;
+    }
+    sample(a, b, centre, is_diagram, &r);
+    for (int i = 0; i < 2 * part.count; i++) {
+        const corner p = part.corners[i / 2], q = part.corners[(i / 2 + i % 2) % part.count];
+        const corner edge = {0.5 * (p.x + q.x) - centre.x, 0.5 * (p.y + q.y) - centre.y};
+        static const double shares[] = {0.97, 0.6};
+        for (int k = 0; k < 2; k++)
+            sample(a, b, (corner){centre.x + shares[k] * edge.x, centre.y + shares[k] * edge.y}, is_diagram, &r);
+    }
+    const bool a_in_b = a->shines && b->lets_shine && r.a_inside && area_of(&part) > 0.98 * a->area;
+    const bool b_in_a = b->shines && a->lets_shine && r.b_inside && area_of(&part) > 0.98 * b->area;
+    if (a_in_b != b_in_a) /* shown as if the other one were transparent */
+        return (relation){.nearer = a_in_b ? DBL_MAX : -DBL_MAX, .further = b_in_a ? DBL_MAX : -DBL_MAX};
+    if (is_diagram && !r.apart && a->width != b->width) /* the thinner one in front */
+        return (relation){.nearer = a->width < b->width ? DBL_MAX : -DBL_MAX,
+                          .further = b->width < a->width ? DBL_MAX : -DBL_MAX};
+    return r;
+}
+
+/* ---- cuts -------------------------------------------------------------------------------------------------------- */
+
+typedef struct cuts {
+    int count;
+    double at[CUTS_MAX];
+} cuts;
+
+/* 1: the piece is in front of the other at z along its middle, -1: behind it, 0: the two do not overlap there. */
+static int side_at(const kt_piece *piece, const shown *other, double z) {
+    const corner at = flat(kt_pose_apply(piece->solid.pose, kt_vec3_make(0.0, 0.0, z)));
+    double back, front, back_other, front_other;
+    if (!depth_at(&piece->solid, at, &back, &front) || !depth_at(&other->solid, at, &back_other, &front_other))
+        return 0;
+    return front > front_other ? 1 : -1;
+}
+
+static void add_cut(cuts *c, double at, double gap) {
+    for (int i = 0; i < c->count; i++)
+        if (fabs(c->at[i] - at) < gap)
+            return;
+    if (c->count < CUTS_MAX)
+        c->at[c->count++] = at;
+}
+
+/* Where the piece comes out of, or goes behind, the other. Returns whether there is such a place. */
+static bool find_cuts(const kt_piece *piece, const shown *other, cuts *c) {
+    const double length = piece->high - piece->low, gap = 0.01 * length;
+    const int count = c->count;
+    int before = 0;
+    double last = piece->low;
+    for (int i = 0; i <= ALONG; i++) {
+        const double z = piece->low + length * i / ALONG;
+        const int side = side_at(piece, other, z);
+        if (side * before < 0) {
+            double a = last, b = z;
+            for (int k = 0; k < 20; k++) {
+                const double middle = 0.5 * (a + b);
+                *(side_at(piece, other, middle) == before ? &a : &b) = middle;
+            }
+            if (b - piece->low > gap && piece->high - b > gap)
+                add_cut(c, b, gap);
+        }
+        if (side != 0) {
+            before = side;
+            last = z;
+        }
+    }
+    return c->count > count;
+}
+
+static int compare_numbers(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Replaces pieces by what their cuts leave of them, in their place. */
+static bool cut_all(kt_pieces *pieces, cuts *all) {
+    kt_pieces made = {0};
+    bool fine = true;
+    for (int i = 0; i < pieces->count && fine; i++) {
+        kt_piece piece = pieces->items[i];
+        const double high = piece.high;
+        qsort(all[i].at, (size_t)all[i].count, sizeof all[i].at[0], compare_numbers);
+        for (int k = 0; k <= all[i].count && fine; k++) {
+            piece.high = k < all[i].count ? all[i].at[k] : high;
+            fine = add_piece(&made, piece);
+            piece.low = piece.high;
+        }
+    }
+    if (!fine) {
+        kt_pieces_free(&made);
+        return false;
+    }
+    kt_pieces_free(pieces);
+    *pieces = made;
+    return true;
+}
+
+/* ---- all pairs --------------------------------------------------------------------------------------------------- */
+
+/* Pieces of one solid: the one towards the viewer comes later, if nothing speaks against it. */
+static double order_in_solid(const kt_piece *a, const kt_piece *b) {
+    return (a->low - b->low) * a->solid.pose.rotation.z.z;
+}
+
+static bool is_long(const kt_piece *piece, double tolerance) {
+    return piece->solid.type != KT_SOLID_SPHERE && piece->high - piece->low > 4.0 * tolerance;
+}
+
+/* Half of the least of its edges or diameters. */
+static double thickness_of(const kt_solid *solid) { return fmin(solid->half.x, solid->half.y); }
+
+typedef struct edge {
+    int behind, before;
+    double weight; /* how far what is behind would stand out, if it were painted later; 0: dropped */
+} edge;
+
+/* A piece by where it begins from the left. */
+typedef struct beginning {
+    double left;
+    int piece;
+} beginning;
+
+typedef struct graph {
+    shown *shown;
+    cuts *cuts;
+    int *waiting;
+    beginning *beginnings;
+    bool *is_taken;
+    edge *edges;
+    int edge_count, edge_room;
+    bool any_cut;
+} graph;
+
+static bool add_edge(graph *g, int behind, int before, double weight) {
+    if (g->edge_count == g->edge_room) {
+        const int room = 2 * g->edge_room + 64;
+        edge *more = realloc(g->edges, (size_t)room * sizeof *more);
+        if (more == NULL)
+            return false;
+        g->edges = more;
+        g->edge_room = room;
+    }
+    g->edges[g->edge_count++] = (edge){behind, before, weight};
+    return true;
+}
+
+static bool relate_pair(graph *g, const kt_pieces *pieces, int i, int j, double tolerance, bool is_diagram,
+                        bool may_cut) {
+    const kt_piece *a = &pieces->items[i], *b = &pieces->items[j];
+    if (a->thing == b->thing && memcmp(&a->solid, &b->solid, sizeof a->solid) == 0) {
+        const double order = order_in_solid(a, b);
+        return order == 0.0 || add_edge(g, order > 0.0 ? j : i, order > 0.0 ? i : j, DBL_MIN);
+    }
+    const relation r = relate(&g->shown[i], &g->shown[j], is_diagram);
+    if (r.nearer <= tolerance && r.further <= tolerance)
+        return true;
+    const double slight = fmax(tolerance, fmin(thickness_of(&a->solid), thickness_of(&b->solid)));
+    if (fmin(r.nearer, r.further) > slight && may_cut) {
+        const bool first = thickness_of(&a->solid) <= thickness_of(&b->solid); /* the thinner one is tried first */
+        for (int k = 0; k < 2; k++) {
+            const int cut = (k == 0) == first ? i : j, other = cut == i ? j : i;
+            if (is_long(&pieces->items[cut], tolerance) &&
+                find_cuts(&pieces->items[cut], &g->shown[other], &g->cuts[cut])) {
+                g->any_cut = true;
+                break;
+            }
+        }
+    }
+    const double weight =
+        fmin(r.nearer, r.further) > tolerance ? fabs(r.nearer - r.further) : fmax(r.nearer, r.further);
+    return add_edge(g, r.nearer > r.further ? j : i, r.nearer > r.further ? i : j, fmax(weight, DBL_MIN));
+}
+
+static int compare_beginnings(const void *a, const void *b) {
+    const beginning *p = a, *q = b;
+    return p->left != q->left ? (p->left > q->left) - (p->left < q->left) : p->piece - q->piece;
+}
+
+/* Finds the edges of all pairs that overlap, from the left to the right. */
+static bool relate_all(graph *g, const kt_pieces *pieces, double tolerance, bool is_diagram, bool may_cut) {
+    const int n = pieces->count;
+    g->edge_count = 0;
+    g->any_cut = false;
+    memset(g->cuts, 0, (size_t)n * sizeof *g->cuts);
+    for (int i = 0; i < n; i++) {
+        g->shown[i] = show(&pieces->items[i]);
+        g->beginnings[i] = (beginning){g->shown[i].left, i};
+    }
+    qsort(g->beginnings, (size_t)n, sizeof *g->beginnings, compare_beginnings);
+    for (int i = 0; i < n; i++)
+        for (int k = i + 1; k < n && g->beginnings[k].left < g->shown[g->beginnings[i].piece].right; k++) {
+            const int a = g->beginnings[i].piece, b = g->beginnings[k].piece;
+            if (!relate_pair(g, pieces, a < b ? a : b, a < b ? b : a, tolerance, is_diagram, may_cut))
+                return false;
+        }
+    return true;
+}
+
+/* ---- sorting ----------------------------------------------------------------------------------------------------- */
+
+static int compare_edges(const void *a, const void *b) { return ((const edge *)a)->behind - ((const edge *)b)->behind; }
+
+/* The first piece that waits for none; -1 if all are in cycles, or behind them. */
+static int next_piece(const graph *g, int count) {
+    for (int i = 0; i < count; i++)
+        if (!g->is_taken[i] && g->waiting[i] == 0)
+            return i;
+    return -1;
+}
+
+/* An edge that a piece waits for. */
+static int edge_before(const graph *g, int piece) {
+    for (int i = 0; i < g->edge_count; i++)
+        if (g->edges[i].before == piece && g->edges[i].weight > 0.0 && !g->is_taken[g->edges[i].behind])
+            return i;
+    return -1;
+}
+
+/* Goes backwards until a piece is met again, and once around: the lightest edge of the cycle, and the longest piece in it. */
+static int find_cycle(const graph *g, const kt_pieces *pieces, double tolerance, int *longest) {
+    int piece = 0, lightest = -1;
+    double length = 0.0;
+    while (g->is_taken[piece])
+        piece++;
+    for (int i = 0; i < pieces->count; i++)
+        piece = g->edges[edge_before(g, piece)].behind;
+    *longest = -1;
+    for (int start = piece, first = 1; first || piece != start; first = 0) {
+        const int e = edge_before(g, piece);
+        const kt_piece *p = &pieces->items[piece];
+        lightest = lightest < 0 || g->edges[e].weight < g->edges[lightest].weight ? e : lightest;
+        if (is_long(p, tolerance) && p->high - p->low > length) {
+            length = p->high - p->low;
+            *longest = piece;
+        }
+        piece = g->edges[e].behind;
+    }
+    return lightest;
+}
+
+static int first_edge(const graph *g, int behind) {
+    int low = 0, high = g->edge_count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (g->edges[middle].behind < behind)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Opens a cycle. Where its lightest edge weighs little, or nothing may be cut, that edge is dropped; else a piece to be
+ * halved is returned, otherwise -1. */
+static int open_cycle(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut) {
+    int longest;
+    edge *e = &g->edges[find_cycle(g, pieces, tolerance, &longest)];
+    const double slight =
+        0.5 * fmin(thickness_of(&pieces->items[e->behind].solid), thickness_of(&pieces->items[e->before].solid));
+    if (may_cut && longest >= 0 && e->weight > fmax(slight, 4.0 * tolerance))
+        return longest;
+    e->weight = 0.0;
+    g->waiting[e->before]--;
+    return -1;
+}
+
+/* Kahn's algorithm. `order` receives all pieces. Returns -1, or a piece that is to be halved, to open a cycle. */
+static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut, int *order) {
+    qsort(g->edges, (size_t)g->edge_count, sizeof *g->edges, compare_edges);
+    memset(g->waiting, 0, (size_t)pieces->count * sizeof *g->waiting);
+    memset(g->is_taken, 0, (size_t)pieces->count * sizeof *g->is_taken);
+    for (int i = 0; i < g->edge_count; i++)
+        g->waiting[g->edges[i].before]++;
+    for (int count = 0; count < pieces->count; count++) {
+        int next;
+        while ((next = next_piece(g, pieces->count)) < 0) {
+            const int cut = open_cycle(g, pieces, tolerance, may_cut);
+            if (cut >= 0)
+                return cut;
+        }
+        g->is_taken[next] = true;
+        order[count] = next;
+        for (int i = first_edge(g, next); i < g->edge_count && g->edges[i].behind == next; i++)
+            g->waiting[g->edges[i].before] -= g->edges[i].weight > 0.0;
+    }
+    return -1;
+}
+
+/* ---- mending cuts ------------------------------------------------------------------------------------------------ */
+
+/* Whether nothing that piece `which` must stay behind (or, if is_before, in front of) is painted between two places. */
+static bool is_free(const graph *g, const int *place, int which, bool is_before, int from, int to) {
+    for (int i = 0; i < g->edge_count; i++) {
+        const edge e = g->edges[i];
+        const int other = is_before ? e.behind : e.before;
+        if (e.weight > 0.0 && (is_before ? e.before : e.behind) == which && place[other] > from && place[other] < to)
+            return false;
+    }
+    return true;
+}
+
+static bool is_neighbour(const kt_piece *a, const kt_piece *b) {
+    return a->thing == b->thing && (a->high == b->low || b->high == a->low);
+}
+
+/* Joins the pieces at places i < k, if one of them may be painted together with the other. */
+static bool join(graph *g, kt_pieces *pieces, int *order, int *place, int i, int k) {
+    const int a = order[i], b = order[k];
+    const bool at_last = is_free(g, place, a, false, i, k);
+    if (!at_last && !is_free(g, place, b, true, i, k))
+        return false;
+    const int kept = at_last ? b : a, gone = at_last ? a : b;
+    kt_piece *piece = &pieces->items[kept];
+    piece->low = fmin(piece->low, pieces->items[gone].low);
+    piece->high = fmax(piece->high, pieces->items[gone].high);
+    for (int e = 0; e < g->edge_count; e++) {
+        g->edges[e].behind = g->edges[e].behind == gone ? kept : g->edges[e].behind;
+        g->edges[e].before = g->edges[e].before == gone ? kept : g->edges[e].before;
+    }
+    order[at_last ? i : k] = -1;
+    place[gone] = -1;
+    return true;
+}
+
+enum { JOINED_MOST = 2000 }; /* pieces; more are left as they are */
+
+/* Pieces of one solid that need not be apart are joined again. */
+static void join_pieces(graph *g, kt_pieces *pieces, int *order) {
+    int *place = g->waiting;
+    bool any = pieces->count <= JOINED_MOST;
+    for (int i = 0; i < pieces->count; i++)
+        place[order[i]] = i;
+    while (any) {
+        any = false;
+        for (int i = 0; i < pieces->count; i++)
+            for (int k = i + 1; k < pieces->count && order[i] >= 0; k++)
+                if (order[k] >= 0 && is_neighbour(&pieces->items[order[i]], &pieces->items[order[k]]))
+                    any = join(g, pieces, order, place, i, k) || any;
+    }
+}
+
+/* ---- rounds ------------------------------------------------------------------------------------------------------ */
+
+static bool make_graph(graph *g, int count) {
+    const size_t n = (size_t)count + 1;
+    *g = (graph){.shown = calloc(n, sizeof *g->shown),
+                 .cuts = calloc(n, sizeof *g->cuts),
+                 .waiting = calloc(n, sizeof *g->waiting),
+                 .beginnings = calloc(n, sizeof *g->beginnings),
+                 .is_taken = calloc(n, sizeof *g->is_taken)};
+    return g->shown != NULL && g->cuts != NULL && g->waiting != NULL && g->beginnings != NULL && g->is_taken != NULL;
+}
+
+static void free_graph(graph *g) {
+    free(g->shown);
+    free(g->cuts);
+    free(g->waiting);
+    free(g->beginnings);
+    free(g->is_taken);
+    free(g->edges);
+}
+
+static bool put_in_order(kt_pieces *pieces, const int *order) {
+    kt_piece *sorted = malloc((size_t)pieces->count * sizeof *sorted + 1);
+    if (sorted == NULL)
+        return false;
+    const int count = pieces->count;
+    pieces->count = 0;
+    for (int i = 0; i < count; i++)
+        if (order[i] >= 0)
+            sorted[pieces->count++] = pieces->items[order[i]];
+    free(pieces->items);
+    pieces->items = sorted;
+    pieces->room = count;
+    return true;
+}
+
+/* One round: returns whether it went well; *done: the pieces are sorted, else some have been cut. */
+static bool sort_round(kt_pieces *pieces, double tolerance, bool is_diagram, int round, bool *done) {
+    graph g;
+    int *order = calloc((size_t)pieces->count + 1, sizeof *order);
+    bool fine = make_graph(&g, pieces->count) && order != NULL &&
+                relate_all(&g, pieces, tolerance, is_diagram, round < ROUNDS_MAX);
+    *done = fine && !g.any_cut;
+    if (*done) {
+        const int cycle = sort_graph(&g, pieces, tolerance, round < ROUNDS_MAX + CYCLES_MAX, order);
+        *done = cycle < 0;
+        if (cycle >= 0)
+            add_cut(&g.cuts[cycle], 0.5 * (pieces->items[cycle].low + pieces->items[cycle].high), 0.0);
+    }
+    if (*done)
+        join_pieces(&g, pieces, order);
+    if (fine)
+        fine = *done ? put_in_order(pieces, order) : cut_all(pieces, g.cuts);
+    free_graph(&g);
+    free(order);
+    return fine;
+}
+
+bool kt_pieces_sort(kt_pieces *pieces, double tolerance, bool is_diagram) {
+    bool done = false;
+    for (int round = 0; !done; round++)
+        if (!sort_round(pieces, tolerance, is_diagram, round, &done))
+            return false;
+    return true;
+}

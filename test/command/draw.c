@@ -1,0 +1,128 @@
+/* kinetree draw. */
+#include "shell.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char pair[] = "kinetree: 1\n"
+                           "name: 'two </text><script>alert(1)</script> & rods'\n"
+                           "gravity: [0, -9.81, 0]\n"
+                           "bodies:\n"
+                           "  - name: upper\n"
+                           "    joint: {type: revolute, axis: z, position: 60 deg}\n"
+                           "    mass: 1\n"
+                           "    shape: {type: rod, to: [0, -1, 0]}\n"
+                           "  - name: lower\n"
+                           "    parent: upper\n"
+                           "    joint: {type: revolute, axis: z, at: [0, -1, 0]}\n"
+                           "    mass: 1\n"
+                           "    shape: {type: rod, to: [0, -1, 0]}\n"
+                           "    markers: {tip: [0, -1, 0]}\n"
+                           "simulate: {duration: 1, integrator: dopri5, tolerance: 1e-6}\n";
+
+static int count_of(const char *text, const char *part) {
+    int count = 0;
+    for (; text != NULL && (text = strstr(text, part)) != NULL; text += strlen(part))
+        count++;
+    return count;
+}
+
+/* An SVG: whole, small, its words as text, on a light or a dark page. */
+static void expect_picture(const char *name, bool is_dark) {
+    const char *svg = kt_read_file(name);
+    if (!kt_check_true(name, svg != NULL))
+        return;
+    kt_check_contains("is whole", svg, "</svg>");
+    kt_check_above("shapes", count_of(svg, "<path"), 5.0);
+    kt_check_below("bytes", (double)strlen(svg), 60000.0);
+    kt_check_equal_int("letters drawn as shapes", count_of(svg, "glyph"), 0);
+    if (is_dark)
+        kt_check_below("lightness of the page", kt_page_lightness(svg), 0.2);
+    else
+        kt_check_above("lightness of the page", kt_page_lightness(svg), 0.9);
+}
+
+KT_TEST(every_bundled_scene_is_drawn_small) {
+    kt_ran ran =
+        kt_shell("for f in %s/*.yaml; do $K draw $f --out $(basename $f .yaml).svg || exit; done; ls *.svg", KT_SCENES);
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_above("pictures", kt_count_lines(ran.out), 48.0);
+    char *names = strdup(ran.out != NULL ? ran.out : "");
+    for (char *rest = names, *name; (name = strtok_r(rest, "\n", &rest)) != NULL;)
+        expect_picture(name, false);
+    free(names);
+}
+
+KT_TEST(names_in_a_scene_are_text_and_nothing_else) {
+    kt_write_file("pair.yaml", pair);
+    kt_expect(0, "pair.svg", "$K draw pair.yaml --names");
+    const char *svg = kt_read_file("pair.svg");
+    kt_check_equal_int("scripts", count_of(svg, "<script"), 0);
+    kt_check_contains("the title", svg,
+                      ">two &#60;/text&#62;&#60;script&#62;alert(1)&#60;/script&#62; &#38; rods</text>");
+    kt_check_contains("a body", svg, ">upper</text>");
+    kt_check_contains("a marker", svg, ">tip</text>");
+    kt_check_contains("the view", svg, ">at the start; in its plane</text>");
+}
+
+KT_TEST(dark_pictures_have_a_dark_page) {
+    kt_write_file("pair.yaml", pair);
+    kt_expect(0, "d.svg", "$K draw pair.yaml --dark --out d.svg");
+    expect_picture("d.svg", true);
+    kt_ran ran = kt_shell("$K draw pair.yaml --out d.png 2>/dev/null && head -c 4 d.png | tail -c 3");
+    kt_check_text("a PNG", ran.out, "PNG");
+}
+
+/* Rods that slide and turn by themselves: the places of the picture are those of the mechanism. */
+KT_TEST(states_lie_side_by_side_or_over_each_other_with_paths) {
+    kt_write_file("pair.yaml", pair);
+    kt_expect(0, "a.svg", "$K draw pair.yaml --at 0,0.25,0.5 --out a.svg");
+    const char *svg = kt_read_file("a.svg");
+    kt_check_contains("the first", svg, ">0 s</text>");
+    kt_check_contains("the second", svg, ">0.25 s</text>");
+    kt_check_contains("the third", svg, ">0.5 s</text>");
+    kt_check_contains("words", svg, ">3 states up to 0.5 s; in its plane</text>");
+    kt_expect(0, "b.svg", "$K draw pair.yaml --strobe 8 --until 0.5 --trace lower.tip --out b.svg");
+    svg = kt_read_file("b.svg");
+    kt_check_contains("words", svg, ">8 states from 0 to 0.5 s; in its plane</text>");
+    kt_check_above("lines", count_of(svg, " L "), 100.0);
+    expect_picture("b.svg", false);
+}
+
+KT_TEST(views_are_read_and_refused) {
+    kt_write_file("pair.yaml", pair);
+    static const char *const views[][2] = {{"x", "seen along x"},
+                                           {"iso", "isometric"},
+                                           {"-20,90", "seen from 20\u00b0 to the left and 90\u00b0 above"},
+                                           {"z", "seen along z"}};
+    for (size_t i = 0; i < sizeof views / sizeof views[0]; i++) {
+        kt_expect(0, "v.svg", "$K draw pair.yaml --out v.svg --axes --view=%s", views[i][0]);
+        kt_check_contains(views[i][0], kt_read_file("v.svg"), views[i][1]);
+    }
+    kt_expect(1, "--view takes x, y, z, iso or AZIMUTH,ELEVATION", "$K draw pair.yaml --view front");
+    kt_expect(1, "--view takes", "$K draw pair.yaml --view 20,100");
+    kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at 1,0.5");
+    kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at 1,x");
+    kt_expect(1, "exclude each other", "$K draw pair.yaml --at 1 --strobe 3");
+    kt_expect(1, "up to 60", "$K draw pair.yaml --strobe 61");
+    kt_expect(1, "draw: --trace: body 'lower' has no marker 'top'; did you mean 'tip'?",
+              "$K draw pair.yaml --trace lower.top");
+    kt_expect(1, "a picture's name ends in .svg or .png", "$K draw pair.yaml --out p.pdf");
+}
+
+/* Two rods that are too short to meet. */
+KT_TEST(loops_that_cannot_be_closed_are_shown_open) {
+    kt_write_file("open.yaml",
+                  "kinetree: 1\n"
+                  "bodies:\n"
+                  "  - {name: a, joint: {type: revolute}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}\n"
+                  "  - {name: b, joint: {type: revolute, at: [5, 0, 0]}, mass: 1,\n"
+                  "     shape: {type: rod, to: [-1, 0, 0]}}\n"
+                  "loops:\n"
+                  "  - {name: gap, type: revolute, between: [{body: a, at: [1, 0, 0]}, {body: b, at: [-1, 0, 0]}]}\n");
+    kt_expect(3, "open.svg shows the given state", "$K draw open.yaml");
+    const char *svg = kt_read_file("open.svg");
+    kt_check_contains("words", svg, "as given: loops are open, in red");
+    kt_check_contains("red", svg, "#d91a1a");
+}
