@@ -162,7 +162,7 @@ static int gather(kt_hard_dots *dots, int count, const row *r) {
     for (int m = 0; m < KT_HARD_MEASURES && c->measures[m].what && count < KT_HARD_DOTS_MAX; m++) {
         const kt_hard_measure *measure = &c->measures[m];
         kt_hard_dots *d = &dots[count];
-        *d = (kt_hard_dots){.bound = measure->bound, .value = {r->own.observed[m], NAN, NAN}};
+        *d = (kt_hard_dots){.bound = measure->bound, .value = {r->own.observed[m], (double)NAN, (double)NAN}};
         if (measure->bound <= 0.0 || (c->run && m == 2))
             continue;
         (void)snprintf(d->label, sizeof d->label, "%s: %s%s%s", c->name, measure->what, *measure->unit ? ", " : "",
