@@ -20,14 +20,6 @@ enum {
     LOWEST = 150,
 };
 
-kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point) {
-    return (kt_spot){sheet->x + sheet->scale * point.x, sheet->y - sheet->scale * point.y};
-}
-
-kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point) {
-    return kt_sheet_spot(sheet, kt_camera_point(&sheet->drawing->camera, point));
-}
-
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
 typedef struct layout {

@@ -23,6 +23,8 @@ typedef struct kt_sheet {
     double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
 } kt_sheet;
 
+/* ---- places and colours (draw_sheet.c) --------------------------------------------------------------------------- */
+
 /* From the camera's frame, and from the world, to the page. */
 kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point);
 kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point);

@@ -12,18 +12,6 @@ enum { SHADED_MOST = 120 }; /* solids; more are painted flat, so that the file s
 
 static const kt_colour white = {1.0, 1.0, 1.0}, black = {0.0, 0.0, 0.0};
 
-kt_colour kt_sheet_edge(const kt_sheet *sheet, kt_colour fill) {
-    const kt_colour edge = kt_colour_mix(fill, black, sheet->drawing->is_dark ? 0.72 : 0.55);
-    return kt_colour_mix(edge, sheet->palette->paper, 0.85 * sheet->fade);
-}
-
-kt_colour kt_sheet_colour(const kt_sheet *sheet, int body) {
-    const int series = sheet->drawing->picture->colour[body];
-    const kt_colour own = series < 0 ? sheet->palette->quiet : sheet->palette->series[series];
-    const kt_colour soft = kt_colour_mix(own, white, sheet->drawing->is_dark ? 0.05 : series < 0 ? 0.45 : 0.22);
-    return kt_colour_mix(soft, sheet->palette->paper, 0.85 * sheet->fade);
-}
-
 /* The colour of a surface whose unit normal, in the camera's frame, is n. */
 static kt_colour shade(kt_colour colour, kt_vec3 n) {
     const kt_vec3 light = {-0.41, 0.71, 0.57};

@@ -503,7 +503,7 @@ static void paint_effects(const kt_sheet *sheet) {
             paint_link(sheet, effect);
         else if (effect->type == KT_EFFECT_BUSHING && sheet->drawing->is_diagram)
             paint_bushing(sheet, frame_spot(sheet, &effect->ends[0]));
-        else if (effect->type == KT_EFFECT_MOTOR && effect->joint >= 0)
+        else if ((effect->type == KT_EFFECT_MOTOR || effect->type == KT_EFFECT_SERVO) && effect->joint >= 0)
             paint_motor(sheet, &p->joints[effect->joint]);
     }
 }

@@ -1,0 +1,24 @@
+/* From the world to the page, and the colours of bodies. */
+#include "draw_paper.h"
+
+static const kt_colour white = {1.0, 1.0, 1.0}, black = {0.0, 0.0, 0.0};
+
+kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point) {
+    return (kt_spot){sheet->x + sheet->scale * point.x, sheet->y - sheet->scale * point.y};
+}
+
+kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point) {
+    return kt_sheet_spot(sheet, kt_camera_point(&sheet->drawing->camera, point));
+}
+
+kt_colour kt_sheet_edge(const kt_sheet *sheet, kt_colour fill) {
+    const kt_colour edge = kt_colour_mix(fill, black, sheet->drawing->is_dark ? 0.72 : 0.55);
+    return kt_colour_mix(edge, sheet->palette->paper, 0.85 * sheet->fade);
+}
+
+kt_colour kt_sheet_colour(const kt_sheet *sheet, int body) {
+    const int series = sheet->drawing->picture->colour[body];
+    const kt_colour own = series < 0 ? sheet->palette->quiet : sheet->palette->series[series];
+    const kt_colour soft = kt_colour_mix(own, white, sheet->drawing->is_dark ? 0.05 : series < 0 ? 0.45 : 0.22);
+    return kt_colour_mix(soft, sheet->palette->paper, 0.85 * sheet->fade);
+}
