@@ -1,8 +1,10 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice.h"
 #include "arguments.h"
+#include "output.h"
 #include "start.h"
 #include "touch.h"
+#include "view.h"
 
 #include "kinetree/descriptor.h"
 
@@ -12,10 +14,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+typedef struct kt_check_arguments {
+    const char *view;
+} kt_check_arguments;
+
+static const kt_option options[] = {
+    {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
+     "a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
+};
+
 const kt_usage kt_usage_check = {
     .command = "check",
     .examples = "  kinetree check pendulum.yaml\n"
                 "  kinetree check scenes/*.yaml\n"
+                "  kinetree check four-bar.yaml --view start.html\n"
                 "  kinetree make tree --links 50 | kinetree check -\n",
     .operands = "SCENE...",
     .least = 1,
@@ -25,6 +37,8 @@ const kt_usage kt_usage_check = {
         "each that runs, and on standard error every fault as FILE:LINE:COLUMN: message, and what is doubtful as\n"
         "FILE: warning: message. Exit status 2 where any is wrong, 3 where loops cannot be closed; 0 with warnings\n"
         "alone.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
 };
 
 /* A scene in its assembled initial state. */
@@ -247,20 +261,46 @@ static int check_model(const char *path, const kt_scene *scene, const kt_model *
     return code;
 }
 
+static int view_start(const char *path, const kt_scene *scene, const kt_model *model, const char *view) {
+    const char *name = kt_model_name(model);
+    const int code = kt_view_write_start(scene, model, name != NULL && *name != '\0' ? name : path, view);
+    if (code == KT_EXIT_DONE)
+        fprintf(stderr, "%s: the given and the assembled positions: %s\n", path, kt_show(view).text);
+    return code;
+}
+
+static int check_scene(const char *path, const char *view) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    int code = kt_load_model(path, &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = check_model(path, &scene, model);
+    if (view != NULL) {
+        const int viewed = view_start(path, &scene, model, view);
+        code = code == KT_EXIT_DONE ? viewed : code;
+    }
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}
+
 int kt_command_check(int argc, char **argv) {
-    int operands, code = kt_arguments_read(&kt_usage_check, argc, argv, NULL, &operands);
+    kt_check_arguments arguments = {.view = NULL};
+    int operands, code = kt_arguments_read(&kt_usage_check, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    if (arguments.view != NULL && operands > 1) {
+        kt_say("check: --view shows one scene; give one");
+        return KT_EXIT_USAGE;
+    }
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--view", arguments.view, true}};
+    code = arguments.view != NULL ? kt_check_files("check", uses, 2) : -1;
     if (code >= 0)
         return code;
     code = KT_EXIT_DONE;
     for (int i = 1; i <= operands; i++) {
-        kt_scene scene;
-        kt_model *model = NULL;
-        int one = kt_load_model(argv[i], &scene, &model);
-        if (one == KT_EXIT_DONE) {
-            one = check_model(argv[i], &scene, model);
-            kt_model_free(model);
-            kt_scene_free(&scene);
-        }
+        const int one = check_scene(argv[i], arguments.view);
         code = code == KT_EXIT_DONE ? one : code;
     }
     return kt_finish_output(code);

@@ -26,9 +26,11 @@ const kt_usage kt_usage_demo = {
     .operands = "[NAME [OPTION OF run...]]",
     .least = 0,
     .most = 1,
-    .about = "Without a name, lists the bundled scenes. With one, runs it as 'kinetree run' does and takes the same\n"
-             "options; but results that are there already stay, unless --force is given.\n"
-             "KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
+    .about =
+        "Without a name, lists the bundled scenes. With one, runs it as 'kinetree run' does and takes the same\n"
+        "options; but results that are there already stay, unless --force is given. Besides the records it writes\n"
+        "a page that shows the motion, NAME.html, unless --out names a file.\n"
+        "KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .also = &kt_usage_run,
@@ -111,7 +113,7 @@ static int run(int argc, char **argv, bool forces, const char *folder, struct di
     join(path, sizeof path, folder, entries[found]->d_name);
     argv[0] = (char[]){"run"};
     argv[1] = path;
-    const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true, .is_careful = !forces};
+    const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true, .has_view = true, .is_careful = !forces};
     return kt_run_command(argc, argv, &manner);
 }
 

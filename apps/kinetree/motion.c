@@ -195,9 +195,11 @@ int kt_motion_take_state(kt_motion *motion, double time, const double *q, const 
     kt_error error = {0};
     kt_data *data = NULL;
     kt_status status = kt_data_create(motion->model, &data, &error);
-    if (status == KT_OK)
+    int failed = status == KT_OK ? 0 : -1;
+    if (failed != 0)
+        kt_say_error(&error);
+    else
         status = kt_kinematics_update(motion->model, data, q, v, NULL, &error);
-    int failed = -1;
     if (status == KT_OK) {
         const kt_record record = {.time = time,
                                   .q = q,
@@ -207,10 +209,11 @@ int kt_motion_take_state(kt_motion *motion, double time, const double *q, const 
                                   .work = {(double)NAN, (double)NAN},
                                   .constraint = {(double)NAN, (double)NAN},
                                   .data = data};
+        const double fastest = motion->fastest; /* of records: what a run fails of may be very fast */
         motion->is_loose = false;
         failed = kt_motion_take(motion, &record);
-    } else {
-        kt_say_error(&error);
+        motion->is_loose = false;
+        motion->fastest = fastest;
     }
     kt_data_free(data);
     return failed;

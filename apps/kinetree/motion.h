@@ -59,8 +59,8 @@ void kt_motion_free(kt_motion *motion);
 
 /* Adds a record, whose data hold its kinematics. Returns 0, or -1 after printing the error. */
 int kt_motion_take(kt_motion *motion, const kt_record *record);
-/* Adds the state in which a run has failed, if it is later than the last frame: poses, positions and velocities, without
- * forces and energies. Returns 0, or -1 after printing the error. */
+/* Adds a state, if it is later than the last frame and its poses can be computed: poses, positions and velocities,
+ * without forces and energies. Returns 0, or -1 after printing that memory is insufficient. */
 int kt_motion_take_state(kt_motion *motion, double time, const double *q, const double *v);
 
 /* Numbers in a row of values: the columns but time, and the drift. */

@@ -106,6 +106,21 @@ static int take_record(const kt_record *record, void *user) {
     return sinks->pauses ? 1 : 0;
 }
 
+/* Keeps why a run has ended early (NULL: what was printed, or is among the warnings, says it) and its last state, for
+ * the view. */
+static void note_failure(kt_outcome *outcome, kt_motion *motion, const kt_error *error) {
+    const kt_simulation *simulation = outcome->simulation;
+    const double time = kt_simulation_time(simulation);
+    if (error != NULL)
+        outcome->failed = *error;
+    else
+        (void)kt_error_set(&outcome->failed, KT_ERROR_STEP, NULL, "the run has ended at t = %.9g s, before its end",
+                           time);
+    if (motion != NULL)
+        (void)kt_motion_take_state(motion, time, kt_simulation_positions(simulation),
+                                   kt_simulation_velocities(simulation));
+}
+
 /* Runs to the end or to the first failure, which is printed. */
 static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *checkpoint, kt_mode_watch *modes,
                     bool quiet) {
@@ -134,14 +149,14 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
     kt_progress_end(&progress);
     if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
         kt_say_blown_up(outcome, kt_simulation_time(outcome->simulation));
+        note_failure(outcome, results->motion, NULL);
         return KT_EXIT_INTEGRATION;
     }
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    if (!sinks.failed) {
+    if (!sinks.failed)
         kt_say_error(&error);
-        outcome->failed = error;
-    }
+    note_failure(outcome, results->motion, sinks.failed ? NULL : &error);
     return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);
 }
 
@@ -244,18 +259,27 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
     return whole ? rest : code;
 }
 
-/* The names of partial results; *fine is false if memory was insufficient for one. */
+/* The names of partial results, NULL for none; *fine is false if memory was insufficient for one. */
 static char *name_part(const char *path, bool *fine) {
     char *part = kt_part_name(path);
     *fine = *fine && (part != NULL || path == NULL);
     return part;
 }
 
+/* The page of a failed run says so; only among other results does it spare an earlier one. */
+static char *name_view(const kt_result_names *wholes, bool *fine) {
+    if (wholes->out != NULL || wholes->view == NULL)
+        return name_part(wholes->view, fine);
+    char *name = strdup(wholes->view);
+    *fine = *fine && name != NULL;
+    return name;
+}
+
 static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                          kt_results *results, int code) {
     bool fine = true;
     char *const out = name_part(wholes->out, &fine), *const summary = name_part(wholes->summary, &fine),
-                *const plot = name_part(wholes->plot, &fine), *const view = name_part(wholes->view, &fine),
+                *const plot = name_part(wholes->plot, &fine), *const view = name_view(wholes, &fine),
                 *const glb = name_part(wholes->glb, &fine);
     if (fine) {
         const kt_result_names parts = {out, summary, plot, view, glb};
@@ -437,6 +461,10 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
         tell_start(outcome, arguments->quiet);
     if (status == KT_ERROR_CONSTRAINT)
         kt_say_open_loops(outcome->scene, outcome->model);
+    if (status == KT_ERROR_CONSTRAINT && names->view != NULL &&
+        kt_view_write_start(outcome->scene, outcome->model, outcome->name, names->view) == KT_EXIT_DONE)
+        kt_say("the view shows the positions that the scene gives, and those that assembly has reached: %s",
+               names->view);
     kt_checkpoint checkpoint = {.path = NULL};
     if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
         code =
@@ -460,11 +488,14 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     if (code >= 0)
         return code;
     char *csv = name_after(base, ".csv"), *page = csv != NULL ? name_after(base, ".html") : NULL;
+    const bool has_own_name = manner->has_records && arguments->out != NULL; /* then no result has one by itself */
     const kt_result_names names = {.out = arguments->out != NULL || !manner->has_records ? arguments->out : csv,
                                    .summary = arguments->summary,
                                    .plot = arguments->plot,
                                    .glb = arguments->glb,
-                                   .view = arguments->view != NULL || !manner->has_view ? arguments->view : page};
+                                   .view = arguments->view != NULL ? arguments->view
+                                           : manner->has_view && !has_own_name && arguments->resume == NULL ? page
+                                                                                                            : NULL};
     code = page == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, &names);
     code = code < 0 && manner->is_careful && arguments->resume == NULL ? spare_results(&names) : code;
     code = code < 0 ? check_columns(model, &run) : code;

@@ -6,6 +6,7 @@
 #include "json.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
+#include "kinetree/reduction.h"
 #include "output.h"
 #include "view/page.h"
 
@@ -231,6 +232,50 @@ static json_t *describe_forces(const kt_motion *motion) {
     return list;
 }
 
+/* Errors name what they are about in quotation marks. */
+static bool is_named(const kt_error *error, const char *name) {
+    char quoted[KT_MESSAGE_SIZE];
+    (void)snprintf(quoted, sizeof quoted, "'%s'", name);
+    return strstr(error->where, quoted) != NULL || strstr(error->message, quoted) != NULL;
+}
+
+static void add_body(json_t *bodies, const kt_model *model, const char *name) {
+    const int body = name != NULL ? kt_body_find(model, name) : -1;
+    if (body > 0)
+        json_array_append_new(bodies, json_integer(body));
+}
+
+/* Loops between joints cannot be seen; their bodies stand for them. */
+static void add_related(json_t *bodies, const kt_motion *motion, const kt_error *error) {
+    const kt_description *d = &motion->scene->description;
+    for (int i = 0; i < d->loop_count; i++)
+        if (is_named(error, d->loops[i].name)) {
+            add_body(bodies, motion->model, d->loops[i].joint);
+            for (int k = 0; k < d->loops[i].term_count; k++)
+                add_body(bodies, motion->model, d->loops[i].terms[k].joint);
+        }
+}
+
+/* What a failure names, as numbers of bodies and of `loops`. */
+static json_t *describe_failure(const kt_motion *motion, const kt_error *error) {
+    const kt_picture *picture = motion->picture;
+    json_t *bodies = json_array(), *loops = json_array(), *one = json_object();
+    char message[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 8];
+    (void)snprintf(message, sizeof message, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "",
+                   error->message[0] != '\0' ? error->message : kt_status_text(error->code));
+    for (int body = 1; body < picture->body_count; body++)
+        if (is_named(error, kt_body_name(motion->model, body)))
+            json_array_append_new(bodies, json_integer(body));
+    add_related(bodies, motion, error);
+    for (int i = 0; i < picture->loop_count; i++)
+        if (is_named(error, picture->loops[i].name))
+            json_array_append_new(loops, json_integer(i));
+    json_object_set_new(one, "message", kt_json_text(message));
+    json_object_set_new(one, "bodies", bodies);
+    json_object_set_new(one, "loops", loops);
+    return one;
+}
+
 static json_t *describe(const kt_motion *motion, const kt_view *view) {
     const kt_picture *picture = motion->picture;
     json_t *root = json_object();
@@ -253,6 +298,8 @@ static json_t *describe(const kt_motion *motion, const kt_view *view) {
     json_object_set_new(root, "columns", describe_columns(motion));
     json_object_set_new(root, "arrows", describe_forces(motion));
     json_object_set_new(root, "overlay", json_boolean(view->is_overlay));
+    if (view->failed != NULL)
+        json_object_set_new(root, "failed", describe_failure(motion, view->failed));
     if (view->notes != NULL)
         json_object_set(root, "notes", view->notes);
     return root;
@@ -302,5 +349,39 @@ int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path
         code = reason != 0 || ended != 0 ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
     }
     free(json);
+    return code;
+}
+
+/* ---- the initial state ------------------------------------------------------------------------------------------- */
+
+/* Takes the given state and the assembled one, q and v being memory for one. *error tells how the assembly has ended. */
+static int take_start(kt_motion *motion, const kt_model *model, kt_data *data, double *q, double *v, kt_error *error) {
+    kt_model_initial(model, q, v);
+    if (kt_motion_take_state(motion, 0.0, q, v) != 0)
+        return -1;
+    if (kt_state_assemble(model, data, 0.0, q, v, error) == KT_ERROR_CONSTRAINT)
+        kt_assembly_reached(model, data, q);
+    return kt_motion_take_state(motion, 1.0, q, v);
+}
+
+int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    kt_run run = scene->run;
+    run.record = KT_RECORD_POSITION;
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    double *q = calloc(nq + nv + 1, sizeof *q);
+    kt_motion *motion = kt_motion_start(scene, model, &run, 2, false);
+    int code = KT_EXIT_INTEGRATION;
+    if (q == NULL || motion == NULL || kt_data_create(model, &data, &error) != KT_OK)
+        kt_say("there is not enough memory for the view");
+    else if (take_start(motion, model, data, q, q + nq, &error) == 0) {
+        const kt_view view = {
+            .name = name, .method = "initial state", .failed = error.code != KT_OK ? &error : NULL, .is_overlay = true};
+        code = kt_view_write(motion, &view, path);
+    }
+    kt_data_free(data);
+    kt_motion_free(motion);
+    free(q);
     return code;
 }

@@ -19,4 +19,9 @@ typedef struct kt_view {
 /* Writes the page. Returns KT_EXIT_DONE, or an exit code after printing the error. */
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path);
 
+/* Writes a page of the initial state: the positions that the scene gives, pale, and over them those that assembly has
+ * found, or has reached before it failed. name: of the scene. Returns an exit code as above; why assembly fails is on
+ * the page alone. */
+int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path);
+
 #endif

@@ -141,7 +141,8 @@ KT_TEST(two_results_are_never_one_file) {
                                        "--summary same --checkpoint ./same --out o.csv",
 #ifdef KT_HAS_CAIRO
                                        "--out a.svg --plot ./a.svg",
-                                       "--out o.csv --summary a.svg --plot a.svg"
+                                       "--out o.csv --summary a.svg --plot a.svg",
+                                       "--out o.csv --view a.html --glb a.html"
 #endif
     };
     kt_expect(0, NULL, "mkdir folder; ln -s .. folder/back; echo mine >target; ln -s target link; ln target hard");
@@ -201,6 +202,9 @@ KT_TEST(demo_replaces_results_only_by_force) {
     kt_expect(0, NULL, "$K demo pendulum --quiet --duration 0.1 --out /dev/null");
     kt_expect(0, NULL, "$K demo pendulum --force --quiet --duration 0.1");
     kt_check_above("lines", kt_count_lines(kt_read_file("pendulum.csv")), 10);
+    kt_check_contains("view", kt_read_file("pendulum.html"), "<!doctype html>");
+    kt_expect(1, "demo: pendulum.html exists already; --force replaces it",
+              "rm pendulum.csv && $K demo pendulum --quiet");
     kt_check_contains("help", kt_shell("$K demo --help").out, "--force");
 }
 

@@ -119,11 +119,77 @@ def check_fast(folder):
     return [] if len(found) == 1 and "'wheel'" in found[0]["what"] and abs(found[0]["value"] - 120) < 5 else [f"{warnings}"]
 
 
+# The rocker is driven out of the reach of crank and coupler, 3 m, at t = 0.47 s: |(2.5 + 1.5 cos a, 1.5 sin a)| = 3, cos a = 1 / 15,
+# a = pi / 2 - 0.3 t^2.
+OUT_OF_REACH = """kinetree: 1
+name: out of reach
+bodies:
+  - name: crank
+    joint: {type: revolute, axis: z, position: 60 deg}
+    mass: 1
+    shape: {type: rod, to: [1, 0, 0]}
+  - name: coupler
+    parent: crank
+    joint: {type: revolute, axis: z, at: [1, 0, 0], position: -50 deg}
+    mass: 2
+    shape: {type: rod, to: [2, 0, 0]}
+    markers: {tip: [2, 0, 0]}
+  - name: rocker
+    joint: {type: revolute, axis: z, at: [2.5, 0, 0], position: 90 deg}
+    mass: 1
+    shape: {type: rod, to: [1.5, 0, 0]}
+    markers: {tip: [1.5, 0, 0]}
+loops:
+  - {name: close, type: revolute, between: [coupler.tip, rocker.tip]}
+  - {name: drive, type: motion, joint: rocker, position: {polynomial: [1.5707963267948966, 0, -0.3]}}
+initial: {hold: [rocker]}
+simulate: {duration: 5, integrator: dop853, tolerance: 1e-9}
+"""
+
+
+def gap_of(data, blocks, frame):
+    """How far the two ends of the first loop are apart."""
+    ends = [marker_of(data, blocks, frame, end) for end in data["loops"][0]["ends"]]
+    return math.dist(*ends)
+
+
+def check_failure(folder):
+    """The last state of a run that fails, with what its error names."""
+    run = kinetree("view", "-", "--view", "fail.html", "--quiet", folder=folder, text=OUT_OF_REACH)
+    data, blocks, _ = read_view(f"{folder}/fail.html")
+    failed, last = data.get("failed", {}), blocks["times"][-1][0]
+    wanted = math.sqrt((math.pi / 2 - math.acos(1 / 15)) / 0.3)
+    note(f"ends at t = {last:.6f} s; the reach at t = {wanted:.6f} s; gap {gap_of(data, blocks, -1):.2g} m")
+    faults = [] if run.returncode == 3 else [f"status {run.returncode}"]
+    faults += [] if wanted - 0.005 < last < wanted + 1e-6 and gap_of(data, blocks, -1) < 1e-4 else [f"the last frame is at {last}"]
+    names = [[data["bodies"][b]["name"] for b in failed.get("bodies", [])], [data["loops"][i]["name"] for i in failed.get("loops", [])]]
+    return faults + ([] if names == [["rocker"], ["close"]] and "'close'" in failed["message"] else [f"marked: {names}"])
+
+
+def check_start(folder):
+    """The positions that the scene gives, and those that assembly finds, or reaches."""
+    faults = []
+    for name, scene, status, gaps in (("closed", OUT_OF_REACH, 0, (0.05, 1e-4)), ("open", OUT_OF_REACH.replace("[1.5, 0, 0]", "[0.1, 0, 0]").replace("[2.5, 0", "[9, 0"), 3,
+                                                                              (6, 6.5))):
+        (pathlib.Path(folder) / f"{name}.yaml").write_text(scene)
+        run = kinetree("check", f"{name}.yaml", "--view", f"{name}.html", folder=folder)
+        data, blocks, _ = read_view(f"{folder}/{name}.html")
+        found = [gap_of(data, blocks, frame) for frame in (0, 1)]
+        note(f"{name}: gap of the given and the assembled positions: {found[0]:.3g}, {found[1]:.3g} m")
+        if run.returncode != status or data["frames"] != 2 or data["overlay"] is not True or ("failed" in data) != (status != 0):
+            faults.append(f"{name}: status {run.returncode}, {data['frames']} frames, failed: {data.get('failed')}")
+        if not (found[0] > gaps[0] and found[1] < gaps[1]):
+            faults.append(f"{name}: gaps {found}")
+    return faults
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in ("four-bar", "landing-gear", "bead", "stewart"):
             claim(f"frames_are_the_records_{name}", check_scene(name, folder))
         claim("too_large_a_view_is_thinned_and_says_so", check_thinning(folder))
+        claim("view_of_a_failure_has_its_last_state_and_names", check_failure(folder))
+        claim("view_of_the_start_has_given_and_assembled_positions", check_start(folder))
         claim("rotation_too_fast_for_frames_is_said", check_fast(folder))
     finish()
 

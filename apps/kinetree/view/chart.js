@@ -175,7 +175,7 @@ class Chart {
         const width = this.canvas.clientWidth, s = t1 > t0 ? (t - t0) / (t1 - t0) : 0;
         this.cursor.style.transform = `translateX(${this.left + s * (width - this.left - this.right)}px)`;
         for (const {column, output} of this.readings)
-            output.textContent = `${show_number(this.value(column, i))} ${this.data.columns[column].unit}`;
+            output.textContent = Number.isFinite(this.value(column, i)) ? `${show_number(this.value(column, i))} ${this.data.columns[column].unit}` : "\u2013";
     }
 }
 

@@ -16,7 +16,7 @@ class Page {
         this.poses = new Float32Array(8 * POSES_A_ROW * Math.ceil(this.data.bodies.length / POSES_A_ROW));
         this.shown = Object.fromEntries(LAYERS.map(([key, , is_on]) => [key, is_on]));
         this.times = [this.motion.times[0], this.motion.times[this.motion.frames - 1]];
-        this.time = this.data.failed ? this.times[1] : this.times[0];
+        this.time = this.data.failed || this.data.overlay ? this.times[1] : this.times[0];
         this.speed = this.choose_speed();
         this.is_playing = false;
         this.quality = this.data.bodies.length > 300 ? 1 : 0;
@@ -33,7 +33,7 @@ class Page {
         this.listen();
         this.resize();
         this.fit();
-        if (!this.data.failed && this.motion.frames > 1 && !window.matchMedia("(prefers-reduced-motion: reduce)").matches)
+        if (!this.data.failed && !window.matchMedia("(prefers-reduced-motion: reduce)").matches)
             this.play();
         this.loop = (now) => {
             this.advance(now);
@@ -74,6 +74,10 @@ class Page {
         find("method").textContent = data.method;
         find("picture").setAttribute("aria-label", `Picture of the mechanism ${data.name}: ${count(bodies, "body").replace("bodys", "bodies")}, ` +
             `${count(data.loops.length, "loop")}. Shift and arrow keys turn it, plus and minus zoom.`);
+        if (data.overlay) {
+            find("method").textContent += ": the given positions pale, the assembled ones in colour";
+            find("transport").hidden = find("curves").hidden = true;
+        }
         if (data.failed) {
             find("failed").hidden = false;
             find("failed").textContent = data.failed.message;
@@ -128,13 +132,15 @@ class Page {
     }
 
     step(count) {
+        if (this.data.overlay)
+            return;
         const i = clamp(frame_at(this.motion, this.time) + count, 0, this.motion.frames - 1);
         this.seek(this.motion.times[i]);
         this.say(`frame ${i + 1} of ${this.motion.frames}, ${show_number(this.time)} seconds`);
     }
 
     play() {
-        if (this.motion.frames < 2)
+        if (this.motion.frames < 2 || this.data.overlay)
             return;
         if (this.time >= this.times[1])
             this.set_time(this.times[0]);
