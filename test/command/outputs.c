@@ -139,6 +139,7 @@ KT_TEST(two_results_are_never_one_file) {
                                        "--out hard --summary target",
                                        "--out same --checkpoint same",
                                        "--summary same --checkpoint ./same --out o.csv",
+                                       "--out o.csv --view a.html --glb a.html",
 #ifdef KT_HAS_CAIRO
                                        "--out a.svg --plot ./a.svg",
                                        "--out o.csv --summary a.svg --plot a.svg",

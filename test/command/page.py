@@ -197,7 +197,7 @@ def check_large(page, folder):
     page.resize(WIDTH, HEIGHT)
     page.open(f"{folder}/long.html")
     page.evaluate("document.getElementById('repeat').click(); document.getElementById('play').click()")
-    page.evaluate("new Promise((done) => setTimeout(done, 2500))")
+    page.evaluate("new Promise((done) => setTimeout(done, 1500))")
     pace, notes = page.evaluate("[kinetree.pace, kinetree.notes.join(' ')]")
     note(f"1,000 bodies: pictures a second, notes: {(pace, notes)}")
     claim("a_thousand_bodies_play_or_say_so", ([run.stderr] if run.returncode else []) + page.complaints() +
