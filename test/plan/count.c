@@ -1,6 +1,7 @@
 /* count WHAT SCENE...: does one thing once with each scene in turn, with the kernels of the baseline, for callgrind to
  * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
- * assembled; or run it (run). */
+ * assembled; or run it (run). Or, with the kernels of x86-64-v3, accelerations, and mass, stiffness and damping matrices
+ * (stiffness). */
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 
@@ -12,13 +13,15 @@ typedef struct subject {
     kt_scene scene;
     kt_model *model;
     kt_data *data;
-    double *q, *v, *a;
+    double *q, *v, *a, *matrix;
 } subject;
 
-static int open_subject(subject *s, const char *path) {
+static bool has_matrices(const char *what) { return strcmp(what, "stiffness") == 0; }
+
+static int open_subject(subject *s, const char *what, const char *path) {
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
-    options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    options.level = has_matrices(what) ? KT_ISA_V3 : KT_ISA_BASE; /* valgrind knows no AVX-512 */
     if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
         return fprintf(stderr, "%s: %s\n", error.where, error.message);
     options.reduction = kt_reduction_method_of(s->scene.reduction);
@@ -27,11 +30,12 @@ static int open_subject(subject *s, const char *path) {
         kt_data_create(s->model, &s->data, &error) != KT_OK)
         return fprintf(stderr, "%s: %s: %s\n", path, error.where, error.message);
     const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
-    s->q = calloc(nq + 2 * nv + 1, sizeof *s->q);
+    s->q = calloc(nq + 2 * nv + 3 * nv * nv + 1, sizeof *s->q);
     if (s->q == NULL)
         return fputs("out of memory\n", stderr);
     s->v = s->q + nq;
     s->a = s->v + nv;
+    s->matrix = s->a + nv;
     kt_model_initial(s->model, s->q, s->v);
     if (kt_state_assemble(s->model, s->data, 0.0, s->q, s->v, &error) != KT_OK)
         return fprintf(stderr, "%s: %s: %s\n", path, error.where, error.message);
@@ -52,6 +56,18 @@ static kt_status run(const subject *s, kt_error *error) {
     return status;
 }
 
+/* Of a tree, whose basis is the identity. */
+static kt_status find_matrices(const subject *s, kt_error *error) {
+    const size_t size = kt_stiffness_work_size(s->model), nv = (size_t)kt_model_nv(s->model);
+    void *scratch = aligned_alloc(KT_ALIGNMENT, size);
+    const kt_status status =
+        scratch ? kt_stiffness_evaluate(s->model, s->data, scratch, size, 0.0, s->q, s->v, NULL, NULL, s->a, NULL,
+                                        s->matrix, s->matrix + nv * nv, s->matrix + 2 * nv * nv, error)
+                : KT_ERROR_MEMORY;
+    free(scratch);
+    return status;
+}
+
 static int work(const subject *s, const char *what) {
     kt_error error = {0};
     kt_power p;
@@ -62,6 +78,8 @@ static int work(const subject *s, const char *what) {
         status = kt_power_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &p, &error);
     else
         status = kt_acceleration_evaluate(s->model, s->data, 0.0, s->q, s->v, NULL, NULL, s->a, &error);
+    if (status == KT_OK && has_matrices(what))
+        status = find_matrices(s, &error);
     return status == KT_OK ? 0 : fprintf(stderr, "%s: %s\n", error.where, error.message);
 }
 
@@ -70,7 +88,7 @@ int main(int argc, char **argv) {
     const int count = argc - 2;
     int failed = count < 1 || count > 16;
     for (int i = 0; i < count && !failed; i++)
-        failed = open_subject(&subjects[i], argv[2 + i]) != 0;
+        failed = open_subject(&subjects[i], argv[1], argv[2 + i]) != 0;
     for (int i = 0; i < count && !failed; i++)
         failed = work(&subjects[i], argv[1]) != 0;
     for (int i = 0; i < count; i++) {

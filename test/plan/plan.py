@@ -7,7 +7,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note
+from claims import claim, finish, note, skip
 from counted import count
 
 valgrind, program = sys.argv[1:]
@@ -80,7 +80,7 @@ claim("scene_without_effects_runs_nothing_of_them", files(bare, "/lib/effect/") 
 problems = []
 one = {name: counted(scene(effects=[name])) for name in EFFECTS}
 for name, c in one.items():
-    ran = [file for file in files(c, "/lib/effect/") if file not in (f"{name}.c", "kind.c", "effect.h", "triple.h")]
+    ran = [file for file in files(c, "/lib/effect/") if file not in (f"{name}.c", "kind.c", "curves.c", "effect.h", "triple.h")]
     problems += [f"{name} runs {', '.join(ran)}"] if ran else []
     problems += [f"{name} runs nothing of its own"] if f"{name}.c" not in files(c, "/lib/effect/") else []
 claim("scene_runs_the_effect_types_that_it_names_and_no_others", problems)
@@ -113,5 +113,36 @@ kept = counted(scene(effects=EFFECTS, record="[position, balance]"), function="k
 claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/reduction/power.c"))
 claim("run_with_balance_does", [] if files(kept, "/lib/reduction/power.c") else ["nothing of power.c"])
 claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/reduction/reaction.c") + files(plain, "/lib/reduction/loop_wrenches.c"))
+
+# ---- the matrices of an implicit method --------------------------------------------------------------------------------
+
+ROD = """  - {name: link, parent: above, joint: {type: revolute, axis: z, at: [0, -0.05, 0], position: 0.2, velocity: 0.3},
+     mass: 0.02, shape: {type: rod, to: [0, -0.05, 0], radius: 0.004}}
+"""
+STIFF = "  - {type: joint_spring, joint: link, stiffness: 100, damping: 1}\n"
+
+
+def stiff_chain(rods):
+    text = "kinetree: 1\nbodies:\n"
+    text += "".join(ROD.replace("link,", f"link{i},").replace("above", f"link{i - 1}" if i else "world") for i in range(rods))
+    return text + "effects:\n" + "".join(STIFF.replace("link", f"link{i}") for i in range(rods))
+
+
+def ratio(text, function):
+    """What a function costs beside an evaluation of accelerations."""
+    what = function.removeprefix("kt_").removesuffix("_evaluate")
+    cost, evaluation = (counted(text, function=f, what=what).instructions for f in (function, EVALUATE))
+    note(f"{function}: {cost} instructions, an evaluation {evaluation}, {cost / evaluation:.2f}")
+    return cost / evaluation
+
+
+# With the kernels that most processors take. The bars are those that make implicit methods worth while on stiff scenes.
+governor = pathlib.Path(__file__).resolve().parents[2] / "apps/scenes/flyball-governor.yaml"
+if "avx2" in pathlib.Path("/proc/cpuinfo").read_text():
+    bars = {"the governor": (governor, 3), "20 rods": (stiff_chain(20), 12), "40 rods": (stiff_chain(40), 20)}
+    claim("stiffness_matrices_cost_few_evaluations",
+          [f"more than {bar} of {name}" for name, (text, bar) in bars.items() if ratio(text, "kt_stiffness_evaluate") > bar])
+else:
+    skip("stiffness_matrices_cost_few_evaluations", "no kernels of x86-64-v3")
 
 finish()
