@@ -35,19 +35,24 @@ bool kt_exact_is_possible(const kt_linearization *l) {
     return !l->differences;
 }
 
-/* sum_k matrix_ik x_k */
-static double row_times(const double *matrix, size_t n, size_t i, const double *x) {
-    double sum = 0.0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] != 0.0 ? matrix[k * n + i] * x[k] : 0.0;
-    return sum;
+/* y += matrix x, column by column: most directions of a tree are unit vectors. */
+static void add_product(const double *matrix, size_t n, const double *x, double *y) {
+    for (size_t k = 0; k < n; k++) {
+        if (x[k] == 0.0)
+            continue;
+        for (size_t i = 0; i < n; i++)
+            y[i] += matrix[k * n + i] * x[k];
+    }
 }
 
-static double row_times_sizes(const double *matrix, size_t n, size_t i, const double *x) {
-    double sum = 0.0;
-    for (size_t k = 0; k < n; k++)
-        sum += fabs(matrix[k * n + i] * x[k]);
-    return sum;
+/* y += |matrix| |x| */
+static void add_product_of_sizes(const double *matrix, size_t n, const double *x, double *y) {
+    for (size_t k = 0; k < n; k++) {
+        if (x[k] == 0.0)
+            continue;
+        for (size_t i = 0; i < n; i++)
+            y[i] += fabs(matrix[k * n + i] * x[k]);
+    }
 }
 
 /* ---- a state beside ---------------------------------------------------------------------------------------------- */
@@ -87,21 +92,19 @@ static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
                                        l->by_position, l->by_velocity, l->by_force, error);
 }
 
-/* Component i of the derivative along (dq, dv). */
-static double slope_at(const kt_linearization *l, size_t i, const double *dq, const double *dv) {
-    const double slope = row_times(l->by_position, l->size.v, i, dq);
-    return dv ? slope + row_times(l->by_velocity, l->size.v, i, dv) : slope;
-}
-
+/* The derivative along (dq, dv). */
 static void write_slope(kt_linearization *l, const double *dq, const double *dv, double *slope) {
     const size_t nv = l->size.v;
-    for (size_t i = 0; i < nv; i++)
-        slope[i] = slope_at(l, i, dq, dv);
+    memset(slope, 0, nv * sizeof *slope);
+    add_product(l->by_position, nv, dq, slope);
+    if (dv)
+        add_product(l->by_velocity, nv, dv, slope);
     if (!l->of_force)
         return;
     memcpy(l->step, slope, nv * sizeof *slope);
-    for (size_t i = 0; i < nv; i++)
-        slope[i] = row_times(l->mass, nv, i, l->step) + row_times(l->mass_change, nv, i, dq);
+    memset(slope, 0, nv * sizeof *slope);
+    add_product(l->mass, nv, l->step, slope);
+    add_product(l->mass_change, nv, dq, slope);
 }
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
@@ -120,26 +123,32 @@ static void write_terms(const kt_linearization *l, const double *dq, const doubl
     const size_t nv = l->size.v;
     const double *speed = l->floor + nv, *pull = l->floor + 2 * nv;
     const double moved = length_of(l, dq), changed = length_of(l, dv);
+    if (l->of_force) {
+        for (size_t k = 0; k < nv; k++)
+            term[k] = fabs(slope[k]) + pull[k] * moved;
+        return;
+    }
+    memset(term, 0, nv * sizeof *term);
+    add_product_of_sizes(l->mass, nv, slope, term);
     for (size_t k = 0; k < nv; k++) {
         const double inertia = l->mass[k * nv + k];
-        if (l->of_force) {
-            term[k] = fabs(slope[k]) + pull[k] * moved;
-            continue;
-        }
-        term[k] = row_times_sizes(l->mass, nv, k, slope);
         term[k] += fmax(fabs(l->weight[k]), inertia * pull[k]) * moved + inertia * speed[k] * changed;
     }
 }
 
 static void add_rounding(kt_linearization *l, const double *dq, const double *dv, const double *slope, double *error) {
     const size_t nv = l->size.v;
-    double *term = l->step;
+    double *term = l->step, *sum = l->behind;
     write_terms(l, dq, dv, slope, term);
+    memset(sum, 0, nv * sizeof *sum);
+    if (!l->of_force) {
+        add_product_of_sizes(l->by_force, nv, term, sum);
+        add_product_of_sizes(l->by_position, nv, dq, sum);
+        if (dv)
+            add_product_of_sizes(l->by_velocity, nv, dv, sum);
+    }
     for (size_t i = 0; i < nv; i++)
-        error[i] += ROUNDING * (l->of_force ? term[i]
-                                            : row_times_sizes(l->by_force, nv, i, term) + fabs(slope[i]) +
-                                                  row_times_sizes(l->by_position, nv, i, dq) +
-                                                  (dv ? row_times_sizes(l->by_velocity, nv, i, dv) : 0.0));
+        error[i] += ROUNDING * (l->of_force ? term[i] : sum[i] + fabs(slope[i]));
 }
 
 /* ---- slopes ------------------------------------------------------------------------------------------------------ */

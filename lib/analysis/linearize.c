@@ -256,7 +256,7 @@ static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays
     for (size_t j = 0; j < n; j++)
         for (size_t k = 0; k < n; k++) {
             const double overlap = l->slope_error[j * f + place_of(l, out, system, k)];
-            for (size_t i = first; i < n; i++)
+            for (size_t i = first; i < n && overlap > 0.0; i++)
                 out->state_error[j * n + i] += fabs(out->state[k * n + i]) * overlap;
         }
 }

@@ -133,7 +133,7 @@ KT_INLINE void store_lane6(kt_v8 *to, size_t lane, kt_v4 a, kt_v4 b) {
 }
 
 /* The row of one degree of freedom; with `absorb` it is projected out. */
-static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_link *x, kt_dof_row *row) {
+static inline void set_row(const kt_dof_motion *m, bool absorb, bool loaded, kt_derivative_link *x, kt_dof_row *row) {
     kt_articulated *r = &x->inertia;
     const kt_v4 s = m->s[0], l = m->s[1];
     const kt_v4 un = kt_v4_apply(r->j, s) + kt_v4_apply(r->h, l), uf = kt_v4_apply(r->g, s) + kt_v4_apply(r->m, l);
@@ -142,7 +142,7 @@ static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_li
     double b[3], e[3];
     for (int k = 0; k < 3; k++) {
         b[k] = d * kt_v4_dot2(s, x->bn[k], l, x->bf[k]);
-        e[k] = d * kt_v4_dot2(s, x->xn[k], l, x->xf[k]);
+        e[k] = loaded ? d * kt_v4_dot2(s, x->xn[k], l, x->xf[k]) : 0.0;
     }
     for (int k = 0; k < 3 && absorb; k++) {
         r->j[k] -= un * kt_v4_splat(vn[k]);
@@ -151,8 +151,10 @@ static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_li
         r->m[k] -= uf * kt_v4_splat(vf[k]);
         x->bn[k] -= un * kt_v4_splat(b[k]);
         x->bf[k] -= uf * kt_v4_splat(b[k]);
-        x->xn[k] -= un * kt_v4_splat(e[k]);
-        x->xf[k] -= uf * kt_v4_splat(e[k]);
+        if (loaded) {
+            x->xn[k] -= un * kt_v4_splat(e[k]);
+            x->xf[k] -= uf * kt_v4_splat(e[k]);
+        }
     }
     const kt_v4 p = x->origin;
     row->d = d;
@@ -162,14 +164,18 @@ static inline void set_row(const kt_dof_motion *m, bool absorb, kt_derivative_li
     memcpy(row->x, e, sizeof e);
 }
 
-static inline void set_column(const kt_dof_motion *m, const kt_derivative_link *x, kt_v4 moment, kt_v4 force,
-                              kt_dof_batch *to, size_t lane) {
+static inline void set_column(const kt_dof_motion *m, bool loaded, const kt_derivative_link *x, kt_dof_batch *to,
+                              size_t lane) {
     const kt_articulated *r = &x->inertia;
     const kt_v4 p = x->origin, s = m->s[0], l = m->s[1];
-    const kt_v4 qn = kt_v4_apply(r->j, m->rate[0]) + kt_v4_apply(r->h, m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]) +
-                     kt_v4_apply(x->xn, s) + kt_v4_cross(s, moment) + kt_v4_cross(l, force);
-    const kt_v4 qf = kt_v4_apply(r->g, m->rate[0]) + kt_v4_apply(r->m, m->rate[1]) + kt_v4_apply(x->bf, m->psi[0]) +
-                     kt_v4_apply(x->xf, s) + kt_v4_cross(s, force);
+    kt_v4 qn = kt_v4_apply(r->j, m->rate[0]) + kt_v4_apply(r->h, m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]);
+    kt_v4 qf = kt_v4_apply(r->g, m->rate[0]) + kt_v4_apply(r->m, m->rate[1]) + kt_v4_apply(x->bf, m->psi[0]);
+    if (loaded) {
+        qn += kt_v4_apply(x->xn, s);
+        qf += kt_v4_apply(x->xf, s);
+    }
+    qn = qn + kt_v4_cross(s, r->moment) + kt_v4_cross(l, r->force);
+    qf = qf + kt_v4_cross(s, r->force);
     const kt_v4 vn = kt_v4_apply(r->j, m->phi[0]) + kt_v4_apply(r->h, m->phi[1]) + kt_v4_apply(x->bn, s);
     const kt_v4 vf = kt_v4_apply(r->g, m->phi[0]) + kt_v4_apply(r->m, m->phi[1]) + kt_v4_apply(x->bf, s);
     store_lane6(to->wrench[0], lane, qn + kt_v4_cross(p, qf), qf);
@@ -182,19 +188,23 @@ static inline void set_column(const kt_dof_motion *m, const kt_derivative_link *
 }
 
 /* Shifts to the parent's origin and adds to the parent. F^C is shifted separately: no joint is projected out of it. */
-static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, kt_derivative_link *parent) {
+static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, bool loaded, kt_derivative_link *parent) {
     kt_articulated moved = x->inertia;
     kt_articulated_shift(&moved, offset);
     kt_articulated_add(&parent->inertia, &moved);
     for (int k = 0; k < 3; k++) {
         parent->bn[k] += x->bn[k] + kt_v4_cross(offset, x->bf[k]);
         parent->bf[k] += x->bf[k];
-        parent->xn[k] += x->xn[k] + kt_v4_cross(offset, x->xf[k]);
-        parent->xf[k] += x->xf[k];
+        if (loaded) {
+            parent->xn[k] += x->xn[k] + kt_v4_cross(offset, x->xf[k]);
+            parent->xf[k] += x->xf[k];
+        }
     }
 }
 
-static inline void backward_pass(const kt_model *model, const kt_data *data, bool absorb, kt_derivative_work *w) {
+/* loaded: with external wrenches, without which X is zero. */
+static inline void backward_pass(const kt_model *model, const kt_data *data, bool absorb, bool loaded,
+                                 kt_derivative_work *w) {
     for (size_t n = w->nodes - 1; n > 0; n--) {
         const kt_derivative_node *node = &w->node[n], *parent = &w->node[node->parent];
         const kt_link *link = &model->link[node->link];
@@ -202,7 +212,7 @@ static inline void backward_pass(const kt_model *model, const kt_data *data, boo
         const bool above = node->parent && w->node[node->parent].link == node->link; /* the rotations of a free link */
         for (int32_t k = node->count - 1; k >= 0; k--) {
             kt_dof_row *row = &w->row[node->first + k];
-            set_row(&w->motion[node->first + k], absorb, x, row);
+            set_row(&w->motion[node->first + k], absorb, loaded, x, row);
             row->node = (int32_t)n;
             row->before = k > 0 ? node->first + k - 1 : parent->first + parent->count - 1;
             row->v = link->v + k + (above ? 3 : 0);
@@ -210,10 +220,10 @@ static inline void backward_pass(const kt_model *model, const kt_data *data, boo
         for (int32_t k = 0; k < node->count; k++) {
             const size_t f = (size_t)node->first + (size_t)k;
             w->batch[f / KT_LANES].node[f % KT_LANES] = (int64_t)n;
-            set_column(&w->motion[f], x, x->inertia.moment, x->inertia.force, &w->batch[f / KT_LANES], f % KT_LANES);
+            set_column(&w->motion[f], loaded, x, &w->batch[f / KT_LANES], f % KT_LANES);
         }
         if (!above && link->parent)
-            pass_on(x, data->motion[node->link].offset, &w->link[link->parent]);
+            pass_on(x, data->motion[node->link].offset, loaded, &w->link[link->parent]);
     }
 }
 
@@ -224,5 +234,5 @@ void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const 
     forward_pass(model, data, v, a, gravity, w);
     if (external)
         load(model, data, external, w);
-    backward_pass(model, data, absorb, w);
+    backward_pass(model, data, absorb, external != NULL, w);
 }
