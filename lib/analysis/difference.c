@@ -6,9 +6,11 @@
  * The error of T[k][j] is estimated by the larger of |T[k][j] - T[k][j-1]| and |T[k][j] - T[k-1][j-1]| (C. J. F.
  * Ridders, Advances in Engineering Software 4, 1982, 75-76), plus the rounding error of f, eps |f| / h_k. For each
  * number the T[k][j] with the least estimated error is taken: an acceleration that is stiff in one joint and soft in
- * another needs different steps. The least of many estimates may be small by chance. The actual rounding error of f,
- * which depends on the conditioning of the loop equations, dominates the last and shortest step; therefore the error is
- * at least the estimate at that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are
+ * another needs different steps. The least of many estimates may be small by chance, in two ways. Three numbers of the
+ * tableau may agree although all are off; the next rows then differ from them by more than the errors of both, and the
+ * error is raised to this difference. And the actual rounding error of f, which depends on the conditioning of the loop
+ * equations, dominates the last and shortest step; therefore the error is at least the estimate at that step times
+ * h_last / h_taken. Steps from which the mechanism cannot be assembled are
  * left out. Halving continues until no number improves any more and all are accurate, or to 2^-30.
  *
  * Unlike finite differences with one step, this needs no estimate of the scale on which f changes; the first step must
@@ -21,6 +23,7 @@
 #include <string.h>
 
 enum { HALVINGS = 30, IDLE_MOST = 2 };
+enum { COMPARED = 4 }; /* steps down to this part of the one that was taken can contradict it */
 
 #define GOOD 1e-14   /* of its row's size: accurate enough */
 #define PASSES 1e-5  /* of its row's size: halving continues while an error is larger */
@@ -46,7 +49,9 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
     }
 }
 
-/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. */
+/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. One that differs
+ * from the present estimate by more than both errors shows that the present error was small by chance, unless its step
+ * is so much shorter that it may be off by its own rounding: then the present error is raised to the difference. */
 static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;
@@ -54,6 +59,9 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
         const double now = x->now[(size_t)j * f + i];
         const double error =
             fmax(fabs(now - x->now[(size_t)(j - 1) * f + i]), fabs(now - x->last[(size_t)(j - 1) * f + i])) + rounding;
+        const double apart = fabs(now - x->slope[i]) - error;
+        if (apart > x->error[i] && h >= x->l->best_step[i] / COMPARED)
+            x->error[i] = apart;
         if (!(error < x->error[i]))
             continue;
         better = true;

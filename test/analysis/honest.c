@@ -11,6 +11,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 enum { NEAR = 4, OUTPUTS = 6 * KT_TREE_SLOTS };
@@ -140,34 +141,51 @@ static double astray(const kt_linear_system *x, const derivative *d, const doubl
     return sum;
 }
 
+/* Differences with several steps, the shortest first: what they are apart is their error. Two are not enough: their
+ * rounding errors, which next to a singular position are all of it, are equal to a tenth for one number in ten. */
+enum { STEPS = 5 };
+
+static double apart_at(const derivative d[STEPS], size_t offset) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int s = 0; s < STEPS; s++) {
+        const double x = *(const double *)(const void *)((const char *)&d[s] + offset);
+        low = fmin(low, x);
+        high = fmax(high, x);
+    }
+    return high - low;
+}
+
+#define APART(d, member) apart_at(d, offsetof(derivative, member))
+
 /* Markers: their estimates and what the differences themselves are off by. */
-static void compare_outputs(const kt_linear_system *x, const double *y, const derivative *d, const derivative *coarse,
-                            double gone_astray, census *c) {
+static void compare_outputs(const kt_linear_system *x, const double *y, const derivative d[STEPS], double gone_astray,
+                            census *c) {
     for (int i = 0; i < x->outputs; i++) {
         double sum = 0.0, error = 0.0;
         for (int j = 0; j < x->states; j++) {
             sum += small_at(x->output, x->outputs, i, j) * y[j];
             error += small_at(x->output_error, x->outputs, i, j) * fabs(y[j]);
         }
-        const double own = fabs(d->seen[i] - coarse->seen[i]) + gone_astray;
+        const double own = APART(d, seen[i]) + gone_astray;
         if (own < 1e-9)
-            kt_worst_near(&c->output, sum, d->seen[i], 4.0 * (error + own), "mechanism %d, output %d", c->mechanisms,
+            kt_worst_near(&c->output, sum, d[0].seen[i], 4.0 * (error + own), "mechanism %d, output %d", c->mechanisms,
                           i);
     }
 }
 
-/* Differences that agree with those of a longer step, with shorter ones for a mechanism so stiff that the first tell
- * nothing; *whole is the largest acceleration's. */
-static bool differentiate_well(const tangle *g, const double *dq, const double *dv, derivative *coarse,
-                               derivative *fine, double *whole) {
+/* With shorter steps for a mechanism so stiff that the first tell nothing; *whole is the largest acceleration's. */
+static bool differentiate_well(const tangle *g, const double *dq, const double *dv, derivative d[STEPS],
+                               double *whole) {
+    static const double share[STEPS] = {0.6, 0.7, 0.8, 0.9, 1.0};
     for (double h = 0.01; h > 1e-4; h *= 0.25) {
         double apart = 0.0;
-        if (!differentiate(g, dq, dv, h, coarse) || !differentiate(g, dq, dv, 0.6 * h, fine))
-            return false;
+        for (int s = 0; s < STEPS; s++)
+            if (!differentiate(g, dq, dv, share[s] * h, &d[s]))
+                return false;
         *whole = 0.0;
         for (int i = 0; i < g->tree.nv; i++) {
-            *whole = fmax(*whole, fabs(fine->da[i]));
-            apart = fmax(apart, fabs(fine->da[i] - coarse->da[i]));
+            *whole = fmax(*whole, fabs(d[0].da[i]));
+            apart = fmax(apart, APART(d, da[i]));
         }
         if (apart <= 0.9e-9 * *whole)
             break;
@@ -179,14 +197,14 @@ static void compare(const tangle *g, const small *s, kt_random *random, census *
     const kt_linear_system *x = s->system;
     const int n = x->states;
     double y[2 * KT_TREE_NV], dq[KT_TREE_NV], dv[KT_TREE_NV], rate[KT_TREE_NV], whole = 0.0;
-    static derivative d, coarse;
+    static derivative d[STEPS];
     choose_direction(x, random, y, dq, dv);
     c->directions++;
-    if (!differentiate_well(g, dq, dv, &coarse, &d, &whole))
+    if (!differentiate_well(g, dq, dv, d, &whole))
         return;
     c->compared++;
-    rate_of_difference(g, &d, rate);
-    compare_outputs(x, y, &d, &coarse, astray(x, &d, dq, dv), c);
+    rate_of_difference(g, &d[0], rate);
+    compare_outputs(x, y, d, astray(x, &d[0], dq, dv), c);
     for (int i = 0; i < n; i++) {
         double sum = 0.0, error = 0.0;
         for (int j = 0; j < n; j++) {
@@ -196,18 +214,18 @@ static void compare(const tangle *g, const small *s, kt_random *random, census *
         if (i < x->positions) {
             /* differences of the second order twice over: 3e-8 was measured */
             const int k = x->position_coordinate[i];
-            const double own = 1e-7 * (1.0 + x->speed) + fabs(d.dv[k] - coarse.dv[k]);
+            const double own = 1e-7 * (1.0 + x->speed) + APART(d, dv[k]);
             kt_worst_near(&c->carried, sum, rate[k], own, "position %d", i);
             continue;
         }
         const int k = x->velocity_coordinate[i - x->positions];
-        const double own = fabs(d.da[k] - coarse.da[k]) + 1e-13 * whole;
+        const double own = APART(d, da[k]) + 1e-13 * whole;
         if (own > 1e-9 * whole) { /* a mechanism so stiff that these steps tell nothing */
             c->is_stiff = true;
             continue;
         }
-        /* 1.5 was measured on 8 x 48 mechanisms, 2.9 on one */
-        kt_worst_near(&c->state, sum, d.da[k], 4.0 * (error + own), "mechanism %d, velocity %d", c->mechanisms, k);
+        /* 3.7 was measured on 320 x 48 mechanisms */
+        kt_worst_near(&c->state, sum, d[0].da[k], 4.0 * (error + own), "mechanism %d, velocity %d", c->mechanisms, k);
         c->numbers++;
         c->decided += own < error;
     }
@@ -247,6 +265,8 @@ static void expect_honest(bool differences) {
         plan.loops = loops;
         compare_all(&plan, 12, differences, &random, &c);
     }
+    for (int more = 0; more < 48 && c.rolling == 0; more++)
+        compare_all(&plan, 1, differences, &random, &c);
     kt_check_worst(&c.state);
     kt_check_worst(&c.carried);
     kt_check_worst(&c.output);
@@ -258,10 +278,23 @@ static void expect_honest(bool differences) {
         kt_check_above("share of them exactly", (double)c.exact / c.mechanisms, 0.8);
     kt_check_above("rolling", c.rolling, 1.0);
     kt_check_above("share of directions compared", (double)c.compared / c.directions, 0.8);
-    kt_check_above("numbers where the estimate decides", c.decided, 0.3 * c.numbers);
+    kt_check_above("numbers where the estimate decides", c.decided, 0.25 * c.numbers); /* 0.3 of 160 seeds at least */
     kt_check_below("mechanisms of which numbers are left out", c.stiff, 2.0);
 }
 
 KT_TEST(estimated_errors_bound_true_ones_on_random_mechanisms) { expect_honest(false); }
 
 KT_TEST(estimated_errors_of_differences_bound_true_ones_on_random_mechanisms) { expect_honest(true); }
+
+/* Of this mechanism, one in 15,000, two rows of the tableau agree by chance to 2e-10 where both are off by 2e-8. */
+KT_TEST(agreement_by_chance_is_not_taken_for_accuracy) {
+    kt_random random = {{0xb1212e5b1ea929cc, 0xdec44b65d48e5af6, 0xd0e5b1770ca0637f, 0xf822dfc0f196b1fc}};
+    tangle_plan plan = tangle_plan_default();
+    census c = {
+        .state = kt_worst_make("state y"), .carried = kt_worst_make("d/dt dq"), .output = kt_worst_make("output y")};
+    plan.tree.bodies = 8;
+    plan.loops = 3;
+    compare_all(&plan, 1, true, &random, &c);
+    kt_check_worst(&c.state);
+    kt_check_above("numbers", c.numbers, 30.0);
+}
