@@ -1,6 +1,6 @@
 /* Derivatives of the accelerations of whole mechanisms: the linearised equations (stiffness.c) solved for da,
  *     da = Q1 y + Z z,   R1' y = E,   (Z' M Z) z = -Z' (D + M Q1 y)
- * and without loops M da = -D. With respect to joint forces D = -1 and E = 0.
+ * and without loops M da = -D, with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
  */
 #include "reduction/stiffness.h"
 
@@ -9,30 +9,44 @@
 
 #include <string.h>
 
-/* Every array: type, name, count, meaning. */
+/* Every array: type, name, count, meaning. Of a tree m is 0, otherwise n. */
 #define FIELDS(X)                                                                                                      \
-    X(double, reduced, n *n, "Z' M Z, factored")                                                                       \
-    X(double, d_tau, n *n, "result by joint forces")                                                                   \
-    X(double, solution, n, "y, z")
+    X(double, reduced, m *m, "Z' M Z, factored")                                                                       \
+    X(double, solution, m, "y, z")                                                                                     \
+    X(char, factors, m ? 0 : kt_mass_factor_size(model), "of M: L'DL")                                                 \
+    X(double, d_tau, n *n, "result by joint forces")
 
 typedef struct work {
     kt_linearized of;
+    kt_mass_factor *factor;
     KT_ARENA_DECLARE(FIELDS)
 } work;
 
-KT_ARENA_ARRAYS(place_arrays, work, FIELDS, size_t n)
+KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, size_t m)
 
-size_t kt_acceleration_work_size(const kt_model *model) {
-    return kt_linearized_init(NULL, NULL, model, NULL, 0.0) + place_arrays(NULL, NULL, model->n.v);
+static size_t lay_out(work *w, void *memory, const kt_model *model) {
+    const size_t n = model->n.v;
+    return place_arrays(w, memory, model, n, model->n.row ? n : 0);
 }
 
-/* reduced = Cholesky of Z' M Z, or without loops of M. */
-static bool factor(work *w) {
+size_t kt_acceleration_work_size(const kt_model *model) {
+    return kt_linearized_init(NULL, NULL, model, NULL, 0.0) + lay_out(NULL, NULL, model);
+}
+
+/* The factors of M, or reduced = Cholesky of Z' M Z. */
+static kt_status factor(work *w, kt_error *error) {
+    const kt_model *model = w->of.model;
     const size_t n = w->of.n, r = (size_t)w->of.rank, f = n - r;
-    const double *whole = w->of.p ? w->of.half : w->of.mass;
+    if (!w->of.p) {
+        const kt_status status = kt_mass_factor_init(model, w->factors, kt_mass_factor_size(model), &w->factor, error);
+        return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
+    }
     for (size_t j = 0; j < f; j++)
-        memcpy(w->reduced + j * f, whole + (r + j) * n + r, f * sizeof *w->reduced);
-    return kt_dense_cholesky(w->reduced, (int)f, NULL);
+        memcpy(w->reduced + j * f, w->of.half + (r + j) * n + r, f * sizeof *w->reduced);
+    if (kt_dense_cholesky(w->reduced, (int)f, NULL))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
 }
 
 /* Overwrites column d, which holds D, with da. e: the p entries of E, or NULL for zero. */
@@ -51,40 +65,24 @@ static void solve_closed(work *w, double *d, const double *e) {
     kt_dense_apply(w->of.basis, (int)n, (int)n, y, d);
 }
 
-static void solve(work *w, double *d, const double *e) {
+/* Overwrites D with da. */
+static kt_status solve(work *w, double *d, const double *e, kt_error *error) {
     const size_t n = w->of.n, p = w->of.p;
-    for (size_t j = 0; j < n; j++, d += n) {
-        if (p) {
-            solve_closed(w, d, e ? e + j * p : NULL);
-            continue;
-        }
-        for (size_t i = 0; i < n; i++)
-            d[i] = -d[i];
-        kt_dense_solve(w->reduced, (int)n, d);
-    }
+    for (size_t j = 0; j < n && p; j++)
+        solve_closed(w, d + j * n, e ? e + j * p : NULL);
+    for (size_t i = 0; i < n * n && !p; i++)
+        d[i] = -d[i];
+    const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)n, d, error);
+    return status == KT_OK && !kt_all_finite(d, n * n) ? kt_linearized_overflow(error) : status;
 }
 
 /* da/dtau: D = -1. */
-static void solve_forces(work *w) {
+static kt_status solve_forces(work *w, kt_error *error) {
     const size_t n = w->of.n;
     memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
     for (size_t j = 0; j < n; j++)
         w->d_tau[j * n + j] = -1.0;
-    solve(w, w->d_tau, NULL);
-}
-
-static kt_status solve_all(work *w, bool forces, kt_error *error) {
-    const size_t square = w->of.n * w->of.n;
-    if (!factor(w))
-        return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                            "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
-    solve(w, w->of.d_q, w->of.e_q);
-    solve(w, w->of.d_v, w->of.e_v);
-    if (forces)
-        solve_forces(w);
-    const bool finite = kt_all_finite(w->of.d_q, square) && kt_all_finite(w->of.d_v, square) &&
-                        (!forces || kt_all_finite(w->d_tau, square));
-    return finite ? KT_OK : kt_linearized_overflow(error);
+    return solve(w, w->d_tau, NULL, error);
 }
 
 kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
@@ -97,10 +95,16 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
     if (status != KT_OK)
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, t);
-    (void)place_arrays(&w, (char *)memory + used, model->n.v);
+    (void)lay_out(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, q, v, tau, external, NULL, error);
     if (status == KT_OK)
-        status = solve_all(&w, da_dtau != NULL, error);
+        status = factor(&w, error);
+    if (status == KT_OK)
+        status = solve(&w, w.of.d_q, w.of.e_q, error);
+    if (status == KT_OK)
+        status = solve(&w, w.of.d_v, w.of.e_v, error);
+    if (status == KT_OK && da_dtau)
+        status = solve_forces(&w, error);
     if (status != KT_OK)
         return status;
     memcpy(da_dq, w.of.d_q, bytes);
