@@ -104,11 +104,8 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
     return fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
-/* The caller's projection of the trial state. */
+/* The caller's projection of the trial state, if there is one. */
 static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try *result) {
-    *changed = false;
-    if (it->callbacks.project == NULL)
-        return KT_TRY_PASSED;
     *changed = true;
     const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
     if (code != 0) {
@@ -152,7 +149,7 @@ static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) 
     kt_try r;
     bool changed = false;
     if (prepare(it, &r) != KT_TRY_PASSED || kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED ||
-        project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED)
+        (it->callbacks.project != NULL && project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED))
         return kt_try_report(it, &r, advice, error);
     commit(it, &p, changed, it->memory.next_step, (double)NAN);
     return KT_OK;
@@ -264,12 +261,6 @@ static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error
                         DBL_EPSILON * kt_scaled_norm(it, it->y, NULL));
 }
 
-/* Adaptive: whether max_step is lost in the rounding of the later of the current time and t_limit. */
-static bool is_max_step_lost(const kt_integrator *it, double t_limit) {
-    const double h = it->options.max_step, end = isfinite(t_limit) ? fabs(t_limit) : 0.0;
-    return h > 0.0 && h <= 16.0 * DBL_EPSILON * fmax(fabs(it->memory.t), end);
-}
-
 /* The longest step that the family can take now. */
 static double longest_step(const kt_integrator *it) {
     return it->family->longest_step != NULL ? it->family->longest_step(it) : HUGE_VAL;
@@ -281,7 +272,7 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
     const double t = it->memory.t, left = fabs(t_limit - t);
     const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, longest_step(it));
     double h = it->memory.next_step;
-    if (is_max_step_lost(it, t_limit))
+    if (o->max_step > 0.0 && o->max_step <= 16.0 * DBL_EPSILON * time_scale(it, t_limit))
         return report_lost(it, "max_step", o->max_step, error);
     if (h == 0.0) {
         kt_try r;
@@ -326,8 +317,9 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         plan p = {.interval = {.t = it->memory.t, .y = it->y}};
         plan_adaptive(it, t_limit, proposed, &p);
         bool changed = false;
-        const bool passed = kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED &&
-                            project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED;
+        const bool passed =
+            kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED &&
+            (it->callbacks.project == NULL || project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED);
         const bool stuck = r.result != KT_TRY_STOPPED && is_stuck(it, t_limit);
         if (stuck || !passed)
             blame(it, &r, p.interval.h);

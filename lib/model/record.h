@@ -64,8 +64,7 @@ typedef struct kt_body_record {
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
     uint32_t name; /* offset in the model's text */
-    bool
-        fixed; /* to the world: no degree of freedom between (libkinetree-study sets it for bodies that loops fix, too) */
+    bool fixed;    /* to the world: no degree of freedom between (lib/study/absolute.c: by the joints of the tree) */
 } kt_body_record;
 
 typedef struct kt_marker_record {

@@ -2,7 +2,7 @@
  *
  * The state is y = (q, v), and the right-hand side is
  *
- *     q' = E(q) v        kt_position_rate: the identity except for quaternions, p' = p o (0, w) / 2
+ *     q' = E(q) v        v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
  *     v' = a(t, q, v)    kt_acceleration_evaluate, or the caller's
  *
  * If a balance is computed, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
@@ -38,10 +38,10 @@ static int report_callback(int result, const char *what, kt_error *made, kt_erro
     return result;
 }
 
-/* Writes v' at (t, y) to `a`, and points *rate at the velocities that give q': those of y, or the caller's. `power` is
- * known at compilation where this is inlined in find_slope: a run without a balance does not even test it. */
-KT_INLINE int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                         const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
+/* Writes v' at (t, y) to `a`, and points *rate at the velocities that give q': those of y, or the caller's. power: NULL
+ * without a balance. */
+static int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                      const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
     const kt_model *model = simulation->model;
     const double *q = y, *v = y + simulation->size.nq;
     *rate = v;
@@ -73,37 +73,34 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
-/* Computes y' for the integrator, and `power` unless it is NULL. */
-KT_INLINE int find_slope(kt_simulation *simulation, double t, const double *y, double *dydt, kt_power *power) {
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const kt_simulation_sizes *size = &simulation->size;
+    const bool balanced = kt_simulation_is_balanced(simulation);
+    kt_power power = {0.0, 0.0};
     const double *rate;
-    const int result = accelerate(simulation, t, y, simulation->tau, simulation->external, &rate,
-                                  dydt + simulation->size.nq, power, &simulation->cause);
-    if (simulation->acceleration == NULL || power != NULL)
+    const int result = accelerate(simulation, t, y, simulation->tau, simulation->external, &rate, dydt + size->nq,
+                                  balanced ? &power : NULL, &simulation->cause);
+    if (simulation->acceleration == NULL || balanced)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
     /* Powers and the caller's right-hand side may leave anything in data. */
-    simulation->cached = power == NULL && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    simulation->cached = !balanced && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
     if (result != 0) {
         simulation->ahead = t != kt_integrator_time(simulation->integrator);
         return result > 0 && simulation->ahead ? 1 : -1;
     }
-    kt_position_rate(simulation->model, y, rate, dydt);
-    if (simulation->size.nq == 0)
+    if (size->quaternion > 0)
+        kt_position_rate(simulation->model, y, rate, dydt);
+    else if (size->nq > 0)
+        memcpy(dydt, rate, size->nq * sizeof *dydt);
+    else
         dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    if (balanced) {
+        dydt[size->work] = power.dissipated;
+        dydt[size->work + 1] = power.supplied;
+    }
     return 0;
-}
-
-static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
-    return find_slope(user, t, y, dydt, NULL);
-}
-
-static int evaluate_slope_and_powers(double t, const double *y, double *dydt, void *user) {
-    kt_simulation *simulation = user;
-    kt_power power = {0.0, 0.0};
-    const int result = find_slope(simulation, t, y, dydt, &power);
-    dydt[simulation->size.work] = power.dissipated;
-    dydt[simulation->size.work + 1] = power.supplied;
-    return result;
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
@@ -171,10 +168,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 }
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
-    kt_integrator_callbacks callbacks = {evaluate_slope, project_state, simulation};
-    if (kt_simulation_is_balanced(simulation))
-        callbacks.rhs = evaluate_slope_and_powers;
-    return callbacks;
+    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0;
+    return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
 }
 
 /* ---- inputs ------------------------------------------------------------------------------------------------------ */
