@@ -6,6 +6,7 @@
 #ifndef KT_DYNAMICS_DYNAMICS_H
 #define KT_DYNAMICS_DYNAMICS_H
 
+#include "algebra/finite.h"
 #include "base/isa.h"
 #include "model/model.h"
 
@@ -65,8 +66,6 @@ kt_isa kt_isa_resolve(kt_isa asked);
  * verdict is KT_INERTIA_UNKNOWN at the call, and those that carry such a link or one without inertia, are not judged. */
 typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
-
-bool kt_all_finite(const double *x, size_t n);
 
 /* The inputs of a call; all but q may be NULL. x are nv numbers, and `what` names them in messages. */
 typedef struct kt_input {

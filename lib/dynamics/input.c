@@ -4,15 +4,6 @@
 
 #include <stdio.h>
 
-/* Without a branch for each number: x - x is 0 for a finite x, and NaN otherwise. Pairs are vector instructions. */
-bool kt_all_finite(const double *x, size_t n) {
-    kt_v2 pair = kt_v2_splat(0.0);
-    for (size_t i = 1; i < n; i += 2)
-        pair += kt_v2_load(x + i - 1) - kt_v2_load(x + i - 1);
-    const double last = n % 2 ? x[n - 1] - x[n - 1] : 0.0;
-    return pair[0] + pair[1] + last == 0.0;
-}
-
 static double excess_of(const kt_wrench *w) {
     return (w->moment.x - w->moment.x) + (w->moment.y - w->moment.y) + (w->moment.z - w->moment.z) +
            (w->force.x - w->force.x) + (w->force.y - w->force.y) + (w->force.z - w->force.z);

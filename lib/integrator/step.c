@@ -3,6 +3,7 @@
  * All decisions are made in local variables and in scratch; `memory` and the pointers to the states change only in
  * commit(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
+#include "algebra/finite.h"
 #include "integrator/integrator.h"
 
 #include <float.h>
@@ -93,9 +94,10 @@ static kt_try_result fail(kt_try *result, kt_try_result found, const char *what,
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     if (it->family->try_step(it, in, result) != KT_TRY_PASSED)
         return result->result;
-    result->component = kt_first_not_finite(it->trial, it->sizes.n);
-    if (result->component < it->sizes.n)
+    if (!kt_all_finite(it->trial, it->sizes.n)) {
+        result->component = kt_first_not_finite(it->trial, it->sizes.n);
         return fail(result, KT_TRY_NOT_FINITE, "the new state", in->end);
+    }
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
     result->error = it->family->error(it, in->h);

@@ -2,45 +2,28 @@
  *
  * Sums over components have the same bits whatever n and the width of the machine's vectors.
  */
+#include "algebra/finite.h"
 #include "integrator/integrator.h"
 
 #include <math.h>
 #include <stdio.h>
 
-/* Components per tile: a loop that compilers unroll into vector instructions. */
-enum { LANES = 8 };
-
-/* 0 x is 0 for a finite x and NaN otherwise, and NaN persists in a sum. */
 size_t kt_first_not_finite(const double *values, size_t n) {
-    double sum = 0.0;
-    size_t i = 0;
-    if (n >= LANES) {
-        double lanes[LANES] = {0.0};
-        for (; i + LANES <= n; i += LANES)
-            for (int l = 0; l < LANES; l++)
-                lanes[l] += 0.0 * values[i + (size_t)l];
-        for (int l = 0; l < LANES; l++)
-            sum += lanes[l];
-    }
-    for (; i < n; i++)
-        sum += 0.0 * values[i];
-    if (sum == 0.0)
-        return n;
-    for (i = 0; i < n && isfinite(values[i]); i++)
-        ;
+    size_t i = kt_all_finite(values, n) ? n : 0;
+    while (i < n && isfinite(values[i]))
+        i++;
     return i;
 }
 
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     it->memory.counts.evaluations++;
     const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
-    const size_t bad = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
-    if (code == 0 && bad == it->sizes.n)
+    if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))
         return result->result = KT_TRY_PASSED;
     result->what = "the right-hand side";
     result->t = t;
     result->code = code;
-    result->component = bad;
+    result->component = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
     return result->result = code == 0 ? KT_TRY_NOT_FINITE : code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
 }
 
