@@ -57,7 +57,7 @@ static kt_status compile(kt_model **model, kt_error *error) {
     return kt_model_compile(&description, NULL, model, error);
 }
 
-static int tell(const kt_error *error) {
+static int report(const kt_error *error) {
     fprintf(stderr, "static_memory: %s%s%s\n", error->where, error->where[0] ? ": " : "", error->message);
     return 1;
 }
@@ -136,14 +136,14 @@ static int demonstrate(FILE *csv) {
     kt_simulation *simulation = NULL;
     kt_run plan = kt_run_default();
     if (settle(&model, &error) != KT_OK)
-        return tell(&error);
+        return report(&error);
 
     plan.integrator = "rk4";
     plan.step = 1e-3;
     plan.duration = 1e-3 * STEPS;
     const size_t size = kt_simulation_size(model, &plan, NULL);
     if (kt_simulation_init(model, &plan, NULL, take(size), size, &simulation, &error) != KT_OK)
-        return tell(&error);
+        return report(&error);
     const size_t state_size = kt_simulation_state_size(simulation);
     void *checkpoint = take(state_size);
     if (!checkpoint)
@@ -155,16 +155,16 @@ static int demonstrate(FILE *csv) {
     if (csv)
         fprintf(csv, "time,position.cart,position.upper,position.lower\n");
     if (run(simulation, 0, STEPS / 2, csv, &error) != KT_OK) /* a checkpoint is saved after the first half */
-        return tell(&error);
+        return report(&error);
     kt_simulation_save(simulation, checkpoint);
     if (run(simulation, STEPS / 2, STEPS, csv, &error) != KT_OK)
-        return tell(&error);
+        return report(&error);
     look(simulation, end);
 
     /* The second half, repeated from the checkpoint, and the whole run on the heap must give identical bits. */
     if (kt_simulation_restore(simulation, checkpoint, &error) != KT_OK ||
         run(simulation, STEPS / 2, STEPS, NULL, &error) != KT_OK || run_on_heap(model, &plan, heap, &error) != KT_OK)
-        return tell(&error);
+        return report(&error);
     look(simulation, again);
     printf("after %d steps: cart %.9f m, rods %.9f and %.9f rad\n", STEPS, end[0], end[1], end[2]);
     printf("the second half again from the checkpoint: %s\n",

@@ -162,7 +162,7 @@ static void say_file(const char *what, const char *path) {
 }
 
 /* Writes the CSV file and the pictures, prints their names, then the tables. Returns an exit code. */
-static int tell(const kt_findings *findings) {
+static int report(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int code = KT_EXIT_DONE;
     if (arguments->out != NULL)
@@ -212,7 +212,7 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
         return kt_exit_code(status);
     }
     findings.results = kt_accuracy_get(findings.study);
-    const int code = tell(&findings);
+    const int code = report(&findings);
     kt_accuracy_free(findings.study);
     return code;
 }
@@ -240,7 +240,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
                ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
                : -1;
     if (code < 0) {
-        const int start = kt_start_tell(&scene, model);
+        const int start = kt_start_report(&scene, model);
         code = start == KT_EXIT_DONE ? -1 : start;
     }
     if (code < 0)

@@ -94,8 +94,8 @@ static void add(char *text, size_t size, const char *format, ...) {
 }
 
 /* Describes the errors of a formulation relative to the minimal one at the same setting. */
-static void tell_wrong(const kt_findings *findings, const kt_accuracy_point *base, const kt_accuracy_point *point,
-                       char *text, size_t size) {
+static void report_wrong(const kt_findings *findings, const kt_accuracy_point *base, const kt_accuracy_point *point,
+                         char *text, size_t size) {
     const double least = findings->results->uncertainty.position;
     const double times = fmax(point->error.position, least) / fmax(base->error.position, least);
     const double work = (double)point->counts.evaluations / (double)base->counts.evaluations;
@@ -144,7 +144,7 @@ static int print_method(const kt_findings *findings, const kt_accuracy_curve *cu
         print_row(kinds[i].label, &points[i], results->duration);
     }
     for (int i = 1; i < KT_COMPARED_FORMULATIONS; i++) {
-        tell_wrong(findings, &points[0], &points[i], text, sizeof text);
+        report_wrong(findings, &points[0], &points[i], text, sizeof text);
         printf("  %s gets wrong: %s\n", kinds[i].label, text);
     }
     return KT_EXIT_DONE;

@@ -405,7 +405,7 @@ static void warn_of_jumps(kt_outcome *outcome) {
         kt_warn(&outcome->warnings, &warning, "the speed of loop '%s' jumps at the rows of its table", loop);
 }
 
-static void tell_start(kt_outcome *outcome, bool quiet) {
+static void report_start(kt_outcome *outcome, bool quiet) {
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
     warn_of_long_step(outcome);
@@ -458,7 +458,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     if (status != KT_OK)
         kt_say_error(&error);
     else
-        tell_start(outcome, arguments->quiet);
+        report_start(outcome, arguments->quiet);
     if (status == KT_ERROR_CONSTRAINT)
         kt_say_open_loops(outcome->scene, outcome->model);
     if (status == KT_ERROR_CONSTRAINT && names->view != NULL &&

@@ -40,13 +40,13 @@ static char *read_input(size_t *size) {
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
-typedef struct kt_told {
+typedef struct kt_reported {
     int faults;
-} kt_told;
+} kt_reported;
 
-static void tell(void *user, const kt_error *error) {
-    kt_told *told = user;
-    told->faults++;
+static void report(void *user, const kt_error *error) {
+    kt_reported *reported = user;
+    reported->faults++;
     /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
      * line. */
     if (error->where[0] != '\0')
@@ -64,7 +64,7 @@ static void suggest_ending(const char *path) {
 }
 
 int kt_read_scene(const char *path, kt_scene *scene) {
-    kt_told told = {0};
+    kt_reported reported = {0};
     kt_error error = {0};
     kt_status status;
     if (strcmp(path, "-") == 0) {
@@ -75,38 +75,38 @@ int kt_read_scene(const char *path, kt_scene *scene) {
             kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
             return KT_EXIT_SCENE;
         }
-        status = kt_scene_parse("(standard input)", text, size, scene, tell, &told, &error);
+        status = kt_scene_parse("(standard input)", text, size, scene, report, &reported, &error);
         free(text);
     } else {
-        status = kt_scene_read(path, scene, tell, &told, &error);
+        status = kt_scene_read(path, scene, report, &reported, &error);
     }
-    if (status != KT_OK && told.faults == 0)
+    if (status != KT_OK && reported.faults == 0)
         kt_say_error(&error);
     if (status == KT_ERROR_FILE)
         suggest_ending(path);
     return kt_exit_code(status);
 }
 
-typedef struct kt_told_of {
+typedef struct kt_reported_at {
     const kt_scene *scene;
-    kt_told told;
-} kt_told_of;
+    kt_reported reported;
+} kt_reported_at;
 
-static void tell_located(void *user, const kt_place *place, const kt_error *fault) {
-    kt_told_of *of = user;
+static void report_located(void *user, const kt_place *place, const kt_error *fault) {
+    kt_reported_at *of = user;
     kt_error error = *fault;
     (void)place;
     (void)kt_scene_locate(of->scene, &error);
-    tell(&of->told, &error);
+    report(&of->reported, &error);
 }
 
 /* Prints every error that concerns the mechanism as a whole; if there is none, the error from its compilation. */
-static void tell_all(const kt_scene *scene, kt_error *found) {
-    kt_told_of of = {.scene = scene};
+static void report_all(const kt_scene *scene, kt_error *found) {
+    kt_reported_at of = {.scene = scene};
     kt_error error = {0};
-    if (kt_model_check(&scene->description, tell_located, &of, &error) == KT_OK || of.told.faults == 0) {
+    if (kt_model_check(&scene->description, report_located, &of, &error) == KT_OK || of.reported.faults == 0) {
         if (kt_scene_locate(scene, found))
-            tell(&of.told, found);
+            report(&of.reported, found);
         else
             kt_say_error(found);
     }
@@ -120,7 +120,7 @@ int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolut
         return KT_EXIT_DONE;
     const kt_status status = kt_absolute_create(&scene->description, &options, model, absolute, &error);
     if (status == KT_ERROR_MODEL)
-        tell_all(scene, &error);
+        report_all(scene, &error);
     else if (status != KT_OK)
         kt_say_error(&error);
     return kt_exit_code(status);
@@ -131,7 +131,7 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     const kt_model_options options = kt_compile_options(scene);
     kt_status status = kt_model_compile(&scene->description, &options, model, &error);
     if (status == KT_ERROR_MODEL)
-        tell_all(scene, &error);
+        report_all(scene, &error);
     else if (status != KT_OK)
         kt_say_error(&error);
     else

@@ -77,26 +77,26 @@ static void print_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *
 }
 
 /* Prints the modes at the time of the fastest one, and how the fastest rate varies along the motion. */
-static void print_modes(const kt_stability_look *look) {
-    const int fastest = kt_spectrum_fastest(look->spectrum), count = kt_spectrum_count(look->spectrum);
+static void print_modes(const kt_stability_subject *subject) {
+    const int fastest = kt_spectrum_fastest(subject->spectrum), count = kt_spectrum_count(subject->spectrum);
     if (fastest < 0) {
         puts("nothing moves: any step is stable");
         return;
     }
-    const double time = kt_spectrum_at(look->spectrum, fastest).time;
+    const double time = kt_spectrum_at(subject->spectrum, fastest).time;
     double least = HUGE_VAL, least_time = 0.0;
     int listed = 0, left_out = 0;
     printf("fastest modes, at t = %g s\n  %12s  %13s  %9s  %s\n", time, "rate, 1/s", "frequency, Hz", "damping",
            "joints that move");
     for (int i = 0; i < count; i++) {
-        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, i);
-        if (i == 0 || at.time != kt_spectrum_at(look->spectrum, i - 1).time) /* the fastest mode of its state */
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
+        if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) /* the fastest mode of its state */
             if (size_of(&at.mode) < least) {
                 least = size_of(&at.mode);
                 least_time = at.time;
             }
         if (at.time == time && listed < LISTED_MAX && at.moves != NULL) {
-            print_mode(look->model, &at, stdout);
+            print_mode(subject->model, &at, stdout);
             listed++;
         } else if (at.time == time) {
             left_out++;
@@ -104,7 +104,7 @@ static void print_modes(const kt_stability_look *look) {
     }
     if (left_out > 0)
         printf("  and %d slower\n", left_out);
-    const kt_spectrum_mode first = kt_spectrum_at(look->spectrum, fastest);
+    const kt_spectrum_mode first = kt_spectrum_at(subject->spectrum, fastest);
     if (least < 0.99 * size_of(&first.mode))
         printf("the fastest along the motion: from %.4g /s (at t = %g s) to %.4g /s\n", least, least_time,
                size_of(&first.mode));
@@ -122,36 +122,36 @@ static void write_verdict(double growth, char *text, size_t size) {
         snprintf(text, size, "unstable: diverges");
 }
 
-static void print_limit(const kt_stability_look *look, const kt_method *method) {
-    const kt_step_limit limit = kt_spectrum_limit(look->spectrum, method, look->duration, look->step);
+static void print_limit(const kt_stability_subject *subject, const kt_method *method) {
+    const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
     char step[24] = "any", bound[96] = "", verdict[48] = "";
-    if (limit.step <= look->duration)
+    if (limit.step <= subject->duration)
         snprintf(step, sizeof step, "%.4g", limit.step);
-    if (limit.mode >= 0 && limit.step <= look->duration) {
-        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, limit.mode);
+    if (limit.mode >= 0 && limit.step <= subject->duration) {
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
         char mode[64];
         kt_write_mode(&at.mode, mode, sizeof mode);
         snprintf(bound, sizeof bound, "%s, t = %g s", mode, at.time);
     }
-    if (look->step > 0.0)
+    if (subject->step > 0.0)
         write_verdict(limit.growth, verdict, sizeof verdict);
-    if (look->step > 0.0)
+    if (subject->step > 0.0)
         printf("  %-9s  %10s  %-26s  %s\n", method->name, step, verdict, bound);
     else
         printf("  %-9s  %10s  %s\n", method->name, step, bound);
 }
 
-static void print_limits(const kt_stability_look *look) {
+static void print_limits(const kt_stability_subject *subject) {
     char asked[32] = "";
-    printf("\nlargest stable step over %g s\n", look->duration);
-    if (look->step > 0.0) {
-        snprintf(asked, sizeof asked, "at %g s", look->step);
+    printf("\nlargest stable step over %g s\n", subject->duration);
+    if (subject->step > 0.0) {
+        snprintf(asked, sizeof asked, "at %g s", subject->step);
         printf("  %-9s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by");
     } else {
         printf("  %-9s  %10s  %s\n", "method", "step, s", "bounded by");
     }
     for (int i = 0; i < kt_method_count(); i++)
-        print_limit(look, kt_method_at(i));
+        print_limit(subject, kt_method_at(i));
 }
 
 /* ---- JSON -------------------------------------------------------------------------------------------------------- */
@@ -177,31 +177,31 @@ static json_t *describe_mode(const kt_model *model, const kt_spectrum_mode *at) 
     return mode;
 }
 
-static json_t *describe_states(const kt_stability_look *look) {
+static json_t *describe_states(const kt_stability_subject *subject) {
     json_t *states = json_array(), *modes = NULL;
-    for (int i = 0; i < kt_spectrum_count(look->spectrum); i++) {
-        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, i);
-        if (i == 0 || at.time != kt_spectrum_at(look->spectrum, i - 1).time) {
+    for (int i = 0; i < kt_spectrum_count(subject->spectrum); i++) {
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
+        if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) {
             json_t *state = json_object();
             modes = json_array();
             json_object_set_new(state, "time", json_real(at.time));
             json_object_set_new(state, "modes", modes);
             json_array_append_new(states, state);
         }
-        json_array_append_new(modes, describe_mode(look->model, &at));
+        json_array_append_new(modes, describe_mode(subject->model, &at));
     }
     return states;
 }
 
-static json_t *describe_limit(const kt_stability_look *look, const kt_method *method) {
-    const kt_step_limit limit = kt_spectrum_limit(look->spectrum, method, look->duration, look->step);
+static json_t *describe_limit(const kt_stability_subject *subject, const kt_method *method) {
+    const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
     json_t *object = json_object();
     json_object_set_new(object, "integrator", json_string(method->name));
     json_object_set_new(object, "step", kt_json_number(limit.step));
-    if (look->step > 0.0)
+    if (subject->step > 0.0)
         json_object_set_new(object, "growth", kt_json_number(limit.growth));
     if (limit.mode >= 0) {
-        const kt_spectrum_mode at = kt_spectrum_at(look->spectrum, limit.mode);
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
         json_object_set_new(
             object, "bounded_by",
             json_pack("{s:f, s:f, s:f}", "time", at.time, "real", at.mode.real, "imaginary", at.mode.imaginary));
@@ -209,15 +209,15 @@ static json_t *describe_limit(const kt_stability_look *look, const kt_method *me
     return object;
 }
 
-static int write_json(const kt_stability_look *look, json_t *inactive) {
+static int write_json(const kt_stability_subject *subject, json_t *inactive) {
     json_t *root = json_object(), *methods = json_array();
-    json_object_set_new(root, "scene", kt_json_text(look->name));
-    json_object_set_new(root, "duration", json_real(look->duration));
-    if (look->step > 0.0)
-        json_object_set_new(root, "step", json_real(look->step));
-    json_object_set_new(root, "states", describe_states(look));
+    json_object_set_new(root, "scene", kt_json_text(subject->name));
+    json_object_set_new(root, "duration", json_real(subject->duration));
+    if (subject->step > 0.0)
+        json_object_set_new(root, "step", json_real(subject->step));
+    json_object_set_new(root, "states", describe_states(subject));
     for (int i = 0; i < kt_method_count(); i++)
-        json_array_append_new(methods, describe_limit(look, kt_method_at(i)));
+        json_array_append_new(methods, describe_limit(subject, kt_method_at(i)));
     json_object_set_new(root, "methods", methods);
     json_object_set(root, "inactive", inactive);
     return kt_json_write(root, "-");
@@ -226,34 +226,34 @@ static int write_json(const kt_stability_look *look, json_t *inactive) {
 /* ---- inactive contacts and limits -------------------------------------------------------------------------------- */
 
 /* Returns whether a contact or joint limit acts in one of the states. */
-static bool acts(const kt_stability_look *look, kt_data *data, const kt_effect *effect) {
-    for (int i = 0; i < kt_spectrum_samples(look->spectrum); i++) {
-        const double *q = kt_spectrum_positions(look->spectrum, i);
-        if (kt_kinematics_update(look->model, data, q, NULL, NULL, NULL) == KT_OK &&
-            kt_touch_of(look->model, data, effect, q).depth > 0.0)
+static bool acts(const kt_stability_subject *subject, kt_data *data, const kt_effect *effect) {
+    for (int i = 0; i < kt_spectrum_samples(subject->spectrum); i++) {
+        const double *q = kt_spectrum_positions(subject->spectrum, i);
+        if (kt_kinematics_update(subject->model, data, q, NULL, NULL, NULL) == KT_OK &&
+            kt_touch_of(subject->model, data, effect, q).depth > 0.0)
             return true;
     }
     return false;
 }
 
 /* Lists the names of the contacts and joint limits that act in none of the states; a new reference. */
-static json_t *list_inactive(const kt_stability_look *look) {
-    const kt_description *d = &look->scene->description;
+static json_t *list_inactive(const kt_stability_subject *subject) {
+    const kt_description *d = &subject->scene->description;
     json_t *list = json_array();
     kt_data *data = NULL;
-    if (kt_data_create(look->model, &data, NULL) != KT_OK)
+    if (kt_data_create(subject->model, &data, NULL) != KT_OK)
         return list;
     for (int i = 0; i < d->effect_count; i++)
-        if (kt_effect_touches(&d->effects[i]) && !acts(look, data, &d->effects[i]))
+        if (kt_effect_touches(&d->effects[i]) && !acts(subject, data, &d->effects[i]))
             json_array_append_new(list, json_string(kt_name_touch(&d->effects[i]).text));
     kt_data_free(data);
     return list;
 }
 
-static void say_inactive(const kt_stability_look *look, const json_t *list) {
+static void say_inactive(const kt_stability_subject *subject, const json_t *list) {
     enum { NAMED = 4 };
     const size_t count = json_array_size(list);
-    const int samples = kt_spectrum_samples(look->spectrum);
+    const int samples = kt_spectrum_samples(subject->spectrum);
     char names[1024] = "";
     size_t used = 0;
     for (size_t i = 0; i < count && i < NAMED; i++)
@@ -286,31 +286,31 @@ static int choose_method(const char *name, const kt_run *run, const kt_method **
     return KT_EXIT_USAGE;
 }
 
-static int show(const kt_stability_look *look, const arguments *given) {
-    json_t *inactive = list_inactive(look);
-    say_inactive(look, inactive);
-    const int written = given->json ? write_json(look, inactive) : KT_EXIT_DONE;
+static int show(const kt_stability_subject *subject, const arguments *given) {
+    json_t *inactive = list_inactive(subject);
+    say_inactive(subject, inactive);
+    const int written = given->json ? write_json(subject, inactive) : KT_EXIT_DONE;
     json_decref(inactive);
     if (written != KT_EXIT_DONE)
         return written;
     if (!given->json) {
-        const int samples = kt_spectrum_samples(look->spectrum);
-        printf("%s: %d state%s in %g s\n\n", kt_show(look->name).text, samples, samples == 1 ? "" : "s",
-               look->duration);
-        if (kt_model_mobility(look->model).minimal == 0) {
+        const int samples = kt_spectrum_samples(subject->spectrum);
+        printf("%s: %d state%s in %g s\n\n", kt_show(subject->name).text, samples, samples == 1 ? "" : "s",
+               subject->duration);
+        if (kt_model_mobility(subject->model).minimal == 0) {
             puts("there are no degrees of freedom: loops alone determine the motion, and any step is stable");
         } else {
-            print_modes(look);
-            print_limits(look);
+            print_modes(subject);
+            print_limits(subject);
         }
     }
-    return given->plot != NULL ? kt_stability_draw(look, given->plot, given->dark) : KT_EXIT_DONE;
+    return given->plot != NULL ? kt_stability_draw(subject, given->plot, given->dark) : KT_EXIT_DONE;
 }
 
 static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
     kt_run run = scene->run;
-    kt_stability_look look = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
-    int code = choose_method(given->integrator, &run, &look.method);
+    kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
+    int code = choose_method(given->integrator, &run, &subject.method);
     if (code >= 0 || (given->plot != NULL && (code = kt_plot_check(given->plot)) >= 0))
         return code;
     if (given->duration > 0.0)
@@ -319,8 +319,8 @@ static int look_at(const kt_scene *scene, const kt_model *model, const char *bas
         kt_say("stability: the scene has no duration; give one: --duration 10");
         return KT_EXIT_USAGE;
     }
-    look.duration = run.duration;
-    look.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+    subject.duration = run.duration;
+    subject.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
     const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
     kt_error error = {0};
     kt_spectrum *spectrum = NULL;
@@ -332,8 +332,8 @@ static int look_at(const kt_scene *scene, const kt_model *model, const char *bas
     if (spectrum != NULL && kt_spectrum_samples(spectrum) > 0) {
         if (status != KT_OK)
             kt_say("stability: the motion could not be followed further; this is what it was up to there");
-        look.spectrum = spectrum;
-        code = show(&look, given);
+        subject.spectrum = spectrum;
+        code = show(&subject, given);
     } else if (status == KT_OK) {
         kt_say("stability: the loops are at a singular position wherever one looks, where nothing can be linearised; "
                "try other --samples");
@@ -358,7 +358,7 @@ int kt_command_stability(int argc, char **argv) {
     if (code != KT_EXIT_DONE)
         return code;
     char *base = kt_base_name(argv[1]);
-    code = kt_start_tell(&scene, model);
+    code = kt_start_report(&scene, model);
     if (code == KT_EXIT_DONE)
         code = look_at(&scene, model, base != NULL ? base : "scene", &given);
     free(base);

@@ -9,14 +9,14 @@
 #include <stdio.h>
 
 /* The subject of an analysis, for the functions that print and draw it. */
-typedef struct kt_stability_look {
+typedef struct kt_stability_subject {
     const char *name; /* of the scene */
     const kt_model *model;
     const kt_scene *scene;
     const kt_spectrum *spectrum;
     double duration, step;   /* step: the one requested, s; 0: none */
     const kt_method *method; /* the method to draw */
-} kt_stability_look;
+} kt_stability_subject;
 
 /* Writes "slider, right, left": the joints with at least a tenth of the largest amplitude in a mode, in descending
  * order; at most four are named, followed by "and N more". The text is empty if the amplitudes are unknown (NULL). */
@@ -27,6 +27,6 @@ void kt_write_mode(const kt_mode *mode, char *text, size_t size);
 
 /* Draws the eigenvalues times a step and the boundary of the method's region of stability. Returns KT_EXIT_DONE, or an
  * exit code after printing the error. */
-int kt_stability_draw(const kt_stability_look *look, const char *path, bool is_dark);
+int kt_stability_draw(const kt_stability_subject *subject, const char *path, bool is_dark);
 
 #endif

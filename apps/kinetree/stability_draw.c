@@ -113,12 +113,12 @@ static void march(lines *l, const window *w, const double *gain, int i, int j) {
 
 /* Extends the window from the region to the eigenvalues, except those beyond three times its size. Returns the number
  * of the latter. */
-static int include_modes(const kt_stability_look *look, double step, window *w) {
+static int include_modes(const kt_stability_subject *subject, double step, window *w) {
     const window region = *w;
     const double far_x = 3.0 * (region.high.re - region.low.re), far_y = 3.0 * (region.high.im - region.low.im);
     int left_out = 0;
-    for (int i = 0; i < kt_spectrum_count(look->spectrum); i++) {
-        const kt_mode mode = kt_spectrum_at(look->spectrum, i).mode;
+    for (int i = 0; i < kt_spectrum_count(subject->spectrum); i++) {
+        const kt_mode mode = kt_spectrum_at(subject->spectrum, i).mode;
         const double x = step * mode.real, y = step * fabs(mode.imaginary);
         if (x < region.low.re - far_x || x > region.high.re + far_x || y > region.high.im + far_y) {
             left_out++;
@@ -139,12 +139,12 @@ static void make_even(window *w) {
     *w = (window){{w->low.re - more_x, w->low.im - more_y}, {w->high.re + more_x, w->high.im + more_y}};
 }
 
-static void put_modes(const kt_stability_look *look, const kt_stability *s, double step, const window *w, lines *in,
-                      lines *out) {
-    for (int i = 0; i < kt_spectrum_count(look->spectrum); i++) {
-        const kt_mode mode = kt_spectrum_at(look->spectrum, i).mode;
+static void put_modes(const kt_stability_subject *subject, const kt_stability *s, double step, const window *w,
+                      lines *in, lines *out) {
+    for (int i = 0; i < kt_spectrum_count(subject->spectrum); i++) {
+        const kt_mode mode = kt_spectrum_at(subject->spectrum, i).mode;
         const kt_complex lambda = {mode.real, mode.imaginary}, z = {step * mode.real, step * mode.imaginary};
-        lines *to = kt_stability_growth(s, lambda, step, look->duration) <= KT_STABILITY_GROWTH * 1.0001 ? in : out;
+        lines *to = kt_stability_growth(s, lambda, step, subject->duration) <= KT_STABILITY_GROWTH * 1.0001 ? in : out;
         if (z.re < w->low.re || z.re > w->high.re || fabs(z.im) > w->high.im)
             continue;
         put_point(to, z.re, z.im);
@@ -153,13 +153,13 @@ static void put_modes(const kt_stability_look *look, const kt_stability *s, doub
     }
 }
 
-static int draw(const kt_stability_look *look, const kt_stability *s, double step, const char *about, double *gain,
-                lines parts[3], const char *path, bool is_dark) {
+static int draw(const kt_stability_subject *subject, const kt_stability *s, double step, const char *about,
+                double *gain, lines parts[3], const char *path, bool is_dark) {
     char subtitle[256], more[64] = "", stages[32] = "";
     window w = find_region(s, gain);
-    const int left_out = include_modes(look, step, &w);
+    const int left_out = include_modes(subject, step, &w);
     widen(&w, 0.06);
-    if (!kt_method_stages_vary(look->method))
+    if (!kt_method_stages_vary(subject->method))
         make_even(&w);
     kt_stability_grid(s, w.low, w.high, GRID, GRID, gain);
     for (int i = 0; i + 1 < GRID; i++)
@@ -167,12 +167,13 @@ static int draw(const kt_stability_look *look, const kt_stability *s, double ste
             march(&parts[0], &w, gain, i, j);
     put_point(&parts[0], w.low.re, w.low.im);
     put_point(&parts[0], w.high.re, w.high.im);
-    put_modes(look, s, step, &w, &parts[1], &parts[2]);
+    put_modes(subject, s, step, &w, &parts[1], &parts[2]);
     if (left_out > 0)
         snprintf(more, sizeof more, "; %d modes are further out", left_out);
-    if (kt_method_stages_vary(look->method))
+    if (kt_method_stages_vary(subject->method))
         snprintf(stages, sizeof stages, " (%d stages)", s->degree);
-    snprintf(subtitle, sizeof subtitle, "%s%s with steps of %.4g s%s%s", look->method->name, stages, step, about, more);
+    snprintf(subtitle, sizeof subtitle, "%s%s with steps of %.4g s%s%s", subject->method->name, stages, step, about,
+             more);
     kt_plot_series series[3] = {
         {.label = "boundary |R| = 1", .x = parts[0].x, .y = parts[0].y, .count = parts[0].count, .colour = 1},
         {.label = "modes, stable", .x = parts[1].x, .y = parts[1].y, .count = parts[1].count, .colour = 3, .mark = 1},
@@ -183,7 +184,7 @@ static int draw(const kt_stability_look *look, const kt_stability *s, double ste
                                  .has_legend = true,
                                  .series_count = parts[2].count > 0 ? 3 : 2,
                                  .x_title = "Re(h \316\273)"};
-    const kt_plot plot = {.title = look->name,
+    const kt_plot plot = {.title = subject->name,
                           .subtitle = subtitle,
                           .x_title = "Re(h \316\273)",
                           .panels = &panel,
@@ -193,25 +194,25 @@ static int draw(const kt_stability_look *look, const kt_stability *s, double ste
     return kt_plot_draw(&plot, path);
 }
 
-int kt_stability_draw(const kt_stability_look *look, const char *path, bool is_dark) {
-    const int fastest = kt_spectrum_fastest(look->spectrum);
-    const size_t marks = 4 * (size_t)kt_spectrum_count(look->spectrum) + 4;
-    double step = look->step;
+int kt_stability_draw(const kt_stability_subject *subject, const char *path, bool is_dark) {
+    const int fastest = kt_spectrum_fastest(subject->spectrum);
+    const size_t marks = 4 * (size_t)kt_spectrum_count(subject->spectrum) + 4;
+    double step = subject->step;
     const char *about = "";
     if (!(step > 0.0)) {
-        step = kt_spectrum_limit(look->spectrum, look->method, look->duration, 0.0).step;
+        step = kt_spectrum_limit(subject->spectrum, subject->method, subject->duration, 0.0).step;
         about = ", the largest that is stable";
     }
     if (fastest < 0 || !isfinite(step)) {
         kt_say("stability: no mode bounds the step, so there is nothing to draw; give a --step");
         return KT_EXIT_USAGE;
     }
-    const kt_mode mode = kt_spectrum_at(look->spectrum, fastest).mode;
+    const kt_mode mode = kt_spectrum_at(subject->spectrum, fastest).mode;
     kt_stability s;
-    int stages = kt_stability_stages(look->method, step * hypot(mode.real, mode.imaginary));
+    int stages = kt_stability_stages(subject->method, step * hypot(mode.real, mode.imaginary));
     stages = stages > KT_STABILISED_STAGES_MAX ? KT_STABILISED_STAGES_MAX : stages;
     kt_error error = {0};
-    kt_status status = kt_stability_make(look->method, stages, &s, &error);
+    kt_status status = kt_stability_make(subject->method, stages, &s, &error);
     lines parts[3] = {{NULL, NULL, 0, 0}, {NULL, NULL, 0, 0}, {NULL, NULL, 0, 0}};
     double *gain = calloc((size_t)GRID * GRID, sizeof *gain);
     int code = status == KT_OK ? KT_EXIT_INTEGRATION : kt_exit_code(status);
@@ -221,7 +222,7 @@ int kt_stability_draw(const kt_stability_look *look, const char *path, bool is_d
              !lines_make(&parts[2], marks))
         kt_say("there is not enough memory for the picture");
     else
-        code = draw(look, &s, step, about, gain, parts, path, is_dark);
+        code = draw(subject, &s, step, about, gain, parts, path, is_dark);
     for (int i = 0; i < 3; i++)
         lines_free(&parts[i]);
     free(gain);

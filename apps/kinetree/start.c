@@ -192,7 +192,7 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
     return kt_exit_code(status);
 }
 
-int kt_start_tell(const kt_scene *scene, const kt_model *model) {
+int kt_start_report(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;
     double *state = given_state(model);

@@ -10,7 +10,7 @@
 int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v);
 
 /* Assembles the initial state in temporary memory, for callers that need only the report. */
-int kt_start_tell(const kt_scene *scene, const kt_model *model);
+int kt_start_report(const kt_scene *scene, const kt_model *model);
 
 /* Reports the given values that differ in the assembled state: as a warning about the file at `path` (NULL: as a
  * message of the command). Returns their number. */

@@ -207,7 +207,7 @@ KT_API double kt_stability_imaginary_limit(const kt_stability *stability);
  * At most 1 where the method damps the mode. So an undamped mode, on the imaginary axis, is no matter of rounding: a
  * method that is not stable there (Euler, Heun, midpoint) makes it grow slowly, and whether that shows depends on how
  * long one looks. A mode that grows in truth is followed for no more than the time 1 / Re lambda in which it grows by
- * e: what comes after is no longer linear. HUGE_VAL where the factor cannot be told. `step`, `duration` > 0. */
+ * e: what comes after is no longer linear. HUGE_VAL where the factor cannot be computed. `step`, `duration` > 0. */
 KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lambda, double step, double duration);
 
 /* By how much a mode is off after one of its periods, T = 2 pi / |Im lambda|, over its amplitude at the period's begin:

@@ -25,7 +25,7 @@
 #include <math.h>
 #include <string.h>
 
-#define BESIDE DBL_EPSILON /* distance to each side, times the sizes in floor */
+#define DISTANCE DBL_EPSILON /* of a neighbouring state to each side, times the sizes in floor */
 #define ROUNDING (8.0 * DBL_EPSILON)
 
 bool kt_exact_is_possible(const kt_linearization *l) {
@@ -55,7 +55,7 @@ static void add_product_of_sizes(const double *matrix, size_t n, const double *x
     }
 }
 
-/* ---- a state beside ---------------------------------------------------------------------------------------------- */
+/* ---- neighbouring states ------------------------------------------------------------------------------------------ */
 
 /* d(M a)/dq at fixed a, into mass_change. l->by_velocity is overwritten; forces at rest do not need it. */
 static kt_status fill_mass_change(kt_linearization *l, kt_error *error) {
@@ -70,12 +70,12 @@ static kt_status fill_mass_change(kt_linearization *l, kt_error *error) {
     return status;
 }
 
-/* Evaluates all matrices at the state a few rounding errors away on one side (side: -1 or 1). */
+/* Evaluates all matrices at the neighbouring state a few rounding errors away on one side (side: -1 or 1). */
 static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
     const size_t nv = l->size.v;
     const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
     for (size_t i = 0; i < nv; i++) {
-        const double away = side * (double)(2 + i % 3) * BESIDE;
+        const double away = side * (double)(2 + i % 3) * DISTANCE;
         l->tau_moved[i] = away * l->floor[i];
         l->v[i] = l->v0[i] + (l->of_force ? 0.0 : away * l->floor[nv + i]);
     }

@@ -36,7 +36,7 @@ enum { ITERATIONS = 8 };
     X(double, moved_q, nq, "q (+) dq")                                                                                 \
     X(double, moved_v, nv, "v + dv")                                                                                   \
     X(double, a, nv, "acceleration at the state")                                                                      \
-    X(double, moved_a, nv, "and beside it")                                                                            \
+    X(double, moved_a, nv, "at the neighbouring state")                                                                \
     X(double, fast_q, nq, "where the mode was fastest")                                                                \
     X(double, fast_v, nv, "there")                                                                                     \
     X(char, data_memory, kt_data_size(model), "scratch")

@@ -17,13 +17,13 @@
 
 enum { VARIANTS = 4 }; /* positions that are tried: the initial one, and generic ones */
 
-typedef struct teller {
+typedef struct reporter {
     kt_report *report;
     void *user;
     kt_error first; /* code KT_OK: none yet */
-} teller;
+} reporter;
 
-static void tell(teller *t, kt_item item, int index, const char *field, const kt_error *error) {
+static void report_fault(reporter *t, kt_item item, int index, const char *field, const kt_error *error) {
     const kt_place place = {.item = item, .index = index, .sub = -1, .field = field};
     if (t->first.code == KT_OK)
         t->first = *error;
@@ -103,7 +103,7 @@ static void find_faulty(trial *t, const kt_model *m, const kt_description *d) {
             t->faulty[m->body[m->link[i].body].source] = true;
 }
 
-static void tell_of_inertia(teller *t, const kt_body *body, int index) {
+static void report_inertia(reporter *t, const kt_body *body, int index) {
     kt_error error;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "body '%s'", body->name);
@@ -112,7 +112,7 @@ static void tell_of_inertia(teller *t, const kt_body *body, int index) {
         "its %s joint moves nothing that has inertia along one of its degrees of freedom: give '%s', or a body "
         "that it carries, mass and inertia there, or make the joint fixed",
         kt_joint_type_name(body->joint.type), body->name);
-    tell(t, KT_ITEM_BODY, index, "joint", &error);
+    report_fault(t, KT_ITEM_BODY, index, "joint", &error);
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
@@ -121,33 +121,33 @@ static int32_t link_of(const kt_model *m, const kt_end *end) {
     return m->body[end->body ? kt_body_find(m, end->body) : 0].link;
 }
 
-static void tell_of_rigid(teller *t, const kt_loop *loop, int index) {
+static void report_rigid(reporter *t, const kt_loop *loop, int index) {
     kt_error error;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "loop '%.100s'", loop->name);
     (void)kt_error_set(&error, KT_ERROR_MODEL, where,
                        "both its ends are on the same rigid part, which no motion can close or open; connect two "
                        "bodies that move against each other");
-    tell(t, KT_ITEM_LOOP, index, "between", &error);
+    report_fault(t, KT_ITEM_LOOP, index, "between", &error);
 }
 
 /* ---- both checks ------------------------------------------------------------------------------------------------- */
 
 kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error) {
-    teller t = {.report = report, .user = user, .first = {.code = KT_OK}};
+    reporter t = {.report = report, .user = user, .first = {.code = KT_OK}};
     trial try;
     const kt_status status = begin(&try, tree, error);
     if (status == KT_OK) {
         find_faulty(&try, tree, description);
         for (int i = 0; i < description->body_count; i++)
             if (try.faulty[i])
-                tell_of_inertia(&t, &description->bodies[i], i);
+                report_inertia(&t, &description->bodies[i], i);
         for (int i = 0; i < description->loop_count; i++) {
             const kt_loop *loop = &description->loops[i];
             if (!kt_attach_is_relation((int32_t)loop->type) &&
                 link_of(tree, &loop->between[0]) == link_of(tree, &loop->between[1]))
-                tell_of_rigid(&t, loop, i);
+                report_rigid(&t, loop, i);
         }
     }
     end(&try);

@@ -14,7 +14,7 @@
 /* Evaluates, along degree of freedom k, the derivative of b'' - A a (e), and the wrenches on the ends as dual
  * numbers. */
 static void evaluate(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
-                     const double *lambda, double *e, kt_end_wrench pushed[2]) {
+                     const double *lambda, double *e, kt_end_wrench wrench[2]) {
     const kt_support_dof *by = &w->x->dof[k];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_loop_end end[2];
@@ -30,8 +30,8 @@ static void evaluate(const kt_support *w, const kt_loop_record *loop, int32_t k,
         sum.force += kt_scale(lambda[r], rows[r].force);
     }
     sum.moment += kt_cross(end[1].point, sum.force);
-    pushed[0] = (kt_end_wrench){-sum.moment, -sum.force};
-    pushed[1] = sum;
+    wrench[0] = (kt_end_wrench){-sum.moment, -sum.force};
+    wrench[1] = sum;
 }
 
 void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v) {
@@ -43,15 +43,15 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
         const kt_loop_record *loop = &model->loop[l];
         const size_t row = (size_t)loop->equation;
         kt_support w = {.x = x};
-        kt_end_wrench pushed[2];
+        kt_end_wrench wrench[2];
         if (loop->term_count) /* a relation: A is constant, and b'' a function of time */
             continue;
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++) {
             const size_t j = (size_t)x->dof[k].v;
-            evaluate(&w, loop, k, KT_BY_POSITION, lambda + row, e_q + j * p + row, pushed);
-            kt_support_subtract(&w, k, KT_BY_POSITION, pushed, d_q + j * n);
-            evaluate(&w, loop, k, KT_BY_RATE, lambda + row, e_v + j * p + row, pushed);
+            evaluate(&w, loop, k, KT_BY_POSITION, lambda + row, e_q + j * p + row, wrench);
+            kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * n);
+            evaluate(&w, loop, k, KT_BY_RATE, lambda + row, e_v + j * p + row, wrench);
         }
     }
 }

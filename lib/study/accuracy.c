@@ -71,7 +71,7 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
     X(double, second.energy, rows, "records of that")                                                                  \
     X(double, difference, object->nv, "of two states")                                                                 \
     X(double, begin, object->nq + object->nv, "state at the start")                                                    \
-    X(double, moved, object->nq, "positions beside that")                                                              \
+    X(double, moved, object->nq, "neighbouring positions")                                                             \
     X(kt_accuracy_curve, curves, curves, "results")                                                                    \
     X(kt_accuracy_point, points, KT_ACCURACY_POINTS_MAX *curves, "results")
 

@@ -81,13 +81,13 @@ static double correction(const kt_constraint_formulation *set) {
     const size_t n = (size_t)set->n, k = (size_t)set->k;
     double most = 0.0, size = 0.0;
     for (size_t i = 0; i < n; i++) {
-        double pushed = 0.0, held = 0.0;
+        double change = 0.0, reaction = 0.0;
         for (size_t r = 0; r < k; r++) {
-            pushed += set->jacobian[i * k + r] * set->slip[r];
-            held += set->jacobian[i * k + r] * set->multiplier[r];
+            change += set->jacobian[i * k + r] * set->slip[r];
+            reaction += set->jacobian[i * k + r] * set->multiplier[r];
         }
-        most = fmax(most, fabs(pushed));
-        size = fmax(size, fmax(fabs(set->force[i]), fabs(held)));
+        most = fmax(most, fabs(change));
+        size = fmax(size, fmax(fabs(set->force[i]), fabs(reaction)));
     }
     return most > 0.0 ? most / size : 0.0;
 }
