@@ -1,4 +1,4 @@
-/* Formulations and studies for comparison, which no simulation needs: other formulations of the loop equations, and a
+/* What serves comparison and no simulation needs: other reductions and formulations of the loop equations, and a
  * work-precision study. They form a library of their own, libkinetree-study.
  *
  * In an accuracy study a scene is run by every method at many steps and tolerances. The error of each run is measured

@@ -204,3 +204,29 @@ KT_TEST(runs_that_are_too_long_are_points_without_an_error) {
         kt_check_equal_int(r->curves[i].method->name, r->curves[i].end, KT_ACCURACY_LENGTH);
     kt_accuracy_free(b.study);
 }
+
+/* ---- settings ---------------------------------------------------------------------------------------------------- */
+
+KT_TEST(settings_of_a_run_are_those_of_its_variant) {
+    kt_run run = kt_run_default();
+    run.metric = KT_METRIC_MASS;
+    run.plan = KT_PLAN_SPATIAL;
+    const kt_variant variant = kt_variant_default(&run);
+    kt_check_equal_int("metric", variant.model.metric, KT_METRIC_MASS);
+    kt_check_equal_int("plan", variant.model.plan, KT_PLAN_SPATIAL);
+    kt_check_equal_int("formulation", variant.formulation, KT_FORMULATION_TREE);
+    kt_check_true("reduction", variant.model.reduction == NULL);
+}
+
+KT_TEST(what_is_not_another_choice_is_the_default) {
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_check_true("qr", kt_reduction_method_of(KT_REDUCTION_QR) == NULL);
+    kt_check_true("none", kt_reduction_method_of(KT_REDUCTION_COUNT) == NULL);
+    kt_check_true("two others",
+                  kt_reduction_method_of(KT_REDUCTION_PARTITION) != NULL &&
+                      kt_reduction_method_of(KT_REDUCTION_SVD) != NULL &&
+                      kt_reduction_method_of(KT_REDUCTION_SVD) != kt_reduction_method_of(KT_REDUCTION_PARTITION));
+    options.transformation = &(kt_transformation){.model = NULL};
+    kt_absolute_use(NULL, &options);
+    kt_check_true("the model itself", options.transformation == NULL && kt_absolute_model(NULL) == NULL);
+}
