@@ -45,6 +45,13 @@ typedef enum kt_metric {
     KT_METRIC_MASS /* its kinetic energy */
 } kt_metric;
 
+/* How loops that share coordinates are reduced. The results differ by rounding only. */
+typedef enum kt_structure {
+    KT_STRUCTURE_AUTO = 0, /* link by link, where that takes fewer operations than dense matrices */
+    KT_STRUCTURE_DENSE,    /* as one dense matrix; the cost rises with the cube of the coordinates */
+    KT_STRUCTURE_FRONTS,   /* link by link, with dense matrices of what the links still to come depend on */
+} kt_structure;
+
 /* Plans. X(id, name in scene files) */
 #define KT_PLAN_LIST(X)                                                                                                \
     X(KT_PLAN_AUTO, auto)       /* in the plane, where all moves in one */                                             \
@@ -65,9 +72,10 @@ typedef struct kt_model_options {
     const kt_reduction_method *reduction; /* of loops; must outlive the model. NULL: by QR decomposition */
     kt_metric metric;                     /* of projections */
     kt_plan plan;                         /* of trees that move in a plane */
+    kt_structure structure;               /* of the reduction by QR; the others are dense */
 } kt_model_options;
 
-/* auto, by QR decomposition, identity, auto. */
+/* auto, by QR decomposition, identity, auto, auto. */
 KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create

@@ -14,7 +14,21 @@
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect, "in the description's order")                                               \
-    X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")
+    X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")                                     \
+    X(int32_t, order, n->link, "links of a group as a front may take them (fronts.c)")                                 \
+    X(int32_t, best, n->link, "the best of these orders")                                                              \
+    X(int32_t, step, n->link, "of a link in an order; -1: not taken yet")                                              \
+    X(int32_t, leave, n->link, "step at which nothing depends on a link any more")                                     \
+    X(int32_t, child, n->link, "first child in the group, 0: none")                                                    \
+    X(int32_t, sibling, n->link, "next child of the same parent, 0: none")                                             \
+    X(int32_t, waiting, n->link, "children that are not taken yet, and loops that are open")                           \
+    X(int32_t, slot, n->link, "of a link in the front")                                                                \
+    X(int32_t, change, n->link + 1, "sums step by step")                                                               \
+    X(int32_t, opened, n->link + 1, "relations that begin at a step, minus those that end")                            \
+    X(int32_t, end, n->link, "first end of a loop on a link: 1 + 2 loop + end, 0: none")                               \
+    X(int32_t, next_end, 2 * n->loop, "the next end on the same link")                                                 \
+    X(int32_t, complete, n->loop, "step that completes a loop")                                                        \
+    X(int32_t, relation, n->loop, "slot of a relation's equation")
 
 typedef struct kt_attach {
     const kt_description *description;
@@ -47,6 +61,9 @@ void kt_attach_count_effects(kt_attach *a, kt_counts *n);
 
 /* Fills batches, effects and links that carry forces of a model whose effects are in a->effect. */
 void kt_attach_fill_effects(kt_attach *a, kt_model *m);
+
+/* Decides for every group of a model that has its groups' lists whether it is reduced by fronts, and in which order. */
+void kt_attach_plan_fronts(kt_attach *a, kt_model *m);
 
 /* Fills the constraint groups of a model that has its loops. */
 void kt_attach_fill_groups(kt_attach *a, kt_model *m);

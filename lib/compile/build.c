@@ -368,6 +368,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     m->n = n;
     m->gravity = kt_v4_from(b->description->gravity);
     m->metric = options->metric;
+    m->structure = options->structure;
     b->model = m;
     if (n.plane)
         memcpy(m->plane, b->plane, n.plane * sizeof *m->plane);

@@ -22,6 +22,7 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
         const char *name;
         unsigned value, count;
     } choices[] = {{"options.metric", options->metric, KT_METRIC_MASS + 1},
+                   {"options.structure", options->structure, KT_STRUCTURE_FRONTS + 1},
                    {"options.plan", options->plan, KT_PLAN_COUNT}};
     for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++)
         if (choices[i].value >= choices[i].count)

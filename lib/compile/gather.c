@@ -39,6 +39,9 @@ int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor) {
 
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j) { a->above[set_of(a, i)] = set_of(a, j); }
 
+/* Groups of fewer links are never reduced by fronts of their own accord. */
+enum { KT_FRONT_LINKS = 10 };
+
 void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
     for (size_t i = 0; i < n->link; i++)
         a->number[i] = -1;
@@ -55,6 +58,9 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
             n->group_link++;
             n->group_v += (size_t)kt_link_dofs(&a->tree->link[i]);
         }
+    const bool large = n->group_link >= KT_FRONT_LINKS || a->tree->structure == KT_STRUCTURE_FRONTS;
+    const bool allowed = KT_HAS_LOOPS && a->tree->reduction->fronts && a->tree->structure != KT_STRUCTURE_DENSE;
+    n->front = large && allowed ? n->group_link : 0;
 }
 
 /* Determines the sizes of the groups, and the position of each loop and link in its group. */
@@ -90,7 +96,6 @@ static void place_groups(kt_model *m) {
         group->link = link;
         group->v = v;
         group->row = row;
-        group->dense = m->n.dense;
         loop += group->loop_count;
         link += group->link_count;
         v += group->v_count;
@@ -100,11 +105,17 @@ static void place_groups(kt_model *m) {
             group->count[k] = group->row_count;
             group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
         }
-        m->n.dense += KT_HAS_LOOPS ? kt_group_layout(group) : 0;
         m->link[group->parent].branches = true;
         if ((size_t)group->parent >= m->n.spatial)
             m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
         group->loop_count = group->link_count = 0; /* counted again while the lists are filled */
+    }
+}
+
+static void place_matrices(kt_model *m) {
+    for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
+        m->group[g].dense = m->n.dense;
+        m->n.dense += kt_group_layout(&m->group[g]);
     }
 }
 
@@ -144,4 +155,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         }
     }
     mark_passing(m);
+    if (KT_HAS_LOOPS && m->n.front)
+        kt_attach_plan_fronts(a, m);
+    place_matrices(m);
 }

@@ -25,6 +25,8 @@ typedef struct samples {
     bool *alive, *seen;
     bool *chosen;  /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank; /* KT_ROWS_COUNT a group */
+    int32_t *cap;  /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
+    double *usual; /* likewise: the largest size of the last one */
 } samples;
 
 /* A step that moves the coordinates of groups by up to `size` of their units. */
@@ -43,6 +45,25 @@ static void note_alive(const kt_model *model, const kt_group *group, const kt_gr
             largest = fmax(largest, fabs(w->a[(size_t)r * (size_t)w->m + (size_t)i]) * model->unit[group->v + i]);
         if (largest > 1e-12 * w->scale[r] || fabs(w->residual[r]) > 1e-12 * w->scale[r])
             alive[group->row + row] = true;
+    }
+}
+
+/* The same for a group that is reduced by fronts, whose A is not at hand: A x for some generic x. (The generic
+ * numbers alone would not do: the differences between them repeat.) */
+static void note_alive_front(const kt_model *model, kt_data *data, size_t g, bool *alive) {
+    enum { VECTORS = 3 };
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    for (size_t s = 0; s < VECTORS; s++) {
+        for (int i = 0; i < w.m; i++)
+            data->scratch[model->group_v[group->v + i]] =
+                model->unit[group->v + i] * kt_generic((size_t)i + 131 * s) * (2.0 + kt_generic((size_t)i * (size_t)i));
+        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, w.work);
+        for (int32_t row = 0; row < group->row_count; row++) {
+            const int32_t r = model->slot[group->row + row];
+            if (fabs(w.multiplier[r]) > 1e-12 * fmax(w.scale[r], w.work[r]) || fabs(w.residual[r]) > 1e-12 * w.scale[r])
+                alive[group->row + row] = true;
+        }
     }
 }
 
@@ -88,6 +109,29 @@ static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
     return true;
 }
 
+/* The same of a group that is reduced by fronts; and for its steps the rank up to there if this sample has the `best`
+ * rank of all so far, and the size of the last direction, the largest seen. */
+static void note_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
+                       samples *found) {
+    const size_t first = (size_t)rows * model->n.front + (size_t)group->front.step;
+    const kt_front_count *count = data->front + group->front.step;
+    bool *chosen = found->chosen + (size_t)rows * model->n.row;
+    int32_t rank = 0;
+    for (int32_t s = 0; s < group->link_count; s++) {
+        rank += count[s].rank;
+        found->cap[first + (size_t)s] = best ? rank : found->cap[first + (size_t)s];
+        found->usual[first + (size_t)s] = fmax(found->usual[first + (size_t)s], count[s].last);
+    }
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)(group - model->group), KT_ROWS_ALL);
+    for (int32_t slot = 0; slot < w.k; slot++)
+        w.work[slot] = 0.0;
+    for (int32_t s = 0; s < group->link_count; s++)
+        for (int32_t i = 0; i < count[s].rank; i++)
+            w.work[w.pivot[model->front[group->front.step + s].row + i]] = 1.0;
+    for (int32_t row = 0; row < group->row_count && best; row++)
+        chosen[group->row + row] = w.work[model->slot[group->row + row]] > 0.0;
+}
+
 /* Stores which equations were chosen in the last factorisation. */
 static void note_chosen(const kt_model *model, const kt_group *group, const kt_group_work *w, int32_t rank,
                         bool *chosen) {
@@ -119,14 +163,19 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
             if (closed ? !is_closed(&w) : found->seen[g])
                 continue;
-            if (note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
-                          &group->usual[rows]) &&
-                model->reduction->chooses)
+            const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
+                                        &group->usual[rows]);
+            if (group->front.used)
+                note_steps(model, data, group, rows, best, found);
+            else if (best && model->reduction->chooses)
                 note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
             if (rows > 0)
                 continue;
             found->seen[g] = true;
-            note_alive(model, group, &w, found->alive);
+            if (group->front.used)
+                note_alive_front(model, data, g, found->alive);
+            else
+                note_alive(model, group, &w, found->alive);
             note_driven(model, group, found->alive);
             for (int32_t row = 0; row < group->row_count && !closed; row++)
                 found->alive[group->row + row] = true;
@@ -152,10 +201,14 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
  * its row's unit to its coordinate's unit, except that angles between bodies do not depend on lengths. Needs the
  * equations' scales. */
 static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w) {
-    double longest = 0.0;
+    double longest = 0.0, angles = 0.0;
+    for (int i = 0; i < w->m && group->front.used; i++)
+        angles += model->unit[group->v + i] == 1.0;
     for (int r = 0; r < w->k; r++) {
         double sum = 0.0;
-        for (int i = 0; i < w->m; i++) {
+        if (group->front.used)
+            sum = w->scale[r] * w->scale[r] * angles + (w->scale[r] == model->length ? w->m - angles : 0.0);
+        for (int i = 0; i < w->m && !group->front.used; i++) {
             const double unit = model->unit[group->v + i], entry = w->scale[r] / unit;
             sum += unit == 1.0 || w->scale[r] == model->length ? entry * entry : 0.0;
         }
@@ -169,6 +222,10 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
     kt_violation violation;
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row; i++)
         model->weight[i] = 1.0;
+    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
+        model->front_usual[i] = 1.0;
+        model->front_cap[i] = INT32_MAX / 2;
+    }
     memset(alive, 1, model->n.row * sizeof *alive);
     (void)kt_reduction_kernels_of(model)->look(model, data, 0.0, model->q0, NULL, NULL, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -185,7 +242,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
 /* Whether a group consists of three links of a plane and is closed by one pin alone, whose rows are two directions at
  * right angles. Only the QR reduction uses this special form: a caller who asks for another reduction gets that one. */
 static bool is_pin(const kt_model *model, const kt_group *group) {
-    if (!model->reduction->pins || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
+    if (group->front.used || !model->reduction->pins || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
         group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
         group->rank[KT_ROWS_ALL] != 2)
         return false;
@@ -208,7 +265,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* void equations contribute rounding errors only */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
-            group->usual[rows] = group->rank[rows] ? group->usual[rows] : 0.0;
+            group->usual[rows] = !group->rank[rows] ? 0.0 : group->front.used ? 1.0 : group->usual[rows];
             const size_t first = (size_t)rows * model->n.row + (size_t)group->row;
             for (int32_t row = 0; row < group->row_count; row++)
                 if (model->slot[group->row + row] >= 0 && found->chosen[first + (size_t)row])
@@ -216,13 +273,17 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         }
         group->pin = is_pin(model, group);
     }
+    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
+        model->front_usual[i] = found->usual[i];
+        model->front_cap[i] = found->cap[i];
+    }
 }
 
 /* Whether a group is so large that its factorisation calls LAPACK. */
 static bool needs_lapack(const kt_model *model) {
     bool large = false;
     for (size_t g = 0; g < model->n.group; g++)
-        large = large || model->group[g].v_count >= model->reduction->large;
+        large = large || (!model->group[g].front.used && model->group[g].v_count >= model->reduction->large);
     return large;
 }
 
@@ -236,9 +297,11 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
                      .alive = calloc(model->n.row, sizeof(bool)),
                      .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
                      .seen = calloc(model->n.group, sizeof(bool)),
-                     .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t))};
+                     .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t)),
+                     .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
+                     .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
     kt_status status = KT_OK;
-    if (!found.q || !found.alive || !found.chosen || !found.seen || !found.rank)
+    if (!found.q || !found.alive || !found.chosen || !found.seen || !found.rank || !found.cap || !found.usual)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
@@ -248,6 +311,8 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         finish(model, data, &found);
     }
     kt_data_free(data);
+    free(found.usual);
+    free(found.cap);
     free(found.rank);
     free(found.seen);
     free(found.chosen);

@@ -20,6 +20,7 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle;
+    size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the others. planar: the length of the planar
      * arrays, whose first entry is the ground; 0 if no link is planar. */
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
@@ -32,6 +33,9 @@ enum { KT_HAS_LOOPS = 0 };
 #else
 enum { KT_HAS_LOOPS = 1 };
 #endif
+
+/* Returns the count of an array that only models with some of these need. */
+static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), which begin at any index: seven entries
  * are added at the end. */
@@ -61,6 +65,13 @@ enum { KT_HAS_LOOPS = 1 };
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
     X(int32_t, slot, n->row, "index of an equation among those of its group that are not void, or -1")                 \
     X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
+    X(kt_front_step, front, n->front, "steps of the groups that are reduced by fronts")                                \
+    X(int32_t, front_loop, kt_where(n->front, n->loop), "loops, in the order in which these steps complete them")      \
+    X(int32_t, front_leave, n->front, "steps of links, in the order in which their slots are released")                \
+    X(kt_front_term, front_term, kt_where(n->front, n->term), "terms of relations, in the order of these steps")       \
+    X(double, front_usual, KT_ROWS_COUNT * n->front, "size of a step's last independent equation, the largest seen")   \
+    X(int32_t, front_step, kt_where(n->front, n->group_v), "steps of links, by first coordinates, group by group")     \
+    X(int32_t, front_cap, KT_ROWS_COUNT * n->front, "independent equations up to a step, at generic positions")        \
     X(bool, held, n->v, "coordinates whose positions assembly fixes")                                                  \
     X(bool, held_velocity, n->v, "coordinates whose velocities assembly fixes")                                        \
     X(uint8_t, given, n->v, "which of a coordinate's position (1) and velocity (2) the description gives")             \
@@ -89,6 +100,7 @@ struct kt_model {
     kt_forward_call *forward;
     const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (reduction/reduce.h) */
     kt_metric metric;
+    kt_structure structure;
     kt_sweep sweep; /* which links there are: spatial, planar or both */
     double length;  /* of the longest loop, once around: the scale of lengths */
     bool ordered;   /* velocity coordinates have the order of the links */
@@ -160,8 +172,19 @@ typedef struct kt_response {
 } kt_response;
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
-/* Returns the count of an array that only models with some of these need. */
-static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
+
+/* The motion of a link relative to the origin of its group's parent, as if that were at rest, in the numbers of the
+ * planar kernels or of the spatial ones; alpha and linear are the accelerations that the velocities alone give. */
+typedef struct kt_front_motion {
+    kt_v4 point, velocity, alpha, linear;
+} kt_front_motion;
+
+/* What the last factorisation found at a step: parameters, the new ones included; equations that it completed; of them,
+ * independent ones; parameters afterwards, and of these those that are kept; vectors in slots. */
+typedef struct kt_front_count {
+    int32_t params, rows, rank, left, kept, vectors;
+    double last; /* size of the last independent equation */
+} kt_front_count;
 
 /* Every array of the data: type, name, count, meaning. */
 #define KT_DATA_FIELDS(X)                                                                                              \
@@ -196,6 +219,11 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
     X(kt_rows, factored, n->group, "which equations of each group")                                                    \
     X(double, last, n->group, "size of its last independent direction if it is near a singular position")              \
+    X(kt_front_count, front, n->front, "steps of the groups that are reduced by fronts, as last factored")             \
+    X(kt_front_motion, front_motion, kt_where(n->front, n->group_v), "motion of the links, by first coordinates")      \
+    X(int32_t, front_live, kt_where(n->front, n->front + n->loop), "slots in use: of links, then of relations")        \
+    X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
+    X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(bool, lost, n->group, "whether one of its directions is nearly lost (project.c)")                                \
     X(double, damping, n->group, "of each group's steps in Levenberg-Marquardt assembly")                              \

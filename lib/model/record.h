@@ -10,6 +10,7 @@
 
 #include "algebra/lane.h"
 #include "kinetree/model.h"
+#include "model/front.h"
 #include "model/function.h"
 #include "model/motion.h"
 
@@ -107,7 +108,7 @@ typedef struct kt_term_record {
 /* Which equations of a group: all, for velocities and accelerations; or those that have a residual, for positions. */
 typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
-enum { KT_GROUP_MATRICES = 20 };
+enum { KT_GROUP_MATRICES = 22 };
 
 /* A constraint group: loops that share links and are therefore reduced together. No link is in two groups. `parent`
  * carries all links of the group and is not one of them. Equations that are void at every position are left out; those
@@ -125,6 +126,7 @@ typedef struct kt_group {
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
+    kt_front_plan front;
 } kt_group;
 
 /* Numbers that are copied from a kt_effect to its record, under the same names. */

@@ -36,10 +36,16 @@ static double square(const double *x, size_t n) {
 }
 
 /* right <- A d - phi */
-static void aim_nearest(const kt_model *model, const kt_data *data, const double *d) {
+static void aim_nearest(const kt_model *model, kt_data *data, const double *d) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
+        if (group->front.used) {
+            kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_CLOSED, d, w.right, NULL);
+            for (int r = 0; r < w.k; r++)
+                w.right[r] -= w.residual[r];
+            continue;
+        }
         for (int r = 0; r < w.k; r++) {
             w.right[r] = -w.residual[r];
             for (int i = 0; i < w.m; i++)
@@ -239,11 +245,11 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
 
 /* Whether the velocities of a group satisfy its equations to rounding; equations and `right` are those of v. The
  * rounding error is relative to the terms, or if entries of A are rounding alone, to the speeds. */
-static bool group_fits(const kt_model *model, const kt_data *data, size_t g, const double *v) {
+static bool group_fits(const kt_model *model, kt_data *data, size_t g, const double *v) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
-    kt_group_velocity_residuals(model, group, &w, v, &violation);
+    kt_group_look_at_velocities(model, data, g, v, &violation);
     double speed = violation.speed;
     for (int i = 0; i < w.m; i++)
         speed = fmax(speed, fabs(v[model->group_v[group->v + i]]) / model->unit[group->v + i]);

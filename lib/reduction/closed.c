@@ -7,6 +7,7 @@
  */
 #include "reduction/closed.h"
 
+#include "reduction/front.h"
 #include "reduction/group.h"
 #include "reduction/kernel.h"
 #include "reduction/rows.h"
@@ -40,8 +41,35 @@ void KT_KERNEL(kt_spatial_motion)(const kt_model *model, kt_data *data, const do
         kt_external_subtract(model, data->motion, external);
 }
 
+static void add_total(const kt_front_total *total, kt_articulated *to) {
+    const double *x = total->inertia;
+    for (int c = 0; c < 3; c++, x += KT_FRONT_SPACE) {
+        const double *l = x + 3 * KT_FRONT_SPACE;
+        to->j[c] += (kt_v4){x[0], x[1], x[2], 0.0};
+        to->g[c] += (kt_v4){x[3], x[4], x[5], 0.0};
+        to->h[c] += (kt_v4){l[0], l[1], l[2], 0.0};
+        to->m[c] += (kt_v4){l[3], l[4], l[5], 0.0};
+    }
+    to->moment += (kt_v4){total->bias[0], total->bias[1], total->bias[2], 0.0};
+    to->force += (kt_v4){total->bias[3], total->bias[4], total->bias[5], 0.0};
+}
+
+static bool close_front(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+    const kt_group *group = &model->group[g];
+    const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = group->parent != 0};
+    kt_front_total total;
+    kt_group_bias(model, data, group);
+    if (!KT_KERNEL(kt_front_reduce)(model, data, (size_t)g, &aim, &total))
+        return false;
+    if (group->parent)
+        add_total(&total, &data->articulated[group->parent]);
+    return true;
+}
+
 static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
     const kt_group *group = &model->group[g];
+    if (group->front.used)
+        return close_front(model, data, g, tau);
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
@@ -63,6 +91,16 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
     return first && !close_group(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
 }
 
+/* The acceleration of a group's parent. */
+typedef struct kt_front_base {
+    double x[KT_FRONT_SPACE];
+} kt_front_base;
+
+static kt_front_base front_base(const kt_data *data, const kt_group *group) {
+    const kt_link_motion *m = &data->motion[group->parent];
+    return (kt_front_base){{m->alpha[0], m->alpha[1], m->alpha[2], m->linear[0], m->linear[1], m->linear[2]}};
+}
+
 KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
     const kt_link *link = &model->link[i];
     if (link->group < 0) {
@@ -70,7 +108,10 @@ KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a
         return;
     }
     const kt_group *group = &model->group[link->group];
-    if (model->group_link[group->link] == (int32_t)i) {
+    if (model->group_link[group->link] == (int32_t)i && group->front.used) {
+        const kt_front_base base = front_base(data, group);
+        KT_KERNEL(kt_front_respond)(model, data, (size_t)link->group, group->parent ? base.x : NULL, a);
+    } else if (model->group_link[group->link] == (int32_t)i) {
         const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
         kt_group_respond(model, data, group, &w, a);
     }
@@ -87,6 +128,8 @@ size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, co
 
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
+    if (group->front.used)
+        return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
     kt_group_work w;
@@ -101,14 +144,22 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
     return rank;
 }
 
+static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
+                       double t) {
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    if (model->group[g].front.used)
+        KT_KERNEL(kt_front_fill)(model, data, g, false, moving, q, v, t);
+    else
+        kt_rows_fill(model, data, g, &w, moving, q, v, t);
+}
+
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
     const size_t end = model->n.link;
     KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, end);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        kt_rows_fill(model, data, g, &w, true, q, v, t);
+        fill_group(model, data, g, true, q, v, t);
         if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
             failed = (size_t)model->group_link[model->group[g].link];
     }
@@ -125,9 +176,15 @@ void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t 
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_group_position_residuals(&w, violation);
-    if (v)
+    if (v && group->front.used)
+        KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+    if (v && group->front.used)
+        kt_group_violation(&w, w.multiplier, violation);
+    else if (v)
         kt_group_velocity_residuals(model, group, &w, v, violation);
-    for (int i = 0; i < w.m && held; i++)
+    for (int i = 0; i < w.m && held && group->front.used; i++)
+        data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
+    for (int i = 0; i < w.m && held && !group->front.used; i++)
         for (int r = 0; r < w.k && held[model->group_v[group->v + i]]; r++)
             w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
 }
@@ -137,8 +194,7 @@ static bool look(const kt_model *model, kt_data *data, double t, const double *q
     *violation = kt_violation_none;
     KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        kt_rows_fill(model, data, g, &w, false, q, v, t);
+        fill_group(model, data, g, false, q, v, t);
         KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
     }
     return isfinite(violation->position + violation->velocity);
@@ -155,8 +211,7 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     KT_KERNEL(kt_spatial_move)(model, data, v, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        kt_rows_fill(model, data, g, &w, true, q, v, t);
+        fill_group(model, data, g, true, q, v, t);
     }
 }
 
@@ -166,6 +221,13 @@ bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *st
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
+        if (group->front.used) {
+            const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
+            if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
+                return false;
+            KT_KERNEL(kt_front_respond)(model, data, g, NULL, step);
+            continue;
+        }
         kind->particular(&w, data->rank[g], w.right, w.free);
         if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
             return false;
@@ -197,6 +259,10 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
+        if (group->front.used) {
+            KT_KERNEL(kt_front_multipliers)(model, data, g, w.multiplier);
+            continue;
+        }
         double *x = w.gain, *need = w.half; /* no longer needed */
         for (int i = 0; i < w.m; i++)
             x[i] = a[model->group_v[group->v + i]];
@@ -214,11 +280,25 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
 static void basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        model->reduction->basis(&w, data->rank[g]);
+        if (!model->group[g].front.used)
+            model->reduction->basis(&w, data->rank[g]);
     }
 }
 
+bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap,
+                              double damping, double *step) {
+    const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};
+    KT_KERNEL(kt_front_measure)(model, data, g, rows);
+    if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
+        return false;
+    KT_KERNEL(kt_front_respond)(model, data, g, NULL, step);
+    return true;
+}
+
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
+                                                              .apply = KT_KERNEL(kt_front_apply),
+                                                              .damp = KT_KERNEL(kt_front_damp),
+                                                              .nullspace = KT_KERNEL(kt_front_nullspace),
                                                               .look = look,
                                                               .factor = KT_KERNEL(kt_groups_factor),
                                                               .fill = fill,

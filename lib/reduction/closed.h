@@ -18,6 +18,7 @@
  * kt_groups_factor: factors all groups; returns false if a number is not finite.
  * kt_group_residuals: adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
  *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
+ * kt_front_damp: as in kernel.h.
  * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
@@ -30,7 +31,8 @@
     bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
     void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
                                     kt_violation *);                                                                   \
-    bool kt_groups_close_##level(const kt_model *, kt_data *, double *);
+    bool kt_groups_close_##level(const kt_model *, kt_data *, double *);                                               \
+    bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)
 KT_CLOSED_DECLARE(v4)

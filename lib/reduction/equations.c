@@ -12,7 +12,7 @@ typedef struct kt_outputs {
 
 static void write_row(const kt_model *model, const kt_group *group, const kt_group_work *w, int r, size_t row,
                       const kt_outputs *out) {
-    for (int i = 0; i < w->m && out->jacobian; i++)
+    for (int i = 0; i < w->m && out->jacobian && !group->front.used; i++)
         out->jacobian[(size_t)model->group_v[group->v + i] * model->n.row + row] =
             w->a[(size_t)r * (size_t)w->m + (size_t)i];
     if (out->residual)
@@ -23,9 +23,32 @@ static void write_row(const kt_model *model, const kt_group *group, const kt_gro
         out->drift[row] = w->right[r];
 }
 
-static void write_group(const kt_model *model, const kt_data *data, size_t g, const kt_outputs *out) {
+/* The columns of A, one by one, of a group that is reduced by fronts; data->delta is zero. */
+static void write_columns(const kt_model *model, kt_data *data, size_t g, double *jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    for (int c = 0; c < group->v_count; c++) {
+        const int32_t v = model->group_v[group->v + c];
+        data->delta[v] = 1.0;
+        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, w.multiplier, NULL);
+        data->delta[v] = 0.0;
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            for (int r = 0; r < loop->row_count; r++) {
+                const int32_t slot = model->slot[group->row + loop->row + r];
+                if (slot >= 0)
+                    jacobian[(size_t)v * model->n.row + (size_t)loop->equation + (size_t)r] = w.multiplier[slot];
+            }
+        }
+    }
+}
+
+static void write_group(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    memset(data->delta, 0, model->n.v * sizeof *data->delta);
+    if (group->front.used && out->jacobian)
+        write_columns(model, data, g, out->jacobian);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count; r++)
@@ -60,7 +83,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
 /* ---- the null space ---------------------------------------------------------------------------------------------- */
 
 /* Writes the columns of a group, from `column` on, and marks its coordinates. Returns the number of columns. */
-static size_t write_basis(const kt_model *model, const kt_data *data, size_t g, double *column, double *mark) {
+static size_t write_basis(const kt_model *model, kt_data *data, size_t g, double *column, double *mark) {
     const size_t nv = model->n.v;
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -68,9 +91,11 @@ static size_t write_basis(const kt_model *model, const kt_data *data, size_t g, 
     for (size_t i = 0; i < m; i++) {
         const size_t row = (size_t)model->group_v[(size_t)group->v + i];
         mark[row] = 1.0;
-        for (size_t c = 0; c < count; c++)
+        for (size_t c = 0; c < count && !group->front.used; c++)
             column[c * nv + row] = w.basis[c * m + i];
     }
+    for (size_t c = 0; c < count && group->front.used; c++)
+        kt_reduction_kernels_in_space(model)->nullspace(model, data, g, (int)c, column + c * nv);
     return count;
 }
 

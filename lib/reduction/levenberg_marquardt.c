@@ -59,8 +59,28 @@ static double squares(const kt_group_work *w) {
 /* The noise level of an entry in the units of its row and coordinate (reduce.h). */
 static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
-bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap,
-                    double mu) {
+/* The same by fronts. The sum of the squares of the wrenches stands for the trace. */
+static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, rows);
+    double trace = 0.0;
+    for (int r = 0; r < w.k; r++) {
+        const double reach = kt_front_reach(model, data->front_planar[g], &w, r);
+        trace += reach * reach;
+    }
+    if (!kt_reduction_kernels_of(model)->damp(model, data, g, rows, gap, fmax(mu * trace, noise * noise),
+                                              data->scratch))
+        return false;
+    for (int i = 0; i < w.m; i++)
+        w.free[i] = data->scratch[model->group_v[group->v + i]] / model->unit[group->v + i];
+    return true;
+}
+
+bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work matrices = kt_group_matrices(model, data, g, rows), *w = &matrices;
+    if (group->front.used)
+        return damp_front(model, data, g, rows, gap, mu);
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
     double *row = w->work, trace = 0.0;
@@ -87,11 +107,13 @@ bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group
 }
 
 /* Writes dy of one group into step; writes nothing if the damped matrix is not positive definite. */
-static void damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, double mu, double *step) {
+static void damped_step(const kt_model *model, kt_data *data, size_t g, double mu, double *step) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work matrices = kt_group_matrices(model, data, g, KT_ROWS_CLOSED), *w = &matrices;
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
     double largest = 0.0;
-    if (!kt_damped_step(model, group, w, w->residual, mu))
+    if (!kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu))
         return;
     for (size_t i = 0; i < m; i++)
         largest = fmax(largest, fabs(w->free[i]));
@@ -150,10 +172,9 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
-            const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             all &= data->settled[g];
             if (!data->settled[g])
-                damped_step(model, &model->group[g], &w, data->damping[g], data->delta);
+                damped_step(model, data, g, data->damping[g], data->delta);
         }
         if (all)
             return;

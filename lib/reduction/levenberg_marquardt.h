@@ -11,10 +11,10 @@
 double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn,
                                        double *q);
 
-/* For one group, whose matrix is filled: the change of its coordinates, in their own units, that minimises
+/* For one group, whose equations are filled: the change of its coordinates, in their own units, that minimises
  * |A change + gap|^2 in the equations' scales, damped by mu, is written to w->free. Returns false if the matrix is not
  * finite. */
-bool kt_damped_step(const kt_model *model, const kt_group *group, const kt_group_work *w, const double *gap, double mu);
+bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu);
 
 /* Copies the positions of a group's links from one state to another. */
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to);

@@ -5,6 +5,7 @@
  * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).
  */
 #include "reduction/closed.h"
+#include "reduction/front.h"
 #include "reduction/kernel.h"
 #include "reduction/planar_group.h"
 #include "reduction/planar_pin.h"
@@ -17,7 +18,9 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
                           double t) {
     kt_group_work w;
     kt_group_find(model, data, g, KT_ROWS_ALL, &w);
-    if (kt_group_is_planar(model, &model->group[g]))
+    if (model->group[g].front.used)
+        KT_KERNEL(kt_front_fill)(model, data, g, kt_group_is_planar(model, &model->group[g]), moving, q, v, t);
+    else if (kt_group_is_planar(model, &model->group[g]))
         kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
     else
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
@@ -50,6 +53,27 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
     }
 }
 
+/* The same by fronts, after the bias. */
+static bool close_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau, double *a) {
+    const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = top != 0};
+    kt_front_total total;
+    const double *x = total.inertia, *bias = total.bias;
+    if (!KT_KERNEL(kt_front_reduce)(model, data, (size_t)g, &aim, &total))
+        return false;
+    if (!top) {
+        KT_KERNEL(kt_front_respond)(model, data, (size_t)g, NULL, a);
+        return true;
+    }
+    kt_planar_add(&data->planar_inertia[top], &(kt_planar_inertia){.j = x[0],
+                                                                   .h = {x[1], x[2]},
+                                                                   .xx = x[4],
+                                                                   .xy = x[5],
+                                                                   .yy = x[8],
+                                                                   .moment = bias[0],
+                                                                   .force = {bias[1], bias[2]}});
+    return true;
+}
+
 /* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
  * accelerations. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
@@ -59,6 +83,8 @@ static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t
     kt_planar_inertia total;
     kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
+    if (group->front.used)
+        return close_front(model, data, g, top, tau, a);
     kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
     if (!model->reduction->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
         return false;
@@ -117,11 +143,17 @@ KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_m
     return link->tops ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
 }
 
-static void respond_group(const kt_model *model, const kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
+static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
     if (pins && group->pin) {
         kt_pin_respond(model, data, group, top, a);
+        return;
+    }
+    if (group->front.used) {
+        const kt_planar_motion *p = &data->planar[top];
+        const double base[3] = {p->alpha, p->linear[0], p->linear[1]};
+        KT_KERNEL(kt_front_respond)(model, data, (size_t)g, base, a);
         return;
     }
     kt_group_find(model, data, (size_t)g, KT_ROWS_ALL, &w);
@@ -232,5 +264,11 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
     return accelerate(model, data, NULL, model->zero, true, step) == 0;
 }
 
-const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {
-    .forward = forward, .look = look, .factor = KT_KERNEL(kt_groups_factor), .fill = fill, .close = close_groups};
+const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
+                                                                     .apply = KT_KERNEL(kt_front_apply),
+                                                                     .damp = KT_KERNEL(kt_front_damp),
+                                                                     .nullspace = KT_KERNEL(kt_front_nullspace),
+                                                                     .look = look,
+                                                                     .factor = KT_KERNEL(kt_groups_factor),
+                                                                     .fill = fill,
+                                                                     .close = close_groups};

@@ -66,13 +66,22 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
     }
 }
 
-static void look_at_velocities(const kt_model *model, const kt_data *data, const double *v, kt_violation *violation) {
+void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
+                                 kt_violation *violation) {
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    if (!model->group[g].front.used) {
+        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
+        return;
+    }
+    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+    kt_group_violation(&w, w.multiplier, violation);
+}
+
+static void look_at_velocities(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
     violation->velocity = violation->slip = 0.0;
     violation->speed = KT_SPEED_LEAST;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
-    }
+    for (size_t g = 0; g < model->n.group; g++)
+        kt_group_look_at_velocities(model, data, g, v, violation);
 }
 
 /* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to
@@ -120,8 +129,12 @@ bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double 
     double widest = 0.0, fastest = 0.0, slip = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        for (int i = 0; i < w.m && model->group[g].front.used; i++)
+            fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
         for (int r = 0; r < w.k; r++) {
-            for (int i = 0; i < w.m; i++) {
+            if (model->group[g].front.used)
+                widest = fmax(widest, kt_front_reach(model, data->front_planar[g], &w, r));
+            for (int i = 0; i < w.m && !model->group[g].front.used; i++) {
                 const double a = fabs(w.a[(size_t)r * (size_t)w.m + (size_t)i]);
                 widest = fmax(widest, a / w.scale[r]);
                 if (a > 0.0)
@@ -269,12 +282,20 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
 
 /* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
  * several that contradict each other would have all of it. */
-void kt_velocity_gaps_share(const kt_model *model, const kt_data *data) {
+void kt_velocity_gaps_share(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        if (!kt_damped_step(model, group, &w, w.right, 1e-13))
+        if (!kt_damped_step(model, data, g, KT_ROWS_ALL, w.right, 1e-13))
             continue;
+        if (group->front.used) {
+            for (int i = 0; i < w.m; i++)
+                data->scratch[model->group_v[group->v + i]] = model->unit[group->v + i] * w.free[i];
+            kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, NULL);
+            for (int r = 0; r < w.k; r++)
+                w.right[r] += w.multiplier[r];
+            continue;
+        }
         for (int r = 0; r < w.k; r++)
             for (int i = 0; i < w.m; i++)
                 w.right[r] += w.a[r * w.m + i] * model->unit[group->v + i] * w.free[i];

@@ -41,6 +41,10 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
                             kt_error *error);
 
+/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
+void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
+                                 kt_violation *violation);
+
 /* right <- -phi in all groups whose gap is above `goal`. */
 void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal);
 
@@ -61,7 +65,7 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
 
 /* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
  * several that contradict each other would have all of it. */
-void kt_velocity_gaps_share(const kt_model *model, const kt_data *data);
+void kt_velocity_gaps_share(const kt_model *model, kt_data *data);
 
 /* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
  * gaps; or if `moving`, the loops whose velocity equations are violated according to `right`. */

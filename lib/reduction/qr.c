@@ -176,6 +176,7 @@ static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_
 const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
                                                       .chooses = true,
                                                       .pins = true,
+                                                      .fronts = true,
                                                       .large = KT_LARGE,
                                                       .open = kt_lapack_open,
                                                       .factor = factor,

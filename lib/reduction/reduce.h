@@ -13,27 +13,30 @@
 
 #include <math.h>
 
-/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations, s: the lesser. */
+/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations; n: coordinates if the group is reduced by
+ * dense matrices, 0 if by fronts; s: the lesser of n and k. */
 #define KT_GROUP_FIELDS(X)                                                                                             \
-    X(a, m *k, "A', m x k")                                                                                            \
-    X(factor, m *k, "A' factored")                                                                                     \
+    X(a, n *k, "A', m x k")                                                                                            \
+    X(factor, n *k, "A' factored")                                                                                     \
     X(reflector, s, "scales of the reflectors (QR); singular values (SVD)")                                            \
-    X(square, m *m, "orthogonal factor (SVD)")                                                                         \
+    X(square, n *n, "orthogonal factor (SVD)")                                                                         \
     X(right, k, "b'' or what is to be closed")                                                                         \
     X(residual, k, "phi")                                                                                              \
     X(scale, k, "what residuals are held against: a radian, or the mechanism's length")                                \
     X(closes, k, "1 where an equation has a residual to be closed, else 0")                                            \
     X(rate, k, "phi_t = -b'")                                                                                          \
     X(multiplier, k, "lambda")                                                                                         \
-    X(mass, m *m, "M of the group, its parent held")                                                                   \
-    X(coupling, 6 * m, "F, parent coupling: wrench on the parent for unit accelerations; moment, force")               \
+    X(mass, n *n, "M of the group, its parent held")                                                                   \
+    X(coupling, 6 * n, "F, parent coupling: wrench on the parent for unit accelerations; moment, force")               \
     X(bias, m, "tau - h")                                                                                              \
     X(free, m, "y, free acceleration: accelerations while the parent's is zero")                                       \
-    X(gain, 6 * m, "K, parent gain, m x 6: accelerations are y - K (alpha, a of the parent)")                          \
-    X(basis, m *m, "N: null space of A, m x (m - rank)")                                                               \
-    X(reduced, m *m, "N' M N, then its Cholesky factor")                                                               \
-    X(half, m *m, "M N, and other products")                                                                           \
-    X(work, kt_group_work_count(m, k), "of LAPACK")
+    X(gain, 6 * n, "K, parent gain, m x 6: accelerations are y - K (alpha, a of the parent)")                          \
+    X(basis, n *n, "N: null space of A, m x (m - rank)")                                                               \
+    X(reduced, n *n, "N' M N, then its Cholesky factor")                                                               \
+    X(half, n *n, "M N, and other products")                                                                           \
+    X(work, n ? kt_group_work_count(m, k) : m + k, "of LAPACK")                                                        \
+    X(wrench, n ? 0 : 2 * KT_FRONT_SPACE * k, "of a unit multiplier on both ends' links, about their origins")         \
+    X(front, group->front.count, "of the elimination by fronts (front.h)")
 
 KT_INLINE double kt_larger(double a, double b) { return a > b ? a : b; }
 
@@ -91,6 +94,19 @@ static inline bool kt_group_is_planar(const kt_model *model, const kt_group *gro
     return (size_t)model->group_link[group->link] >= model->n.spatial;
 }
 
+/* How large the entries of an equation of a group that is reduced by fronts may be, over its scale, for coordinates that
+ * change by a radian or the mechanism's length: its wrenches' components. */
+static inline double kt_front_reach(const kt_model *model, bool planar, const kt_group_work *w, int r) {
+    const int all = planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE, angular = planar ? 1 : 3;
+    double most = 0.0;
+    for (int end = 0; end < 2; end++) {
+        const double *x = w->wrench + (size_t)(2 * r + end) * KT_FRONT_SPACE;
+        for (int c = 0; c < all; c++)
+            most = fmax(most, fabs(x[c]) * (c < angular ? 1.0 : model->length));
+    }
+    return most / w->scale[r];
+}
+
 /* The largest violations of the equations. */
 typedef struct kt_violation {
     double position; /* m or rad, over holonomic equations */
@@ -114,6 +130,18 @@ static inline void kt_group_position_residuals(const kt_group_work *w, kt_violat
         violation->gap = fmax(violation->gap, x / w->scale[r]);
         if (x > violation->position || isnan(x)) /* keeps a NaN */
             violation->position = x;
+    }
+}
+
+/* Adds -(A v + phi_t) to the violation and stores it in `right`, which holds A v; size: the largest terms of A v. */
+static inline void kt_group_violation(const kt_group_work *w, const double *size, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        const double sum = w->rate[r] + w->right[r], largest = fmax(fabs(w->rate[r]), size[r]);
+        w->right[r] = -sum;
+        if (fabs(sum) > violation->velocity || isnan(sum))
+            violation->velocity = fabs(sum);
+        violation->slip = fmax(violation->slip, fabs(sum) / w->scale[r]);
+        violation->speed = fmax(violation->speed, largest / w->scale[r]);
     }
 }
 
@@ -159,6 +187,7 @@ typedef struct kt_reduction_kind {
     bool least;   /* `particular` is the least solution */
     bool chooses; /* rank is less than the number of equations: some of them are chosen, and the others not solved */
     bool pins;    /* a group that one pin in a plane closes may be solved in closed form instead (planar_pin.h) */
+    bool fronts;  /* large groups may be eliminated link by link instead (front.h) */
     int large;    /* groups with this number of coordinates and more need what `open` provides */
     kt_status (*open)(kt_error *error);
     /* Factors w->a; returns the numerical rank, at most cap, or -1 if a number was not finite. */

@@ -94,6 +94,18 @@ KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *gr
     return model->slot + group->row + loop->row;
 }
 
+/* Stores everything of a row but its entries in A'; d: from the first end's point to the second's. */
+KT_INLINE void kt_rows_store(const kt_model *model, const kt_group_work *w, const kt_loop_row *row,
+                             const kt_loop_end end[2], kt_v4 d, int32_t slot) {
+    const kt_v4 alpha = end[1].alpha - end[0].alpha;
+    const kt_v4 linear = end[1].linear - end[0].linear - kt_v4_cross(end[0].alpha, d);
+    w->residual[slot] = row->holonomic ? row->residual : 0.0;
+    w->closes[slot] = row->holonomic ? 1.0 : 0.0;
+    w->scale[slot] = kt_v4_dot(row->force, row->force) > 0.0 ? model->length : 1.0;
+    w->rate[slot] = row->rate;
+    w->right[slot] = -(row->drift + kt_v4_dot(row->moment, alpha) + kt_v4_dot(row->force, linear));
+}
+
 KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
                               const kt_loop_record *loop, const int32_t *slot, bool moving, const double *v, double t) {
     kt_loop_end end[2];
@@ -102,25 +114,18 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
         kt_end_follow(model, data, loop, k, moving, v, &end[k]);
     const int count = KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, model->number, end, t, rows);
     const kt_v4 d = end[1].point - end[0].point;
-    const kt_v4 alpha = end[1].alpha - end[0].alpha;
-    const kt_v4 linear = end[1].linear - end[0].linear - kt_v4_cross(end[0].alpha, d);
-    for (int r = 0; r < count; r++) {
-        if (slot[r] < 0)
-            continue;
-        w->residual[slot[r]] = rows[r].holonomic ? rows[r].residual : 0.0;
-        w->closes[slot[r]] = rows[r].holonomic ? 1.0 : 0.0;
-        w->scale[slot[r]] = kt_v4_dot(rows[r].force, rows[r].force) > 0.0 ? model->length : 1.0;
-        w->rate[slot[r]] = rows[r].rate;
-        w->right[slot[r]] = -(rows[r].drift + kt_v4_dot(rows[r].moment, alpha) + kt_v4_dot(rows[r].force, linear));
-    }
+    for (int r = 0; r < count; r++)
+        if (slot[r] >= 0)
+            kt_rows_store(model, w, &rows[r], end, d, slot[r]);
     const kt_v4 first = kt_v4_apply(data->motion[loop->link[0]].axes, kt_v4_from(loop->frame[0].position)) + d;
     const kt_v4 second = kt_v4_apply(data->motion[loop->link[1]].axes, kt_v4_from(loop->frame[1].position));
     kt_rows_path(model, data, w, loop, 0, slot, rows, count, first);
     kt_rows_path(model, data, w, loop, 1, slot, rows, count, second);
 }
 
-KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, const kt_group_work *w,
-                                const kt_loop_record *loop, int32_t slot, const double *q, double t) {
+/* Stores everything of a relation but its entries in A'. */
+KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                      const kt_loop_record *loop, int32_t slot, const double *q, double t) {
     double sum = 0.0, scale = 0.0;
     if (slot < 0)
         return;
@@ -128,7 +133,6 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
         const kt_term_record *term = &model->term[loop->term + k];
         const kt_link *link = &model->link[term->link];
         sum += term->coefficient * q[link->q];
-        w->a[(size_t)slot * (size_t)w->m + (size_t)link->local] += term->coefficient;
         scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
     }
     w->scale[slot] = scale;
@@ -137,6 +141,15 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
     w->residual[slot] = row.residual;
     w->rate[slot] = row.rate;
     w->right[slot] = -row.drift;
+}
+
+KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                const kt_loop_record *loop, int32_t slot, const double *q, double t) {
+    kt_rows_relation_value(model, group, w, loop, slot, q, t);
+    for (int k = 0; k < loop->term_count && slot >= 0; k++) {
+        const kt_term_record *term = &model->term[loop->term + k];
+        w->a[(size_t)slot * (size_t)w->m + (size_t)model->link[term->link].local] += term->coefficient;
+    }
 }
 
 /* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and

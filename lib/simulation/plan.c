@@ -64,8 +64,16 @@ static size_t equations_of(const kt_model *model, bool planar, size_t *large) {
         if (((size_t)model->group_link[group->link] >= model->n.spatial) != planar)
             continue;
         count += (size_t)group->count[KT_ROWS_ALL];
-        *large += group->v_count >= 40;
+        *large += group->v_count >= 40 && !group->front.used;
     }
+    return count;
+}
+
+/* Loops of groups that are reduced link by link. */
+static size_t front_loops(const kt_model *model) {
+    size_t count = 0;
+    for (size_t g = 0; g < model->n.group; g++)
+        count += model->group[g].front.used ? (size_t)model->group[g].loop_count : 0;
     return count;
 }
 
@@ -88,8 +96,10 @@ static void add_dynamics(list *l, const kt_model *model) {
                 model->n.planar == 0 ? "no tree is computed in a plane" : "all planar links are in loops");
     add_or_drop(l, KT_PHASE_EVALUATION, "loops in space", spatial, "equations", no_loops);
     add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", no_loops);
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops reduced link by link", front_loops(model), "loops",
+                model->n.loop == 0 ? "no loops" : "dense matrices take fewer operations");
     add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups",
-                model->n.loop == 0 ? "no loops" : "no group of loops has 40 coordinates");
+                model->n.loop == 0 ? "no loops" : "no dense group of loops has 40 coordinates");
     add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "",
                 model->gravity[0] == 0.0 && model->gravity[1] == 0.0 && model->gravity[2] == 0.0
                     ? "the scene names none"

@@ -68,7 +68,7 @@ KT_TEST(four_bar_is_a_loop_in_a_plane_and_nothing_else) {
     is_dropped(&p, "articulated bodies in planes", "all planar links are in loops");
     is_dropped(&p, "loops in space", "no loop is of this kind");
     is_there(&p, "loops in planes", 2, "equations");
-    is_dropped(&p, "LAPACK", "no group of loops has 40 coordinates");
+    is_dropped(&p, "LAPACK", "no dense group of loops has 40 coordinates");
     is_dropped(&p, "gravity", "it is the acceleration that the ground starts with: it costs nothing");
     is_dropped(&p, "powers of effects", "no balance is recorded");
     is_dropped(&p, "power of driven loops (inverse dynamics)", "no balance is recorded");
@@ -111,11 +111,25 @@ KT_TEST(same_loop_in_space_has_the_equations_of_space) {
 KT_TEST(large_group_goes_to_lapack) {
     static linkage l;
     linkage_windows(&l, 20, 1.0, 0.0, KT_LOOP_REVOLUTE);
+    l.options.structure = KT_STRUCTURE_DENSE;
     if (!linkage_compile(&l))
         return;
     const plan p = plan_of(l.model, NULL);
+    is_dropped(&p, "loops reduced link by link", "dense matrices take fewer operations");
     is_there(&p, "LAPACK", 1, "groups");
     is_there(&p, "loops in planes", 40, "equations");
+    linkage_free(&l);
+}
+
+KT_TEST(row_of_windows_is_reduced_link_by_link) {
+    static linkage l;
+    linkage_windows(&l, 20, 1.0, 0.0, KT_LOOP_REVOLUTE);
+    if (!linkage_compile(&l))
+        return;
+    const plan p = plan_of(l.model, NULL);
+    is_there(&p, "loops reduced link by link", 20, "loops");
+    is_there(&p, "loops in planes", 40, "equations");
+    is_dropped(&p, "LAPACK", "no dense group of loops has 40 coordinates");
     linkage_free(&l);
 }
 

@@ -1,0 +1,66 @@
+/* The plan of a constraint group that is reduced front by front (reduction/front.h): one step a link, and which loops
+ * are complete after it. */
+#ifndef KT_MODEL_FRONT_H
+#define KT_MODEL_FRONT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* A link is added to the front. Its acceleration per unit of each parameter is kept in a slot for as long as links or
+ * loops that are added later depend on it. */
+typedef struct kt_front_step {
+    int32_t link;
+    int32_t up; /* the step of its parent, or -1 if that is the group's parent */
+    int32_t slot;
+    int32_t loop, loop_count;   /* in model->front_loop: the loops that are complete with this link */
+    int32_t term, term_count;   /* in model->front_term: the terms of relations on this link's coordinate */
+    int32_t leave, leave_count; /* in model->front_leave: steps of links on which nothing depends any more */
+    int32_t row;                /* its first equation among the group's, in the order of elimination */
+    size_t at;                  /* its first number among the group's matrices */
+} kt_front_step;
+
+/* A term of a relation of joint positions, whose equation is collected term by term. */
+typedef struct kt_front_term {
+    int32_t loop, term; /* in model->loop, model->term */
+    int32_t slot;       /* of the equation, after those of the links */
+    bool first;         /* of the relation's terms, in the order of the steps */
+} kt_front_term;
+
+/* A group's plan. */
+typedef struct kt_front_plan {
+    bool used;                /* otherwise the group is reduced by dense matrices */
+    int32_t step;             /* the first of its steps, one a link */
+    int32_t slots, relations; /* how many there are at most: links, equations */
+    int32_t width;            /* the largest number of parameters */
+    size_t count;             /* of the numbers that it needs in the data */
+} kt_front_plan;
+
+/* The number of components of an acceleration in space; in a plane there are half as many. */
+enum { KT_FRONT_SPACE = 6 };
+
+/* The most that a step can have: parameters, the new ones included; equations that it closes; parameters that are kept;
+ * vectors in slots, an upper bound of that. */
+typedef struct kt_front_size {
+    size_t params, rows, kept, touch;
+} kt_front_size;
+
+/* The count of numbers that a step keeps for the substitution back (reduction/front.h). */
+static inline size_t kt_front_step_count(const kt_front_size *s) {
+    const size_t base = KT_FRONT_SPACE, n = s->params, k = s->rows;
+    return base * n + k * (n + 1) + k + k * s->touch + k + s->kept * (n + 1) + n * (s->kept + base + 1);
+}
+
+/* The arrays that all steps of a group share: what slots hold, by parameters and constant; the energy, its linear part,
+ * and the size of its terms; a solution; the sizes of speeds; what else is computed on the way. */
+static inline size_t kt_front_vectors(const kt_front_plan *plan) {
+    return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations;
+}
+static inline size_t kt_front_level(const kt_front_plan *plan) { return (size_t)plan->width + KT_FRONT_SPACE; }
+static inline size_t kt_front_running_count(const kt_front_plan *plan) {
+    const size_t level = kt_front_level(plan);
+    return kt_front_vectors(plan) * ((size_t)plan->width + 1) + 2 * (size_t)plan->slots + level * level +
+           (4 + KT_FRONT_SPACE) * level;
+}
+
+#endif

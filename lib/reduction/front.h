@@ -1,0 +1,188 @@
+/* A constraint group reduced link by link, for groups of many loops: its cost grows with their number, not with the cube
+ * of it.
+ *
+ * The front is the part of the group that the links taken so far form, the group's parent being at rest; links are taken
+ * parents first (compile/fronts.c). Its motions are x = x0 + X p with parameters p, of which there are no more than the
+ * links still to come can distinguish. For each link i on which one of them or a loop that is still open depends, a slot
+ * holds T_i in (alpha, a)_i = T_i p + t_i. A step
+ *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters; the energy
+ *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces
+ *   closes its loops    D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
+ *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on
+ *   keeps what is seen  with T' = Q [R; 0] of all open links, the last parameters of Q'p are not seen by any link or loop
+ *                       still to come, and are those of least energy: p_u = H_uu^-1 (g_u - H_ut p_t)
+ * After the last link nothing is kept, and the way back through the steps gives x. If the parent accelerates, the
+ * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
+ *
+ * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
+ * orthogonal factors: the rank of each loop's equations is that among motions which close all loops before it. Nothing
+ * but the energy, T and t pass from step to step, therefore the factors that depend on the equations alone serve for
+ * several right-hand sides and metrics.
+ *
+ * Dynamics, planar or in space: the components of accelerations are (alpha, a), three or six.
+ */
+#ifndef KT_REDUCTION_FRONT_H
+#define KT_REDUCTION_FRONT_H
+
+#include "reduction/reduce.h"
+
+/* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the coordinates,
+ * or that of the equations' violations with a damping times the coordinates' in their units. */
+typedef struct kt_front_aim {
+    enum { KT_FRONT_DYNAMICS, KT_FRONT_COORDINATES, KT_FRONT_DAMPED } kind;
+    const double *tau; /* dynamics: joint forces (nv) */
+    const double *gap; /* damped: violations of the equations (k) */
+    double damping;    /* damped */
+    bool base;         /* dynamics: the parent accelerates */
+} kt_front_aim;
+
+/* The wrench that the parent has to exert for its acceleration (alpha, a): inertia (alpha, a) + bias, column-major. */
+typedef struct kt_front_total {
+    double inertia[KT_FRONT_SPACE * KT_FRONT_SPACE], bias[KT_FRONT_SPACE];
+} kt_front_total;
+
+/* kt_front_fill: kt_rows_fill, or if `planar` kt_planar_rows_fill.
+ * kt_front_apply: A x for x (nv) into out (k); if size is not NULL, the largest term of each sum.
+ * kt_front_factor: factors the equations; returns the rank, or -1 if a number is not finite. Sets data->last and near.
+ * kt_front_measure: the factors of a damped problem, without eliminating any equation.
+ * kt_front_reduce: eliminates; returns false if there is no inertia along one of the degrees of freedom.
+ * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
+ * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the links' accelerations in
+ *   data->motion.
+ * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
+#define KT_FRONT_DECLARE(level)                                                                                        \
+    void kt_front_fill_##level(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *,        \
+                               double);                                                                                \
+    void kt_front_apply_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double *, double *);     \
+    int kt_front_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
+    void kt_front_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                       \
+    bool kt_front_reduce_##level(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);         \
+    void kt_front_respond_##level(const kt_model *, kt_data *, size_t, const double *, double *);                      \
+    void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, double *);                                  \
+    void kt_front_nullspace_##level(const kt_model *, kt_data *, size_t, int, double *);
+KT_FRONT_DECLARE(baseline)
+KT_FRONT_DECLARE(v3)
+KT_FRONT_DECLARE(v4)
+
+/* ---- a group's arrays -------------------------------------------------------------------------------------------- */
+
+typedef struct kt_front {
+    const kt_model *model;
+    kt_data *data;
+    const kt_group *group;
+    const kt_front_plan *plan;
+    const kt_front_step *step;
+    kt_front_count *count;
+    kt_group_work w;
+    const bool *fixed;
+    int32_t *live, live_count; /* slots in use: links', then relations' */
+    int components;            /* of an acceleration: 3 or 6 */
+    int width, level;          /* strides: of what slots hold, of the energy */
+    double *touch, *constant;  /* T' and t: a vector of `width` and a number a component */
+    double *speed;             /* two a slot */
+    double *energy, *pull, *size, *z, *spare, *product;
+} kt_front;
+
+static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, kt_front *f) {
+    const kt_group *group = &model->group[g];
+    const kt_front_plan *plan = &group->front;
+    *f = (kt_front){.model = model,
+                    .data = data,
+                    .group = group,
+                    .plan = plan,
+                    .step = model->front + plan->step,
+                    .count = data->front + plan->step,
+                    .fixed = data->front_fixed + group->v,
+                    .live = data->front_live,
+                    .components = data->front_planar[g] ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
+                    .width = plan->width,
+                    .level = (int)kt_front_level(plan)};
+    kt_group_find(model, data, g, rows, &f->w);
+    const size_t vectors = kt_front_vectors(plan), level = (size_t)f->level;
+    double *at = f->w.front + plan->count - kt_front_running_count(plan);
+    f->touch = at, at += vectors * (size_t)plan->width;
+    f->constant = at, at += vectors;
+    f->speed = at, at += 2 * (size_t)plan->slots;
+    f->energy = at, at += level * level;
+    f->pull = at, at += level;
+    f->size = at, at += level;
+    f->z = at, at += level;
+    f->spare = at, at += level;
+    f->product = at;
+}
+
+/* What a step keeps for the way back, by its counts. The order is that in which the counts become known. */
+typedef struct kt_front_factor {
+    double *motion;            /* T_i', a vector of `params` a component */
+    double *rows, *scale, *y;  /* D', rows of `params`, factored; reflectors; y */
+    double *early;             /* the first `rank` entries of Q' T', a vector */
+    double *force;             /* what its equations exert on y (multipliers) */
+    double *seen, *seen_scale; /* reflectors of what is kept, of `left` */
+    double *gain;              /* p_u = gain (1, -A, -p_t), rows of 1 + components + kept */
+} kt_front_factor;
+
+static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_factor *x) {
+    const kt_front_count *c = &f->count[s];
+    const size_t n = (size_t)c->params, k = (size_t)c->rows, v = (size_t)c->vectors, base = KT_FRONT_SPACE;
+    const size_t kept = n < v ? n : v;
+    double *at = f->w.front + f->step[s].at;
+    x->motion = at, at += base * n;
+    x->rows = at, at += k * n;
+    x->scale = at, at += k;
+    x->y = at, at += k;
+    x->early = at, at += k * v;
+    x->force = at, at += k;
+    x->seen = at, at += kept * n;
+    x->seen_scale = at, at += kept;
+    x->gain = at;
+}
+
+/* The first vector in the slot of a link, given by its step, or of a relation, by the number of links and its index. */
+static inline size_t kt_front_place(const kt_front *f, int32_t holder) {
+    const int32_t links = f->group->link_count;
+    return holder < links ? KT_FRONT_SPACE * (size_t)f->step[holder].slot
+                          : KT_FRONT_SPACE * (size_t)f->plan->slots + (size_t)(holder - links);
+}
+static inline double *kt_front_vector(const kt_front *f, int32_t holder) {
+    return f->touch + kt_front_place(f, holder) * (size_t)f->width;
+}
+static inline double *kt_front_constant(const kt_front *f, int32_t holder) {
+    return f->constant + kt_front_place(f, holder);
+}
+static inline int kt_front_vector_count(const kt_front *f, int32_t holder) {
+    return holder < f->group->link_count ? f->components : 1;
+}
+
+/* The holders of slots in use, in ascending order. */
+static inline void kt_front_enter(kt_front *f, int32_t holder) {
+    int32_t i = f->live_count++;
+    for (; i > 0 && f->live[i - 1] > holder; i--)
+        f->live[i] = f->live[i - 1];
+    f->live[i] = holder;
+}
+static inline void kt_front_release(kt_front *f, int32_t holder) {
+    int32_t i = 0;
+    while (i < f->live_count && f->live[i] != holder)
+        i++;
+    for (f->live_count--; i < f->live_count; i++)
+        f->live[i] = f->live[i + 1];
+}
+
+/* The equations of a loop that count for f->w.k, as indices among the group's: calls for each the statement that
+ * follows, with `slot`. */
+static inline const int32_t *kt_front_slots(const kt_front *f, const kt_loop_record *loop) {
+    return f->model->slot + f->group->row + loop->row;
+}
+static inline bool kt_front_counts(const kt_front *f, int32_t slot) { return slot >= 0 && slot < f->w.k; }
+
+/* The wrench of a unit multiplier on the link of an end, about its origin. */
+static inline double *kt_front_wrench(const kt_front *f, int32_t slot, int end) {
+    return f->w.wrench + (size_t)(2 * slot + end) * KT_FRONT_SPACE;
+}
+
+/* The step of a link, or -1 if it is the group's parent. */
+static inline int32_t kt_front_step_of(const kt_front *f, int32_t link) {
+    return link == f->group->parent ? -1 : f->model->front_step[f->group->v + f->model->link[link].local];
+}
+
+#endif

@@ -1,0 +1,89 @@
+/* How a link moves and what it weighs, for fronts (front.h), in the plane or in space: accelerations (alpha, a) have
+ * three or six components. */
+#ifndef KT_REDUCTION_FRONT_LINK_H
+#define KT_REDUCTION_FRONT_LINK_H
+
+#include "reduction/front.h"
+#include "reduction/planar_rows.h"
+
+/* From the parent's origin to the link's. */
+KT_INLINE kt_v4 kt_front_offset(const kt_front *f, int32_t i) {
+    if (f->components == KT_FRONT_SPACE)
+        return f->data->motion[i].offset;
+    const double *r = f->data->planar[kt_planar_index_shift(f->model, i)].offset;
+    return (kt_v4){r[0], r[1], 0.0, 0.0};
+}
+
+/* The acceleration at the end of r of what moves at x at its beginning. */
+KT_INLINE void kt_front_shift(int components, kt_v4 r, double *x) {
+    if (components == KT_FRONT_SPACE / 2) {
+        x[1] -= x[0] * r[1];
+        x[2] += x[0] * r[0];
+        return;
+    }
+    x[3] += x[1] * r[2] - x[2] * r[1];
+    x[4] += x[2] * r[0] - x[0] * r[2];
+    x[5] += x[0] * r[1] - x[1] * r[0];
+}
+
+/* S: the accelerations for unit ones of the link's coordinates, one after the other; zero for coordinates that count as
+ * constants. Returns their number. */
+KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, double *s) {
+    const kt_link *link = &f->model->link[i];
+    const bool *fixed = f->fixed + link->local;
+    if (f->components == KT_FRONT_SPACE / 2) {
+        const int32_t k = kt_planar_index_shift(f->model, i);
+        const kt_planar_link *planar = &f->model->planar[k];
+        double u[2] = {0.0, 0.0};
+        if (!planar->revolute && !fixed[0])
+            kt_planar_along(planar, &f->data->planar[k], u);
+        s[0] = planar->revolute && !fixed[0] ? planar->sign : 0.0;
+        s[1] = u[0];
+        s[2] = u[1];
+        return 1;
+    }
+    kt_subspace own;
+    kt_link_subspace(link, &f->data->motion[link->parent], &f->data->motion[i], &own);
+    for (int d = 0; d < own.count; d++)
+        for (int c = 0; c < 3; c++) {
+            s[d * KT_FRONT_SPACE + c] = fixed[d] ? 0.0 : own.angular[d][c];
+            s[d * KT_FRONT_SPACE + 3 + c] = fixed[d] ? 0.0 : own.linear[d][c];
+        }
+    return own.count;
+}
+
+/* The articulated inertia of the link with all that it carries outside the group, symmetric, and the bias wrench, which
+ * includes that of the accelerations that the velocities alone give (kt_group_bias, kt_planar_group_bias). */
+KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, double *bias) {
+    if (f->components == KT_FRONT_SPACE / 2) {
+        const kt_planar_inertia *x = &f->data->planar_inertia[kt_planar_index_shift(f->model, i)];
+        const double all[9] = {x->j, x->h[0], x->h[1], x->h[0], x->xx, x->xy, x->h[1], x->xy, x->yy};
+        memcpy(inertia, all, sizeof all);
+        bias[0] = x->moment;
+        bias[1] = x->force[0];
+        bias[2] = x->force[1];
+        return;
+    }
+    const kt_articulated *x = &f->data->articulated[i];
+    for (int c = 0; c < 3; c++)
+        for (int r = 0; r < 3; r++) {
+            inertia[6 * c + r] = x->j[c][r];
+            inertia[6 * c + 3 + r] = x->g[c][r];
+            inertia[6 * (c + 3) + r] = x->h[c][r];
+            inertia[6 * (c + 3) + 3 + r] = x->m[c][r];
+        }
+    for (int c = 0; c < 3; c++) {
+        bias[c] = x->moment[c];
+        bias[c + 3] = x->force[c];
+    }
+}
+
+/* The holder of the equation of a relation that a step completes. */
+static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_step *step, int32_t loop) {
+    int32_t i = step->term;
+    while (f->model->front_term[i].loop != loop)
+        i++;
+    return f->group->link_count + f->model->front_term[i].slot;
+}
+
+#endif

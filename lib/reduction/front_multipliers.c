@@ -1,0 +1,149 @@
+/* The multipliers of a constraint group that is reduced by fronts (front.h).
+ *
+ * The forces r = M x + F' A - (tau - h) that the loops have to exert on the coordinates are A' lambda. As a linear
+ * function of the parameters they are c = (c of the step before, r_i), and Q' c = (c_y, c of the next step). An equation
+ * that is completed later depends on y as well, by the acceleration T Q1 y of a link in a slot, so that with the wrenches
+ * w that the equations completed later exert on these links
+ *     R1 lambda = c_y - (T Q1)' w
+ */
+#include "reduction/front.h"
+
+#include "reduction/front_link.h"
+#include "reduction/householder.h"
+
+#include <string.h>
+
+/* x += the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
+static void shift_wrench(kt_v4 r, const double *w, double *x) {
+    const kt_v4 moment = kt_v4_cross(r, (kt_v4){w[3], w[4], w[5], 0.0});
+    for (int c = 0; c < 3; c++) {
+        x[c] += w[c] + moment[c];
+        x[c + 3] += w[c + 3];
+    }
+}
+
+/* r of all coordinates, in f->w.free. Requires the accelerations of the links. */
+static void find_forces(const kt_front *f) {
+    for (int s = 0; s < f->group->link_count; s++)
+        memset(kt_front_constant(f, s), 0, KT_FRONT_SPACE * sizeof(double));
+    for (int s = f->group->link_count - 1; s >= 0; s--) {
+        const kt_front_step *step = &f->step[s];
+        const kt_link_motion *m = &f->data->motion[step->link];
+        const kt_response *bias = &f->data->response[step->link];
+        const kt_articulated *x = &f->data->articulated[step->link];
+        const kt_v4 alpha = m->alpha - bias->bias_angular, linear = m->linear - bias->bias_linear;
+        const kt_v4 moment = x->moment + kt_v4_apply(x->j, alpha) + kt_v4_apply(x->h, linear);
+        const kt_v4 force = x->force + kt_v4_apply(x->g, alpha) + kt_v4_apply(x->m, linear);
+        const int32_t local = f->model->link[step->link].local;
+        double own[KT_DOF_MAX * KT_FRONT_SPACE], *w = kt_front_constant(f, s);
+        const int dofs = kt_front_subspace(f, step->link, own);
+        for (int c = 0; c < 3; c++) {
+            w[c] += moment[c];
+            w[c + 3] += force[c];
+        }
+        for (int d = 0; d < dofs; d++)
+            f->w.free[local + d] = kt_dense_dot(own + d * KT_FRONT_SPACE, w, KT_FRONT_SPACE) - f->w.bias[local + d];
+        if (step->up >= 0)
+            shift_wrench(m->offset, w, kt_front_constant(f, step->up));
+        memset(w, 0, KT_FRONT_SPACE * sizeof *w); /* for the link that has the slot before */
+    }
+}
+
+/* c_y of all steps, in the steps' `force`. */
+static void find_covectors(const kt_front *f) {
+    double *c = f->z;
+    int params = 0;
+    for (int s = 0; s < f->group->link_count; s++) {
+        const kt_front_count *at = &f->count[s];
+        const int32_t local = f->model->link[f->step[s].link].local;
+        kt_front_factor x;
+        kt_front_factor_find(f, s, &x);
+        for (int d = 0; d < at->params - params; d++)
+            c[params + d] = f->w.free[local + d];
+        for (int j = 0; j < at->rank; j++)
+            kt_reflect(x.rows + j * at->params, x.scale[j], j, at->params, c);
+        memcpy(x.force, c, (size_t)at->rank * sizeof *c);
+        for (int i = at->rank; i < at->params; i++)
+            c[i - at->rank] = c[i];
+        for (int j = 0; j < at->kept && at->kept < at->left; j++)
+            kt_reflect(x.seen + j * at->left, x.seen_scale[j], j, at->left, c);
+        params = at->kept;
+    }
+}
+
+/* Adds the wrenches of a step's equations to those of their links, and to the sums of relations. */
+static void load_slots(const kt_front *f, const kt_front_step *step, const double *lambda) {
+    for (int i = step->loop; i < step->loop + step->loop_count; i++) {
+        const int32_t index = f->model->front_loop[i];
+        const kt_loop_record *loop = &f->model->loop[index];
+        const int32_t *slot = kt_front_slots(f, loop);
+        if (loop->term_count)
+            *kt_front_constant(f, kt_front_relation_of(f, step, index)) =
+                kt_front_counts(f, slot[0]) ? lambda[slot[0]] : 0.0;
+        for (int r = 0; r < loop->row_count && !loop->term_count; r++)
+            for (int k = 0; k < 2 && kt_front_counts(f, slot[r]); k++) {
+                const int32_t at = kt_front_step_of(f, loop->link[k]);
+                const double *w = kt_front_wrench(f, slot[r], k);
+                for (int c = 0; c < KT_FRONT_SPACE && at >= 0; c++)
+                    kt_front_constant(f, at)[c] += lambda[slot[r]] * w[c];
+            }
+    }
+}
+
+/* c -= (T Q1)' w, see reflect_slots. */
+static void unload_slots(const kt_front *f, const double *early, int rank, double *c) {
+    for (int32_t l = 0; l < f->live_count; l++) {
+        const double *w = kt_front_constant(f, f->live[l]);
+        for (int k = 0; k < kt_front_vector_count(f, f->live[l]); k++, early += rank)
+            for (int j = 0; j < rank; j++)
+                c[j] -= early[j] * w[k];
+    }
+}
+
+/* R1 lambda = c */
+static void solve_multipliers(const kt_front_count *count, const kt_front_factor *x, const int32_t *pivot,
+                              double *lambda) {
+    for (int j = count->rank - 1; j >= 0; j--) {
+        double sum = x->force[j];
+        for (int i = j + 1; i < count->rank; i++)
+            sum -= x->rows[i * count->params + j] * lambda[pivot[i]];
+        lambda[pivot[j]] = sum / x->rows[j * (count->params + 1)];
+    }
+}
+
+/* Before the step the slots in use are those after it, with those that it has released and without those it has taken.
+ * The wrench on its link goes to the parent. */
+static void undo_step(kt_front *f, int s) {
+    const kt_front_step *step = &f->step[s];
+    double *w = kt_front_constant(f, s);
+    if (step->up >= 0)
+        shift_wrench(f->data->motion[step->link].offset, w, kt_front_constant(f, step->up));
+    memset(w, 0, KT_FRONT_SPACE * sizeof *w);
+    kt_front_release(f, s);
+    for (int i = step->term; i < step->term + step->term_count; i++)
+        if (f->model->front_term[i].first)
+            kt_front_release(f, f->group->link_count + f->model->front_term[i].slot);
+}
+
+void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
+    kt_front f;
+    kt_front_find(model, data, g, data->factored[g], &f);
+    find_forces(&f);
+    find_covectors(&f);
+    for (int r = 0; r < f.w.k; r++)
+        lambda[r] = 0.0;
+    for (int s = f.group->link_count - 1; s >= 0; s--) {
+        const kt_front_step *step = &f.step[s];
+        kt_front_factor x;
+        kt_front_factor_find(&f, s, &x);
+        unload_slots(&f, x.early, f.count[s].rank, x.force);
+        solve_multipliers(&f.count[s], &x, f.w.pivot + step->row, lambda);
+        for (int i = step->loop; i < step->loop + step->loop_count; i++)
+            if (model->loop[model->front_loop[i]].term_count)
+                kt_front_enter(&f, kt_front_relation_of(&f, step, model->front_loop[i]));
+        for (int i = step->leave; i < step->leave + step->leave_count; i++)
+            kt_front_enter(&f, model->front_leave[i]);
+        load_slots(&f, step, lambda);
+        undo_step(&f, s);
+    }
+}
