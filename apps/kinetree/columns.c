@@ -12,7 +12,8 @@
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-static bool add(kt_columns *columns, kt_column_source source, int index, int count) {
+/* at: of the first of them. */
+static bool add(kt_columns *columns, kt_column_source source, int index, int count, int at) {
     if (columns->room - columns->count < (size_t)count) {
         const size_t room = 2 * columns->room + (size_t)count + 32;
         kt_column *more = realloc(columns->columns, room * sizeof *more);
@@ -22,7 +23,8 @@ static bool add(kt_columns *columns, kt_column_source source, int index, int cou
         columns->room = room;
     }
     for (int k = 0; k < count; k++)
-        columns->columns[columns->count++] = (kt_column){.source = source, .index = index, .component = k};
+        columns->columns[columns->count++] =
+            (kt_column){.source = source, .index = index, .component = k, .at = at + k};
     return true;
 }
 
@@ -30,7 +32,8 @@ static bool add_coordinates(kt_columns *columns, kt_column_source source) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++) {
         const kt_coordinates at = kt_body_coordinates(columns->model, body);
-        fine = add(columns, source, body, source == KT_COLUMN_POSITION ? at.nq : at.nv);
+        fine = source == KT_COLUMN_POSITION ? add(columns, source, body, at.nq, at.q)
+                                            : add(columns, source, body, at.nv, at.v);
     }
     return fine;
 }
@@ -47,15 +50,16 @@ static bool is_relation(const kt_model *model, int loop) {
 }
 
 static bool add_multipliers(kt_columns *columns, int loop) {
-    return add(columns, KT_COLUMN_MULTIPLIER, loop, kt_loop_rows_of(columns->model, loop).count);
+    const kt_loop_rows rows = kt_loop_rows_of(columns->model, loop);
+    return add(columns, KT_COLUMN_MULTIPLIER, loop, rows.count, rows.first);
 }
 
 static bool add_reactions(kt_columns *columns) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add(columns, KT_COLUMN_REACTION, body, 6);
+        fine = add(columns, KT_COLUMN_REACTION, body, 6, 0);
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++) {
-        fine = !has_wrench(columns->model, loop) || add(columns, KT_COLUMN_LOOP_REACTION, loop, 6);
+        fine = !has_wrench(columns->model, loop) || add(columns, KT_COLUMN_LOOP_REACTION, loop, 6, 0);
         fine = fine && (!is_relation(columns->model, loop) || add_multipliers(columns, loop));
     }
     return fine;
@@ -71,7 +75,7 @@ static bool add_all_multipliers(kt_columns *columns, bool has_reactions) {
 
 static bool add_marker(kt_columns *columns, const kt_marker_pair *pair) {
     const int body = pair->body != NULL ? kt_body_find(columns->model, pair->body) : 0;
-    if (!add(columns, KT_COLUMN_MARKER, body, 3))
+    if (!add(columns, KT_COLUMN_MARKER, body, 3, 0))
         return false;
     for (size_t i = columns->count - 3; i < columns->count; i++)
         columns->columns[i].marker = kt_marker_find(columns->model, body, pair->marker);
@@ -80,7 +84,7 @@ static bool add_marker(kt_columns *columns, const kt_marker_pair *pair) {
 
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
     *columns = (kt_columns){.model = model};
-    bool fine = add(columns, KT_COLUMN_TIME, 0, 1);
+    bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
     if (fine && (record & KT_RECORD_POSITION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_POSITION);
     if (fine && (record & KT_RECORD_VELOCITY) != 0)
@@ -90,11 +94,11 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
     for (int i = 0; i < run->marker_count && fine; i++)
         fine = add_marker(columns, &run->markers[i]);
     if (fine && (record & KT_RECORD_ENERGY) != 0)
-        fine = add(columns, KT_COLUMN_ENERGY, 0, 3);
+        fine = add(columns, KT_COLUMN_ENERGY, 0, 3, 0);
     if (fine && (record & KT_RECORD_BALANCE) != 0)
-        fine = add(columns, KT_COLUMN_WORK, 0, 3);
+        fine = add(columns, KT_COLUMN_WORK, 0, 3, 0);
     if (fine && (record & KT_RECORD_CONSTRAINT) != 0)
-        fine = add(columns, KT_COLUMN_RESIDUAL, 0, 2);
+        fine = add(columns, KT_COLUMN_RESIDUAL, 0, 2, 0);
     if (fine && (record & KT_RECORD_REACTION) != 0)
         fine = add_reactions(columns);
     if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
@@ -218,16 +222,15 @@ static double marker_of(const kt_columns *columns, const kt_column *c, const kt_
 
 double kt_column_value(const kt_columns *columns, size_t column, const kt_record *record) {
     const kt_column *c = &columns->columns[column];
-    const kt_model *model = columns->model;
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
     case KT_COLUMN_POSITION:
-        return coordinate(record->q, kt_body_coordinates(model, c->index).q + c->component);
+        return coordinate(record->q, c->at);
     case KT_COLUMN_VELOCITY:
-        return coordinate(record->v, kt_body_coordinates(model, c->index).v + c->component);
+        return coordinate(record->v, c->at);
     case KT_COLUMN_ACCELERATION:
-        return coordinate(record->a, kt_body_coordinates(model, c->index).v + c->component);
+        return coordinate(record->a, c->at);
     case KT_COLUMN_MARKER:
         return marker_of(columns, c, record);
     case KT_COLUMN_ENERGY:
@@ -245,7 +248,7 @@ double kt_column_value(const kt_columns *columns, size_t column, const kt_record
     case KT_COLUMN_LOOP_REACTION:
         return component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
-        return coordinate(record->multipliers, kt_loop_rows_of(model, c->index).first + c->component);
+        return coordinate(record->multipliers, c->at);
     }
     return (double)NAN;
 }

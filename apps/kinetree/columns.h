@@ -25,6 +25,7 @@ typedef enum kt_column_source {
 typedef struct kt_column {
     kt_column_source source;
     int index, component, marker;
+    int at; /* of coordinates and multipliers: their place in q, v, a or among the multipliers */
 } kt_column;
 
 /* The columns of a run, in their order in files. */

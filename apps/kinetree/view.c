@@ -17,35 +17,53 @@
 
 /* ---- base64 ------------------------------------------------------------------------------------------------------ */
 
-/* Bytes that have not yet made three, from which four letters are made. */
+/* Bytes on their way to letters, four for each three; a whole block is written at once. */
 typedef struct base64 {
     FILE *file;
-    unsigned char rest[3];
+    unsigned char bytes[3 * 1024];
     size_t count;
 } base64;
 
-static void put_letters(base64 *out, const unsigned char *three) {
+/* Writes the block, filled up to three bytes with zeros, which no reader looks at. */
+static void flush_letters(base64 *out) {
     static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    const char four[] = {letters[three[0] >> 2], letters[(three[0] & 3) << 4 | three[1] >> 4],
-                         letters[(three[1] & 15) << 2 | three[2] >> 6], letters[three[2] & 63]};
-    (void)fwrite(four, 1, sizeof four, out->file); /* errors are asked for at the end */
+    char text[4 * 1024], *to = text;
+    while (out->count % 3 != 0)
+        out->bytes[out->count++] = 0;
+    for (size_t i = 0; i < out->count; i += 3) {
+        const unsigned three =
+            (unsigned)out->bytes[i] << 16 | (unsigned)out->bytes[i + 1] << 8 | (unsigned)out->bytes[i + 2];
+        to[0] = letters[three >> 18];
+        to[1] = letters[three >> 12 & 63U];
+        to[2] = letters[three >> 6 & 63U];
+        to[3] = letters[three & 63U];
+        to += 4;
+    }
+    (void)fwrite(text, 1, (size_t)(to - text), out->file); /* errors are asked for at the end */
+    out->count = 0;
 }
 
-static void put_byte(base64 *out, unsigned char byte) {
-    out->rest[out->count++] = byte;
-    if (out->count < sizeof out->rest)
-        return;
-    put_letters(out, out->rest);
-    out->count = 0;
+static void put_bytes(base64 *out, const unsigned char *from, size_t size) {
+    while (size > 0) {
+        const size_t room = sizeof out->bytes - out->count, part = size < room ? size : room;
+        memcpy(out->bytes + out->count, from, part);
+        out->count += part;
+        from += part;
+        size -= part;
+        if (out->count == sizeof out->bytes)
+            flush_letters(out);
+    }
 }
 
 /* Numbers of `size` bytes each, little-endian on every machine. */
 static void put_numbers(base64 *out, const void *numbers, size_t count, size_t size) {
     const unsigned char *from = numbers;
-    const bool is_reversed = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
-    for (size_t i = 0; i < count; i++, from += size)
-        for (size_t k = 0; k < size; k++)
-            put_byte(out, from[is_reversed ? size - 1 - k : k]);
+    if (__BYTE_ORDER__ != __ORDER_BIG_ENDIAN__) {
+        put_bytes(out, from, count * size);
+        return;
+    }
+    for (size_t i = 0; i < count * size; i++)
+        put_bytes(out, &from[i + size - 1 - 2 * (i % size)], 1);
 }
 
 static void put_frames(const kt_motion *motion, FILE *file) {
@@ -56,8 +74,7 @@ static void put_frames(const kt_motion *motion, FILE *file) {
     put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
     put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
     put_numbers(&out, motion->reactions, 3 * n * (size_t)motion->force_count, sizeof *motion->reactions);
-    while (out.count > 0)
-        put_byte(&out, 0); /* fills up the last three, which no reader looks at */
+    flush_letters(&out);
 }
 
 /* ---- the mechanism as JSON --------------------------------------------------------------------------------------- */
