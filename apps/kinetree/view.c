@@ -241,7 +241,6 @@ static json_t *describe_forces(const kt_motion *motion) {
     for (int i = 0; i < motion->force_count; i++) {
         const kt_motion_force *force = &motion->forces[i];
         json_t *one = json_object();
-        json_object_set_new(one, "layer", json_string("reactions"));
         json_object_set_new(one, "body", json_integer(force->body));
         json_object_set_new(one, "at", kt_json_vector(force->at));
         json_array_append_new(list, one);

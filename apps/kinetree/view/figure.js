@@ -14,7 +14,7 @@ const THEMES = {
 const LAYERS = [
     ["joints", "Joints", true], ["axes", "Joint axes", false], ["loops", "Loops", true], ["springs", "Springs", true],
     ["planes", "Planes", true], ["contacts", "Contact points", true], ["reactions", "Reactions", false],
-    ["forces", "Forces on bodies", true], ["traces", "Traces", true], ["markers", "Markers", false],
+    ["traces", "Traces", true], ["markers", "Markers", false],
     ["names", "Names", false], ["frame", "World axes", true],
 ];
 
@@ -29,7 +29,7 @@ class Figure {
         this.hidden = new Set();
         this.traced = new Set(data.markers.map((m, i) => (m.traced ? i : -1)).filter((i) => i >= 0));
         this.force_scale = 1;
-        this.strongest = data.arrows.map((_, i) => this.longest_force(i));
+        this.strongest = Math.max(...data.arrows.map((_, i) => this.longest_force(i)));
         this.make_buffers();
     }
 
@@ -176,7 +176,7 @@ class Figure {
             this.data.effects.filter(({ends, type}) => ends.length === 2 && type !== "contact")
                 .forEach((effect) => this.draw_spring(poses, effect));
         this.data.arrows.forEach((arrow, i) => {
-            if (shown[arrow.layer])
+            if (shown.reactions)
                 this.draw_arrow(poses, arrow, i, force_at(this.motion, t, i));
         });
         [this.thin, this.thick, ...this.arrows].forEach((one) => { one.is_changed = true; });
@@ -256,16 +256,14 @@ class Figure {
         this.instance("cone", sub(tip, scale(1.5 * r, n)), from_z(n), [r, r, 1.5 * r], colour);
     }
 
-    /* An arrow from the point where a force acts; a contact's ends there. The strongest of its kind in the motion is a
-     * fourth of the mechanism long. */
-    draw_arrow(poses, {body, at, layer}, i, force) {
-        const f = norm(force);
-        const all = this.strongest.filter((_, k) => this.data.arrows[k].layer === layer), most = Math.max(...all);
+    /* An arrow from the point where a force acts. The strongest in the motion is a fourth of the mechanism long. */
+    draw_arrow(poses, {body, at}, i, force) {
+        const f = norm(force), most = this.strongest;
         if (!(f > 1e-3 * most) || this.hidden.has(body))
             return;
         const length = Math.min((0.25 * f) / most, 0.75) * this.data.size * this.force_scale, n = scale(1 / f, force);
         const o = point_of(poses, body, at), r = 0.5 * this.data.radius, head = Math.min(3.6 * r, 0.6 * length);
-        const colour = layer === "reactions" ? [0.75, 0.2, 0.55] : [0.85, 0.25, 0.15];
+        const colour = [0.75, 0.2, 0.55];
         const middle = add(o, scale(0.5 * (length - head), n)), tip = add(o, scale(length, n));
         this.instance("cylinder", middle, from_z(n), [r, r, 0.5 * (length - head)], colour);
         this.instance("cone", sub(tip, scale(0.5 * head, n)), from_z(n), [2.2 * r, 2.2 * r, 0.5 * head], colour);
