@@ -30,6 +30,7 @@ EFFECTS = {
     "joint_friction": "{type: joint_friction, joint: arm1, coulomb: 3}",
     "joint_limit": "{type: joint_limit, joint: arm2, lower: 1, stiffness: 3}",
     "motor": "{type: motor, joint: arm0, torque: 2}",
+    "servo": "{type: servo, joint: arm1, target: 2, stiffness: 3}",
 }
 
 
@@ -85,7 +86,7 @@ for name, c in one.items():
     problems += [f"{name} runs nothing of its own"] if f"{name}.c" not in files(c, "/lib/effect/") else []
 claim("scene_runs_the_effect_types_that_it_names_and_no_others", problems)
 
-on_joints = [name for name in EFFECTS if name.startswith("joint_") or name == "motor"]
+on_joints = [name for name in EFFECTS if name.startswith("joint_") or name in ("motor", "servo")]
 claim("effects_on_joints_move_no_links", [name for name in on_joints if any(f.startswith("kt_force_links") for f in one[name].instructions_of)])
 sums = counted(*(scene(effects=[name]) for name in EFFECTS)).instructions
 claim("each_scene_pays_for_its_own_effect_alone",

@@ -79,6 +79,7 @@ static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
             e->dampings[i] = 0.2 * loss;
         }
         e->torque = kt_function_constant(loss * kt_random_normal(random));
+        e->target = kt_function_sine(0.3, 0.7, 0.0, kt_random_normal(random));
         for (int i = 0; i < 3; i++)
             e->value[i] = kt_function_sine(loss * kt_random_normal(random), 1.0, i, 0.1 * loss);
         e->frame = kt_random_int(random, 0, 1) ? KT_FRAME_BODY : KT_FRAME_WORLD;
@@ -87,12 +88,17 @@ static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
         s->effects[KT_EFFECT_JOINT_LIMIT].damping = s->effects[KT_EFFECT_CONTACT].dissipation = 0.0;
 }
 
-static bool has_kinks(const kt_effect *e) { return e->type == KT_EFFECT_JOINT_LIMIT || e->type == KT_EFFECT_CONTACT; }
+/* Where nothing is driven there is no servo, and no kinks where all is smooth. */
+static bool fits(const kt_effect *e, loss_kind kind) {
+    if (kind == NOTHING)
+        return e->type != KT_EFFECT_SERVO;
+    return kind != SMOOTH || (e->type != KT_EFFECT_JOINT_LIMIT && e->type != KT_EFFECT_CONTACT);
+}
 
-static void leave_out_kinks(kt_description *d, kt_effect *effects) {
+static void leave_out_others(kt_description *d, kt_effect *effects, loss_kind kind) {
     int count = 0;
     for (int i = 0; i < d->effect_count; i++)
-        if (!has_kinks(&effects[i]))
+        if (fits(&effects[i], kind))
             effects[count++] = effects[i];
     d->effect_count = count;
 }
@@ -106,8 +112,7 @@ static bool set_stage(stage *s, kt_random *random, loss_kind kind) {
     draw_effects(s, random, kind);
     s->tree.description.effects = s->effects;
     s->tree.description.effect_count = KT_EFFECT_TYPE_COUNT;
-    if (kind == SMOOTH)
-        leave_out_kinks(&s->tree.description, s->effects);
+    leave_out_others(&s->tree.description, s->effects, kind);
     s->model = kt_both_compile(&s->tree.description, NULL, &s->absolute);
     return s->model != NULL;
 }
@@ -129,8 +134,8 @@ static double energy_at(const kt_model *model, kt_data *data, const double *q, c
 }
 
 /* Differences of sixth order. */
-static double slope_of(const kt_model *model, kt_data *data, const double *q, const double *w) {
-    static const double weight[4] = {0.0, 0.75, -0.15, 1.0 / 60.0}, h = 1e-3;
+static double slope_of(const kt_model *model, kt_data *data, const double *q, const double *w, double h) {
+    static const double weight[4] = {0.0, 0.75, -0.15, 1.0 / 60.0};
     double sum = 0.0;
     for (int i = 1; i <= 3; i++)
         sum += weight[i] / h * (energy_at(model, data, q, w, i * h) - energy_at(model, data, q, w, -i * h));
@@ -138,12 +143,14 @@ static double slope_of(const kt_model *model, kt_data *data, const double *q, co
 }
 
 /* The joint forces that stand for the effects at rest, M a + g, along a random direction. Energies are up to 200 J, so
- * rounding EPS V / h is 4e-11; bound: five times the largest of forty seeds. */
+ * rounding EPS V / h is 4e-11; bound: five times the largest of forty seeds. Where a stop or a contact begins within the
+ * difference, it is off, as that of half its width shows; few may be. */
 KT_TEST(effects_push_joints_by_the_slope_of_their_energy) {
     static stage s;
     kt_random random = kt_random_of_test();
     kt_worst slope = kt_worst_make("power along a direction");
     double most = 0.0;
+    int kinks = 0;
     for (int n = 0; n < 40 && set_stage(&s, &random, NOTHING); n++) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], a[KT_TREE_NV], tau[KT_TREE_NV], w[KT_TREE_NV], power = 0.0;
         const int nv = kt_model_nv(s.model);
@@ -160,12 +167,16 @@ KT_TEST(effects_push_joints_by_the_slope_of_their_energy) {
             for (int i = 0; i < nv; i++)
                 power += tau[i] * w[i];
             most = fmax(most, fabs(power));
-            kt_worst_near(&slope, power, -slope_of(s.model, data, q, w), 2e-10, "tree %d", n);
+            const double rise = slope_of(s.model, data, q, w, 1e-3), half = slope_of(s.model, data, q, w, 5e-4);
+            const bool bent = !(fabs(rise - half) <= 4e-10);
+            kinks += bent;
+            kt_worst_near(&slope, power, -half, bent ? 2.0 * fabs(rise - half) : 4e-10, "tree %d", n);
         }
         kt_data_free(data);
         free_stage(&s);
     }
     kt_check_worst(&slope);
+    kt_check_below("next to a kink, of 40", kinks, 4.0);
     kt_check_above("power", most, 1.0);
 }
 
