@@ -89,6 +89,10 @@ KT_INLINE kt_v4 kt_v4_apply(const kt_v4 a[3], kt_v4 u) {
     return a[0] * kt_v4_splat(u[0]) + a[1] * kt_v4_splat(u[1]) + a[2] * kt_v4_splat(u[2]);
 }
 
+KT_INLINE kt_v4 kt_v4_apply_to(const kt_v4 a[3], kt_vec3 u) {
+    return a[0] * kt_v4_splat(u.x) + a[1] * kt_v4_splat(u.y) + a[2] * kt_v4_splat(u.z);
+}
+
 /* A' u */
 KT_INLINE kt_v4 kt_v4_apply_transposed(const kt_v4 a[3], kt_v4 u) {
     return (kt_v4){kt_v4_dot(a[0], u), kt_v4_dot(a[1], u), kt_v4_dot(a[2], u), 0.0};
@@ -102,12 +106,13 @@ KT_INLINE void kt_v4_multiply(const kt_v4 a[3], const kt_v4 b[3], kt_v4 out[3]) 
     out[2] = z;
 }
 
-/* out = R J R', J symmetric */
-KT_INLINE void kt_v4_rotate_inertia(const kt_v4 r[3], const kt_v4 j[3], kt_v4 out[3]) {
-    kt_v4 w[3];
-    kt_v4_multiply(r, j, w);
+/* out = R J R' */
+KT_INLINE void kt_v4_rotate_inertia(const kt_v4 r[3], const kt_sym3 *j, kt_v4 out[3]) {
+    const kt_v4 x = kt_v4_apply_to(r, (kt_vec3){j->xx, j->xy, j->xz});
+    const kt_v4 y = kt_v4_apply_to(r, (kt_vec3){j->xy, j->yy, j->yz});
+    const kt_v4 z = kt_v4_apply_to(r, (kt_vec3){j->xz, j->yz, j->zz});
     for (int k = 0; k < 3; k++)
-        out[k] = w[0] * kt_v4_splat(r[0][k]) + w[1] * kt_v4_splat(r[1][k]) + w[2] * kt_v4_splat(r[2][k]);
+        out[k] = x * kt_v4_splat(r[0][k]) + y * kt_v4_splat(r[1][k]) + z * kt_v4_splat(r[2][k]);
 }
 
 KT_INLINE void kt_v4_from_mat3(kt_mat3 m, kt_v4 out[3]) {

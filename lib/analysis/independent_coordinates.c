@@ -35,9 +35,9 @@ static double size_of(const kt_model *model) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         if (link->mass > 0.0)
-            size = fmax(size, sqrt(kt_v4_dot(link->moment, link->moment)) / link->mass);
+            size = fmax(size, kt_vec3_norm(link->moment) / link->mass);
         if (link->parent > 0)
-            size = fmax(size, sqrt(kt_v4_dot(link->at, link->at)));
+            size = fmax(size, kt_vec3_norm(link->at));
     }
     if (!(size > 0.0) && model->n.loop)
         size = model->length;

@@ -140,7 +140,7 @@ static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *ori
         if (kt_link_lengths(first) || first->pitch != 0.0)
             return false;
         if (!found)
-            *origin = kt_v4_vec3(first->at);
+            *origin = first->at;
         found = true;
     }
     return found;

@@ -203,10 +203,8 @@ static void load_link(kt_model *m, const kt_body_record *body) {
     const kt_vec3 com = kt_pose_apply(body->in_link, body->com);
     const kt_sym3 about_com = kt_sym3_rotate(body->in_link.rotation, body->inertia);
     const kt_sym3 j = kt_sym3_shift(about_com, body->mass, com);
-    link->inertia[0] += (kt_v4){j.xx, j.xy, j.xz, 0.0};
-    link->inertia[1] += (kt_v4){j.xy, j.yy, j.yz, 0.0};
-    link->inertia[2] += (kt_v4){j.xz, j.yz, j.zz, 0.0};
-    link->moment += kt_v4_from(kt_vec3_scale(body->mass, com));
+    link->inertia = kt_sym3_add(link->inertia, j);
+    link->moment = kt_vec3_add(link->moment, kt_vec3_scale(body->mass, com));
     link->mass += body->mass;
 }
 
@@ -231,8 +229,8 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         link->group = -1;
         const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
-        link->at = kt_v4_from(frame.position);
-        kt_v4_from_mat3(rest, link->rest);
+        link->at = frame.position;
+        link->rest = rest;
         link->rest_is_rotated = !is_same(rest, kt_mat3_identity());
         link->pitch = e->pitch;
         link->parent = up;
@@ -339,8 +337,8 @@ static void size_links(build *b) {
     for (size_t i = m->n.link - 1; i > 0; i--) {
         kt_link *link = &m->link[i];
         b->mass[i] += link->mass;
-        b->trace[i] += link->inertia[0][0] + link->inertia[1][1] + link->inertia[2][2];
-        const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_v4_dot(link->at, link->at);
+        b->trace[i] += link->inertia.xx + link->inertia.yy + link->inertia.zz;
+        const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_vec3_dot(link->at, link->at);
         link->size =
             kt_link_lengths(link) == kt_link_dofs(link) ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
         b->mass[link->parent] += b->mass[i];
@@ -377,6 +375,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         kt_model_name_all(m);
         string_all(b);
         count_carried(m);
+        kt_articulated_number(m);
         size_links(b);
         kt_planar_links_fill(m, b->moves);
         m->level = kt_isa_resolve(options->level);

@@ -21,6 +21,10 @@ kt_status kt_tree_check(const kt_model *tree, const kt_description *description,
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
                           kt_error *error);
 
+/* Gives entries among the articulated inertias to the links that use one: of trees, those that branch, and those whose
+ * joint has more degrees of freedom than one; where there are constraint groups, all, under their own indices. */
+void kt_articulated_number(kt_model *model);
+
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 

@@ -5,6 +5,7 @@
  * all of it, and different groups have no coordinate in common.
  */
 #include "compile/attach.h"
+#include "compile/compile.h"
 #include "reduction/evaluate.h"
 #include "reduction/reduce.h"
 
@@ -124,13 +125,24 @@ static void mark_passing(kt_model *m) {
     for (size_t i = m->n.planar; i-- > 1;) {
         const kt_planar_link *link = &m->planar[i];
         kt_planar_link *up = &m->planar[link->parent];
-        up->passes |= link->passes || link->group < 0 || link->group != up->group;
+        up->carries_others |= link->carries_others || link->group < 0 || link->group != up->group;
     }
+}
+
+void kt_articulated_number(kt_model *m) {
+    int32_t count = 1;
+    for (size_t i = 1; i < m->n.link; i++) {
+        kt_link *link = &m->link[i];
+        const bool used = m->n.group > 0 || link->branches || kt_link_dofs(link) > 1;
+        link->articulated = used ? count++ : 0;
+    }
+    m->n.articulated = (size_t)count;
 }
 
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
+    kt_articulated_number(m);
     if (KT_HAS_LOOPS && m->n.group)
         m->forward = kt_closed_forward;
     for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
@@ -146,7 +158,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
             kt_planar_link *planar = &m->planar[i - m->n.spatial + 1];
             planar->group = link->group;
             planar->local = link->local;
-            planar->tops = group->link_count == 0;
+            planar->first_of_group = group->link_count == 0;
         }
         m->group_link[group->link + group->link_count++] = (int32_t)i;
         for (int k = 0; k < kt_link_dofs(link); k++) {

@@ -240,16 +240,19 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     const int32_t up = link->parent, k = link->axis;
     const kt_mat3 above = link_basis(m, body, up, &m->plane[plane]);
     const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + place - 1), &m->plane[plane]);
-    const kt_vec3 at = kt_mat3_apply_transposed(above, kt_v4_vec3(link->at));
-    const kt_vec3 moment = kt_mat3_apply_transposed(own, kt_v4_vec3(link->moment));
-    const kt_vec3 turned = kt_mat3_apply(kt_v4_mat3(link->inertia), own.z);
+    const kt_vec3 at = kt_mat3_apply_transposed(above, link->at);
+    const kt_vec3 moment = kt_mat3_apply_transposed(own, link->moment);
+    const kt_vec3 turned = kt_sym3_apply(link->inertia, own.z);
     const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
     const bool slides = kt_link_lengths(link) > 0;
     m->planar[place] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
         .moment = {moment.x, moment.y},
-        .inertia = slides ? kt_vec3_dot(own.z, turned) : link->inertia[k][k],
+        .inertia = slides ? kt_vec3_dot(own.z, turned)
+                          : (k == 0   ? link->inertia.xx
+                             : k == 1 ? link->inertia.yy
+                                      : link->inertia.zz),
         .mass = link->mass,
         .size = link->size,
         .sign = entry(own.z, k) < 0.0 ? -1.0 : 1.0,

@@ -82,8 +82,8 @@ KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
 /* The link's own inertia and bias wrench. */
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
     const kt_v4 none = kt_v4_splat(0.0);
-    const kt_v4 h = kt_v4_apply(m->axes, link->moment);
-    kt_v4_rotate_inertia(m->axes, link->inertia, out->j);
+    const kt_v4 h = kt_v4_apply_to(m->axes, link->moment);
+    kt_v4_rotate_inertia(m->axes, &link->inertia, out->j);
     out->h[0] = (kt_v4){0.0, h[2], -h[1], 0.0}; /* [h] */
     out->h[1] = (kt_v4){-h[2], 0.0, h[0], 0.0};
     out->h[2] = (kt_v4){h[1], -h[0], 0.0, 0.0};
@@ -174,8 +174,8 @@ KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_mo
         x->h[k] -= un * fk;
         x->m[k] -= uf * fk;
     }
-    response->free = y;
     response->gain_angular = vn + kt_v4_cross(m->offset, vf);
+    response->gain_angular[3] = y;
     response->gain_linear = vf;
     return true;
 }
@@ -247,9 +247,10 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
     case KT_MOTION_SCREW:
         return kt_articulated_project_axis(link, m, tau[link->v], x, &data->response[i]);
     case KT_MOTION_SPHERICAL:
-        return kt_articulated_project_spherical(link, m, tau, x, &data->articulated[i]);
+        return kt_articulated_project_spherical(link, m, tau, x, &data->articulated[link->articulated]);
     case KT_MOTION_FREE:
-        return kt_articulated_project_free(link, &data->motion[link->parent], m, tau, x, &data->articulated[i]);
+        return kt_articulated_project_free(link, &data->motion[link->parent], m, tau, x,
+                                           &data->articulated[link->articulated]);
     case KT_MOTION_NONE:
         break;
     }
@@ -260,8 +261,8 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
  * the link's origin, have been added to the link's alpha and linear. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                const kt_response *response, double *a) {
-    const double x =
-        response->free - kt_v4_dot2(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
+    const double x = response->gain_angular[3] -
+                     kt_v4_dot2(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
     *a = x;
     const kt_v4 along = kt_v4_splat(x) * m->axis;
     if (link->motion != KT_MOTION_PRISMATIC)
@@ -305,10 +306,10 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
         kt_respond_axis(link, parent, m, &data->response[i], a + link->v);
         break;
     case KT_MOTION_SPHERICAL:
-        kt_respond_spherical(m, &data->articulated[i], a + link->v);
+        kt_respond_spherical(m, &data->articulated[link->articulated], a + link->v);
         break;
     case KT_MOTION_FREE:
-        kt_respond_free(link, parent, m, &data->articulated[i], a + link->v);
+        kt_respond_free(link, parent, m, &data->articulated[link->articulated], a + link->v);
         break;
     case KT_MOTION_NONE:
         break;
@@ -330,7 +331,7 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
         const kt_link_motion *parent = &motion[link->parent];
         kt_link_pose(link, parent, q, data->cosine, data->sine, &motion[i]);
         kt_link_velocity(link, parent, v, &motion[i]);
-        kt_articulated_clear(link, &motion[i], &data->articulated[i]);
+        kt_articulated_clear(link, &motion[i], &data->articulated[link->articulated]);
     }
 }
 
@@ -361,7 +362,7 @@ KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, c
         if (link->leads && !ended)
             kt_articulated_add(&x, &carried);
         if (link->branches)
-            kt_articulated_add(&x, &data->articulated[i]);
+            kt_articulated_add(&x, &data->articulated[link->articulated]);
         const kt_elimination left = eliminate(model, data, i, tau, &x, context);
         if (left == KT_ELIMINATION_SINGULAR)
             return i;
@@ -372,7 +373,7 @@ KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, c
         if (link->follows)
             carried = x;
         else
-            kt_articulated_add(&data->articulated[link->parent], &x);
+            kt_articulated_add(&data->articulated[model->link[link->parent].articulated], &x);
     }
     return 0;
 }

@@ -36,7 +36,7 @@ static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 lin
     kt_link_motion still = *m;
     still.moment = still.force = none;
     kt_articulated_rigid(link, &still, r); /* moment = w x J w, force = w x (w x h) */
-    const kt_v4 h = kt_v4_apply(m->axes, link->moment), mass = kt_v4_splat(link->mass);
+    const kt_v4 h = kt_v4_apply_to(m->axes, link->moment), mass = kt_v4_splat(link->mass);
     r->moment += kt_v4_apply(r->j, m->alpha) + kt_v4_cross(h, linear);
     r->force += mass * linear + kt_v4_cross(m->alpha, h);
     const kt_v4 p = mass * x->velocity + kt_v4_cross(w, h);

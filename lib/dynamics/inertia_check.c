@@ -76,7 +76,7 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
     size s = *size_of(data, i);
-    s.trace += kt_v4_dot(kt_v4_splat(1.0), kt_diagonal3(link->inertia));
+    s.trace += link->inertia.xx + link->inertia.yy + link->inertia.zz;
     s.mass += link->mass;
     if (j->verdict[i] == KT_INERTIA_THERE &&
         (!is_regular(link, m, x, &s) || !kt_articulated_project(model, data, i, tau, x))) {

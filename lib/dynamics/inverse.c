@@ -14,8 +14,8 @@
 /* J u = R (Jb (R' u)) for two vectors would cost more than rotating J once. */
 KT_INLINE void inertial_wrench(const kt_link *link, kt_link_motion *m) {
     kt_v4 j[3];
-    kt_v4_rotate_inertia(m->axes, link->inertia, j);
-    const kt_v4 h = kt_v4_apply(m->axes, link->moment);
+    kt_v4_rotate_inertia(m->axes, &link->inertia, j);
+    const kt_v4 h = kt_v4_apply_to(m->axes, link->moment);
     m->moment = kt_v4_apply(j, m->alpha) + kt_v4_cross(m->omega, kt_v4_apply(j, m->omega)) + kt_v4_cross(h, m->linear);
     m->force = kt_v4_splat(link->mass) * m->linear + kt_v4_cross(m->alpha, h) +
                kt_v4_cross(m->omega, kt_v4_cross(m->omega, h));

@@ -18,22 +18,10 @@ typedef struct composite {
     double m;
 } composite;
 
-/* kt_v4_apply and kt_v4_rotate_inertia, with components that are loaded as they are needed. */
-KT_INLINE kt_v4 apply(const kt_v4 a[3], const kt_v4 *vector) {
-    const double *u = kt_v4_components(vector);
-    return a[0] * u[0] + a[1] * u[1] + a[2] * u[2];
-}
-KT_INLINE void rotate_inertia(const kt_v4 r[3], const kt_v4 j[3], kt_v4 out[3]) {
-    const kt_v4 x = apply(r, &j[0]), y = apply(r, &j[1]), z = apply(r, &j[2]);
-    const double *rx = kt_v4_components(&r[0]), *ry = kt_v4_components(&r[1]), *rz = kt_v4_components(&r[2]);
-    for (int k = 0; k < 3; k++)
-        out[k] = x * rx[k] + y * ry[k] + z * rz[k];
-}
-
 KT_INLINE composite of_link(const kt_link *link, const kt_link_motion *m) {
     composite c;
-    rotate_inertia(m->axes, link->inertia, c.j);
-    c.h = apply(m->axes, &link->moment);
+    kt_v4_rotate_inertia(m->axes, &link->inertia, c.j);
+    c.h = kt_v4_apply_to(m->axes, link->moment);
     c.m = link->mass;
     return c;
 }
@@ -107,7 +95,7 @@ KT_INLINE void poses(const kt_model *model, kt_data *data, const double *q) {
         const kt_link *link = &model->link[i];
         kt_link_pose(link, &motion[link->parent], q, data->cosine, data->sine, &motion[i]);
         if (link->branches)
-            memset(&data->articulated[i], 0, sizeof data->articulated[i]);
+            memset(&data->articulated[link->articulated], 0, sizeof data->articulated[link->articulated]);
     }
 }
 
@@ -130,14 +118,14 @@ static inline size_t compose(const kt_model *model, kt_data *data) {
         if (link->leads)
             add(&c, &carried);
         if (link->branches) {
-            const composite others = load(&data->articulated[i]);
+            const composite others = load(&data->articulated[link->articulated]);
             add(&c, &others);
         }
         if (link->parent == 0 && !is_finite(&c))
             return i;
         dof -= kt_link_is_revolute(link) ? 1 : (size_t)kt_link_dofs(link);
         columns.c = &c;
-        columns.first = data->unit_wrench + dof;
+        columns.first = data->scratch_v + dof;
         if (kt_link_is_revolute(link))
             add_wrench(&(kt_dof){.kind = KT_DOF_ROTATION, .u = m->axis}, &columns);
         else
@@ -149,9 +137,9 @@ static inline size_t compose(const kt_model *model, kt_data *data) {
             carried = c;
             continue;
         }
-        composite sum = load(&data->articulated[link->parent]);
+        composite sum = load(&data->articulated[model->link[link->parent].articulated]);
         add(&sum, &c);
-        store(&sum, &data->articulated[link->parent]);
+        store(&sum, &data->articulated[model->link[link->parent].articulated]);
     }
     return 0;
 }
@@ -205,8 +193,8 @@ KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_m
     const kt_link *link = model->link;
     wrenches w;
     for (size_t k = 0; k < 3; k++) {
-        w.n[k] = kt_lanes_load(data->unit_wrench + k * stride + b->first);
-        w.f[k] = kt_lanes_load(data->unit_wrench + (k + 3) * stride + b->first);
+        w.n[k] = kt_lanes_load(data->scratch_v + k * stride + b->first);
+        w.f[k] = kt_lanes_load(data->scratch_v + (k + 3) * stride + b->first);
     }
     size_t i = *last, own = *dof;
     for (;; own -= (size_t)kt_link_dofs(&link[i])) {

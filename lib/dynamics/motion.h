@@ -15,7 +15,9 @@ KT_INLINE kt_v4 kt_load3(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0
 /* The link's axes at joint position zero, in the world. */
 KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 out[3]) {
     if (link->rest_is_rotated) {
-        kt_v4_multiply(parent, link->rest, out);
+        out[0] = kt_v4_apply_to(parent, link->rest.x);
+        out[1] = kt_v4_apply_to(parent, link->rest.y);
+        out[2] = kt_v4_apply_to(parent, link->rest.z);
     } else {
         out[0] = parent[0];
         out[1] = parent[1];
@@ -90,7 +92,7 @@ KT_INLINE void kt_free_pose(const kt_link *link, const kt_v4 base[3], const doub
 /* Pose of one link from its parent's: axes, axis, offset. */
 KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const double *q, const double *cosine,
                             const double *sine, kt_link_motion *out) {
-    out->offset = kt_v4_apply(parent->axes, link->at);
+    out->offset = kt_v4_apply_to(parent->axes, link->at);
     if (kt_link_is_revolute(link) && !link->rest_is_rotated) {
         kt_revolute_pose(link, parent->axes, q, cosine, sine, out);
         return;

@@ -51,7 +51,7 @@ KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane
         kt_planar_velocity(link, parent, v, &flat[k]);
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], model->link[i].axis, &flat[k], m);
-        m->offset = kt_v4_apply(up->axes, model->link[i].at);
+        m->offset = kt_v4_apply_to(up->axes, model->link[i].at);
         if (!link->revolute)
             m->offset += kt_v4_splat(q[link->q]) * m->axis;
         m->position = up->position + m->offset;

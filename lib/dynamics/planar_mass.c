@@ -66,7 +66,7 @@ KT_INLINE void poses(const kt_model *model, kt_data *data, const kt_plane *plane
 /* Returns the planar index of a link on the ground whose composite is not finite, or 0. */
 static inline int32_t compose(const kt_model *model, kt_data *data, const kt_plane *plane) {
     const kt_planar_motion *motion = data->planar;
-    double *wrench = data->unit_wrench + model->n.spatial_v - 1; /* of planar index 0 */
+    double *wrench = data->scratch_v + model->n.spatial_v - 1; /* of planar index 0 */
     composite carried = {.j = 0.0};
     for (int32_t k = plane->last - 1; k >= plane->first; k--) {
         const kt_planar_link *link = &model->planar[k];
@@ -117,7 +117,7 @@ KT_INLINE void pass_link(const kt_model *model, const kt_data *data, size_t k, w
 KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_mass_block *b, bool together) {
     const kt_planar_link *link = model->planar;
     const size_t stride = kt_lanes8(model->n.v);
-    const double *wrench = data->unit_wrench + model->n.spatial_v + b->first;
+    const double *wrench = data->scratch_v + model->n.spatial_v + b->first;
     wrenches w = {kt_lanes_load(wrench), {kt_lanes_load(wrench + stride), kt_lanes_load(wrench + 2 * stride)}};
     for (size_t k = b->end; k > b->first; k--) {
         const size_t end = (size_t)link[k].end;

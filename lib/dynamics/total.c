@@ -102,7 +102,7 @@ static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int 
     for (int32_t l = model->body[i].link; l != end; l = model->link[l].parent) {
         kt_v4 parent[3];
         kt_v4_from_mat3(links[model->link[l].parent].axes, parent);
-        sum += kt_v4_from(links[l].offset) - kt_v4_apply(parent, model->link[l].at);
+        sum += kt_v4_from(links[l].offset) - kt_v4_apply_to(parent, model->link[l].at);
     }
     return kt_v4_vec3(sum);
 }

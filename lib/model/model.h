@@ -23,6 +23,7 @@ typedef struct kt_counts {
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the others. planar: the length of the planar
      * arrays, whose first entry is the ground; 0 if no link is planar. */
+    size_t articulated; /* links that have an entry among the articulated inertias, and the ground */
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
 } kt_counts;
 
@@ -161,14 +162,13 @@ typedef struct kt_articulated {
 /* The acceleration of a joint with one degree of freedom is y - K (alpha, a) of its parent. */
 typedef struct kt_response {
     union {
-        kt_v4 gain_angular; /* K, parent gain */
+        kt_v4 gain_angular; /* K, parent gain; lane 3: y, free acceleration */
         kt_v4 bias_angular; /* in a constraint group: the acceleration that the velocities alone give */
     };
     union {
         kt_v4 gain_linear;
         kt_v4 bias_linear;
     };
-    double free; /* y, free acceleration */
 } kt_response;
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
@@ -186,11 +186,19 @@ typedef struct kt_front_count {
     double last; /* size of the last independent equation */
 } kt_front_count;
 
+/* Links with an entry among the articulated inertias: all where there are constraint groups, otherwise those with
+ * `link->articulated`. The array also is memory for kinematics (kt_links_scratch). */
+#define KT_ARTICULATED(n)                                                                                              \
+    ((n)->articulated > kt_links_as_articulated((n)->link) ? (n)->articulated : kt_links_as_articulated((n)->link))
+static inline size_t kt_links_as_articulated(size_t links) {
+    return (links * sizeof(kt_link_kinematics) + sizeof(kt_articulated) - 1) / sizeof(kt_articulated);
+}
+
 /* Every array of the data: type, name, count, meaning. */
 #define KT_DATA_FIELDS(X)                                                                                              \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
     X(kt_response, response, n->link, "from the backward pass to the last")                                            \
-    X(kt_articulated, articulated, n->link, "articulated or composite inertias")                                       \
+    X(kt_articulated, articulated, KT_ARTICULATED(n), "inertias: articulated, composite, sums of what children pass")  \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(kt_force_frame, force_link, n->force_link, "motion of the links that carry forces")                              \
     X(double, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                               \
@@ -203,17 +211,16 @@ typedef struct kt_front_count {
     X(double, cosine, kt_lanes8(n->angle), "of all angles")                                                            \
     X(double, sine, kt_lanes8(n->angle), "of all angles")                                                              \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
-    X(double, unit_wrench, 6 * kt_lanes8(n->v), "of a unit acceleration of each degree of freedom")                    \
+    X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
-    X(double, moved_q, kt_lanes8(n->q), "a neighbour of the state evaluated")                                          \
-    X(double, moved_v, kt_lanes8(n->v), "a neighbour of the state evaluated")                                          \
+    X(double, moved_q, kt_where(n->group, kt_lanes8(n->q)), "a neighbour of the state evaluated")                      \
+    X(double, moved_v, kt_where(n->group, kt_lanes8(n->v)), "a neighbour of the state evaluated")                      \
     X(double, assembled_q, kt_lanes8(n->q), "a state being assembled")                                                 \
     X(double, given_q, kt_lanes8(n->q), "the position that an assembly starts from")                                   \
     X(double, near_q, kt_where(n->group, kt_lanes8(n->q)), "a position nearer to the given one")                       \
     X(bool, fixed, kt_where(n->group, n->v), "coordinates that an assembly does not move yet")                         \
     X(double, assembled_v, kt_lanes8(n->v), "a state being assembled")                                                 \
     X(double, delta, kt_lanes8(n->v), "a step in positions or velocities")                                             \
-    X(double, side, 3 * kt_lanes8(n->v), "accelerations at a singular position and near it")                           \
     X(double, dense, n->dense, "matrices of the constraint groups")                                                    \
     X(int32_t, pivot, n->row, "order of the equations, group by group")                                                \
     X(int32_t, rank, n->group, "of each group, as last factored")                                                      \
@@ -233,7 +240,7 @@ typedef struct kt_front_count {
     X(double, neighbour_v, kt_where(n->group, kt_lanes8(n->v)), "a state near a singular position")                    \
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \
     X(kt_wrench, applied, kt_where(n->force_link, n->body), "wrenches on bodies: external ones and effects")           \
-    X(kt_wrench, loaded, n->body, "wrenches on bodies: those and the loops'")                                          \
+    X(kt_wrench, loaded, kt_where(n->group, n->body), "wrenches on bodies: those and the loops'")                      \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
 struct kt_data {

@@ -47,8 +47,8 @@ typedef struct kt_planar_link {
     int32_t end;                   /* of the planar links that it carries: the last planar index */
     bool revolute;                 /* about n; otherwise prismatic */
     bool follows, branches, leads; /* as in kt_link */
-    bool tops;                     /* it is the first of its group */
-    bool passes;                   /* it carries links that are not of its group */
+    bool first_of_group;           /* it is the first of its group */
+    bool carries_others;           /* it carries links that are not of its group */
 } kt_planar_link;
 
 /* For transforming a planar link to the world. */

@@ -23,10 +23,10 @@ typedef struct kt_joint_axes {
 } kt_joint_axes;
 
 typedef struct kt_link {
-    kt_v4 at;         /* origin of the joint frame in the parent link's frame */
-    kt_v4 rest[3];    /* this link's axes at rest (q = 0) in the parent link's frame, columns */
-    kt_v4 inertia[3]; /* of all bodies on the link, about its origin, link axes */
-    kt_v4 moment;     /* first moment m c, link axes */
+    kt_vec3 at;      /* origin of the joint frame in the parent link's frame */
+    kt_mat3 rest;    /* this link's axes at rest (q = 0) in the parent link's frame, columns */
+    kt_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
+    kt_vec3 moment;  /* first moment m c, link axes */
     double mass;
     double pitch;
     double size; /* rounding errors of its articulated inertia along its degrees of freedom are proportional to this */
@@ -36,6 +36,7 @@ typedef struct kt_link {
     int32_t body;         /* the body whose joint it is part of */
     int32_t group;        /* the constraint group that it is part of, or -1 */
     int32_t local;        /* its first coordinate among the group's */
+    int32_t articulated;  /* its index among the articulated inertias, if it has one */
     int32_t end;          /* of the degrees of freedom that it carries, in the order of the links: one past the last */
     uint8_t motion;       /* kt_motion */
     uint8_t axis;         /* 0, 1, 2 */

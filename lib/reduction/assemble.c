@@ -203,11 +203,11 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                         .given = given,
                         .fixed = fixed,
                         .q = q,
-                        .d = data->side,
-                        .way = data->side + lanes};
+                        .d = data->scratch_v,
+                        .way = data->scratch_v + lanes};
     close_around_given(model, data, t, given, q, fixed);
     if (kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q) <= KT_CLOSED_ASSEMBLED) {
-        come_nearer(&a, data->side + 2 * lanes);
+        come_nearer(&a, data->scratch_v + 2 * lanes);
         double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, false, q);
         if (gap > ROUNDING && keeps_given(model, KT_POSITION_GIVEN, fixed)) /* the given values may be rounded */
             gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, false, q);

@@ -277,7 +277,7 @@ kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, con
 /* Adds J' W = g(q) - (g(q) - J' W), from inverse dynamics at rest with the wrenches and without. */
 static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const double *q, const kt_wrench *wrenches,
                                     double *forces, kt_error *error) {
-    double *with = data->side, *without = data->side + kt_lanes8(model->n.v);
+    double *with = data->scratch_v, *without = data->scratch_v + kt_lanes8(model->n.v);
     kt_status status = kt_inverse_trusted(model, data, q, NULL, NULL, wrenches, with, error);
     if (status == KT_OK)
         status = kt_inverse_trusted(model, data, q, NULL, NULL, NULL, without, error);
@@ -290,7 +290,7 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
                            double *forces, kt_error *error) {
     const double *tau = model->zero;
     const kt_wrench *wrenches = NULL;
-    double *all = data->side + 2 * kt_lanes8(model->n.v);
+    double *all = data->scratch_v + 2 * kt_lanes8(model->n.v);
     const kt_input input = {.q = q, .v = v};
     kt_status status = kt_input_check(model, &input, error);
     if (status == KT_OK)

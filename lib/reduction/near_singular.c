@@ -83,7 +83,7 @@ static bool interpolate(const crossing *c, double dt, double *a) {
     static const double node[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
     static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
     const size_t nv = c->model->n.v;
-    double *one = c->data->side;
+    double *one = c->data->scratch_v;
     memset(a, 0, nv * sizeof *a);
     for (int k = 0; k < 6; k++) {
         if (!accelerate_neighbour(c, node[k] * dt, one))
@@ -121,7 +121,7 @@ static double choose_direction(const crossing *c, const double *a, double *direc
  * cannot be computed. */
 static bool cross(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
-    double *try = c->data->side + 2 * kt_lanes8(c->model->n.v), *direction = c->data->moved_v, pull;
+    double *try = c->data->scratch_v + 2 * kt_lanes8(c->model->n.v), *direction = c->data->moved_v, pull;
     c->driven = c->model->driven;
     c->direction = direction;
     const double speed = choose_direction(c, a, direction, &pull);

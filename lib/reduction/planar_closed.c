@@ -140,7 +140,7 @@ KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_m
     if (link->group < 0)
         return kt_planar_eliminate_joint(link, m, tau, x, response, NULL);
     c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
-    return link->tops ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
+    return link->first_of_group ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
 }
 
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
@@ -167,9 +167,9 @@ KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *res
         kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
         return;
     }
-    if (link->tops && link->parent)
+    if (link->first_of_group && link->parent)
         respond_group(c->model, c->data, link->group, link->parent, c->v != NULL, a);
-    if (link->passes) {
+    if (link->carries_others) {
         kt_planar_acceleration(link, &c->data->planar[link->parent], a, m);
         *alpha = m->alpha;
         *linear = kt_v2_load(m->linear);

@@ -37,7 +37,7 @@ static double power_of_wrenches(const kt_model *model, kt_data *data, const doub
 /* v . (M a + h - tau - J' external) */
 static kt_status power_of_loops(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                 const double *tau, const kt_wrench *external, double *power, kt_error *error) {
-    double *needed = data->side + kt_lanes8(model->n.v);
+    double *needed = data->scratch_v + kt_lanes8(model->n.v);
     const kt_status status = kt_inverse_trusted(model, data, q, v, a, external, needed, error);
     if (status == KT_OK)
         *power = dot(v, needed, model->n.v) - (tau ? dot(v, tau, model->n.v) : 0.0);
@@ -59,7 +59,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
                             const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
     const double *all = tau;
     const kt_wrench *all_wrenches = external;
-    double *acceleration = data->side + 2 * kt_lanes8(model->n.v), loops = 0.0;
+    double *acceleration = data->scratch_v + 2 * kt_lanes8(model->n.v), loops = 0.0;
     kt_power sum = {0.0, 0.0};
     kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
     if (status == KT_OK && model->n.effect)

@@ -14,22 +14,23 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Writes the wrenches on bodies, external and of loops, into data, and those of the loops as well. Data hold the
+/* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
  * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
-static void load(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const double *tau,
-                 const kt_wrench *external, const double *a) {
+static const kt_wrench *load(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double *tau, const kt_wrench *external, const double *a) {
     kt_effects_recall(model, data, &tau, &external);
+    if (!KT_HAS_LOOPS || !model->n.group)
+        return external;
     if (external)
         memcpy(data->loaded, external, model->n.body * sizeof *external);
     else
         memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
-    if (!KT_HAS_LOOPS || !model->n.group)
-        return;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
         (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
     kernels->multipliers(model, data, v, a);
     kernels->react(model, data, t, data->loaded, data->loop_wrench);
+    return data->loaded;
 }
 
 /* Returns the index of the first wrench that is not finite, or count if there is none. */
@@ -51,12 +52,11 @@ static kt_status refuse(const char *kind, const char *name, double t, kt_error *
 kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                              const double *tau, const kt_wrench *external, const double *a, kt_link_kinematics *links,
                              kt_wrench *joints, kt_wrench *loops, kt_error *error) {
-    if (joints || loops)
-        load(model, data, t, q, v, tau, external, a);
+    const kt_wrench *loaded = joints || loops ? load(model, data, t, q, v, tau, external, a) : NULL;
     const kt_status status = kt_links_update(model, data, q, v, a, !data->interpolated, links, error);
     if (status != KT_OK)
         return status;
-    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, data->loaded) : NULL;
+    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
     const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
     if (loop < model->n.loop)
@@ -73,7 +73,7 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, con
 kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                              const double *tau, const kt_wrench *external, kt_link_kinematics *links, kt_wrench *joints,
                              kt_wrench *loops, kt_error *error) {
-    double *a = data->side + 2 * kt_lanes8(model->n.v);
+    double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
     const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
     return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, links, joints, loops, error)
                            : status;
@@ -99,7 +99,7 @@ kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double
 
 kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  const double *tau, const kt_wrench *external, double *multipliers, kt_error *error) {
-    double *a = data->side + 2 * kt_lanes8(model->n.v);
+    double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
     const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
     if (status != KT_OK)
         return status;
