@@ -42,7 +42,7 @@ static kt_status factor(work *w, kt_error *error) {
         return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
     }
     for (size_t j = 0; j < f; j++)
-        memcpy(w->reduced + j * f, w->of.half + (r + j) * n + r, f * sizeof *w->reduced);
+        memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
     if (kt_dense_cholesky(w->reduced, (int)f, NULL))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
@@ -59,7 +59,7 @@ static void solve_closed(work *w, double *d, const double *e) {
     for (size_t k = rank; k < n; k++) {
         z[k - rank] = -kt_dense_dot(w->of.basis + k * n, d, (int)n);
         for (size_t l = 0; l < rank; l++)
-            z[k - rank] -= w->of.half[l * n + k] * y[l];
+            z[k - rank] -= w->of.half[(k - rank) * n + l] * y[l];
     }
     kt_dense_solve(w->reduced, (int)(n - rank), z);
     kt_dense_apply(w->of.basis, (int)n, (int)n, y, d);

@@ -144,19 +144,14 @@ static void find_multipliers(kt_linearized *w, const double *f) {
     }
 }
 
-/* out = A' B for n x n matrices */
-static void multiply_transposed(size_t n, const double *a, const double *b, double *out) {
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++)
-            out[j * n + i] = kt_dense_dot(a + i * n, b + j * n, (int)n);
-}
-
-/* product = M Q, half = Q' M Q. */
+/* half = Q' M Z */
 static void reduce(kt_linearized *w) {
-    const size_t n = w->n;
-    for (size_t j = 0; j < n; j++)
-        kt_dense_apply(w->mass, (int)n, (int)n, w->basis + j * n, w->product + j * n);
-    multiply_transposed(n, w->basis, w->product, w->half);
+    const size_t n = w->n, r = (size_t)w->rank;
+    for (size_t c = 0; c < n - r; c++) {
+        kt_dense_apply(w->mass, (int)n, (int)n, w->basis + (r + c) * n, w->product);
+        for (size_t i = 0; i < n; i++)
+            w->half[c * n + i] = kt_dense_dot(w->basis + i * n, w->product, (int)n);
+    }
 }
 
 void kt_linearized_across(const kt_linearized *w, const double *e, double *y) {
@@ -275,7 +270,7 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
         for (size_t i = 0; i < f; i++) {
             double sum = kt_dense_dot(w->basis + (r + i) * n, dz, (int)n);
             for (size_t k = 0; k < r; k++)
-                sum += w->half[k * n + r + i] * y[k];
+                sum += w->half[i * n + k] * y[k];
             out[c * f + i] = sum;
         }
     }
@@ -285,7 +280,7 @@ static void write_closed(kt_linearized *w, double *basis, double *mass, double *
     const size_t n = w->n, r = (size_t)w->rank, f = n - r;
     memcpy(basis, w->basis + r * n, n * f * sizeof *basis);
     for (size_t c = 0; c < f; c++)
-        memcpy(mass + c * f, w->half + (r + c) * n + r, f * sizeof *mass);
+        memcpy(mass + c * f, w->half + c * n + r, f * sizeof *mass);
     write_reduced(w, w->d_q, w->e_q, stiffness);
     write_reduced(w, w->d_v, w->e_v, damping);
 }

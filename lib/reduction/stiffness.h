@@ -27,8 +27,8 @@
     X(double, norm, p, "squared lengths of the equations")                                                             \
     X(int32_t, pivot, p, "order of the equations")                                                                     \
     X(double, basis, m *m, "orthogonal factor Q")                                                                      \
-    X(double, product, m *m, "M Q")                                                                                    \
-    X(double, half, m *m, "Q' M Q")                                                                                    \
+    X(double, product, m, "a column of M Z")                                                                           \
+    X(double, half, m *m, "Q' M Z, n x f")                                                                             \
     X(kt_effect_dof, path, n, "of an effect")                                                                          \
     X(kt_support_dof, dof, m, "of a loop")                                                                             \
     X(int32_t, chain, m ? model->n.link : 0, "of a loop")                                                              \
@@ -49,7 +49,7 @@ typedef struct kt_linearized {
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t);
 
-/* Fills M, D and with loops E, Q, R and Q' M Q, at the accelerations a; NULL: those of the motion are evaluated. */
+/* Fills M, D and with loops E, Q, R and Q' M Z, at the accelerations a; NULL: those of the motion are evaluated. */
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
                                         const kt_wrench *external, const double *a, kt_error *error);
 
