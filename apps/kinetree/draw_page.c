@@ -66,6 +66,13 @@ static void widen_by_frames(layout *l, const kt_drawing *d, const kt_pose *poses
                 widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->effects[i].ends[k], poses).position));
 }
 
+static void widen_by_markers(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    const kt_model *model = d->picture->model;
+    for (int body = 0; body < d->picture->body_count; body++)
+        for (int k = 0; k < kt_marker_count(model, body); k++)
+            widen(l, kt_camera_point(&d->camera, kt_pose_apply(poses[body], kt_marker_at(model, body, k))));
+}
+
 static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses) {
     for (int i = 0; i < d->picture->plane_count; i++)
         for (int k = 0; k < 4; k++) {
@@ -104,6 +111,7 @@ static layout lay_out(const kt_drawing *d) {
         widen_by_solids(&l, d, state_of(d, i));
         widen_by_frames(&l, d, state_of(d, i));
     }
+    widen_by_markers(&l, d, state_of(d, d->state_count - 1));
     widen_by_planes(&l, d, state_of(d, 0));
     for (int i = 0; i < d->path_count; i++)
         for (int k = 0; k < d->paths[i].count; k++)
@@ -204,11 +212,11 @@ static kt_vec3 middle_of(const kt_sheet *sheet, int body) {
 static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, double r) {
     const kt_vec3 up = kt_picture_vertical(sheet->drawing->picture);
     const double side = kt_vec3_dot(kt_vec3_sub(middle_of(sheet, body), at), up) < -3.0 * r ? 1.0 : -1.0;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 6; i++) {
         const double height = (2.6 + i / 2) * r * (i % 2 == 0 ? side : -side);
         const kt_vec3 place = kt_vec3_add(at, kt_vec3_scale(height, up));
         const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = place};
-        if (is_taken(sheet, place, 1.6 * r))
+        if (is_taken(sheet, place, 1.8 * r))
             continue;
         add(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
         return;
@@ -404,7 +412,7 @@ static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thin
         kt_paint_piece(sheet, piece, kt_colour_mix(palette->paper, palette->quiet, 0.3));
         break;
     case THING_RUBBER:
-        kt_paint_piece(sheet, piece, kt_colour_mix(palette->quiet, palette->ink, sheet->drawing->is_dark ? 0.0 : 0.4));
+        kt_paint_piece(sheet, piece, palette->quiet);
         break;
     case THING_SPRING:
         paint_spring(sheet, piece, what->number);

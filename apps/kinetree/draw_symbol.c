@@ -177,7 +177,8 @@ void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, 
     const bool is_pair = has_stiffness && has_damping && around <= 0.0;
     const double aside = is_pair ? 1.35 * width : 0.0;
     const kt_spot along = direction(from, to);
-    const int turns = (int)fmin(fmax(round(length / (2.2 * fmax(width, 0.1))), 4.0), 16.0);
+    const double pitch = around > 0.0 ? 1.3 : 2.2; /* in half widths */
+    const int turns = (int)fmin(fmax(round(length / (pitch * fmax(width, 0.1))), 4.0), 16.0);
     if (length < 2.0)
         return;
     if (is_pair) {
@@ -467,32 +468,48 @@ static void paint_bushing(const kt_sheet *sheet, kt_spot at) {
     cairo_stroke(c);
 }
 
-/* An arc around a driven joint that turns, with a head; a double arrow along one that slides. */
+/* An arc with a head, anticlockwise, around a spot; clockwise where `sign` is negative. */
+static void paint_arc(const kt_sheet *sheet, kt_spot at, double sign, kt_colour colour) {
+    const double r = 2.9 * fmax(sheet->pin, 3.0), middle = 1.45 * pi, end = middle - 0.3 * pi * sign;
+    const kt_spot tip = {at.x + r * cos(end), at.y + r * sin(end)};
+    const kt_spot ahead = {sign * sin(end - 0.08 * sign), -sign * cos(end - 0.08 * sign)};
+    cairo_t *c = sheet->c;
+    cairo_new_sub_path(c);
+    cairo_arc(c, at.x, at.y, r, middle - 0.3 * pi, middle + 0.3 * pi);
+    kt_paper_use(c, colour);
+    cairo_set_line_width(c, 1.4);
+    cairo_stroke(c);
+    kt_paint_arrow(sheet, offset(tip, ahead, -3.5, 0.0), offset(tip, ahead, 4.5, 0.0), 1.4, colour);
+}
+
+/* An arc around a driven joint that turns; an arrow along one that slides. In diagrams alone. */
 static void paint_motor(const kt_sheet *sheet, const kt_picture_joint *joint) {
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);
     const kt_vec3 axis = kt_camera_point(&sheet->drawing->camera, frame.rotation.z);
     const kt_spot at = kt_sheet_place(sheet, frame.position);
-    const double r = 2.9 * fmax(sheet->pin, 3.0);
+    const double r = 2.9 * fmax(sheet->pin, 3.0), across = hypot(axis.x, axis.y);
     const kt_colour ink = faded(sheet, sheet->palette->ink);
-    cairo_t *c = sheet->c;
-    if (joint->type == KT_JOINT_PRISMATIC) {
-        const double across = hypot(axis.x, axis.y);
-        const kt_spot along = {axis.x / fmax(across, 1e-9), -axis.y / fmax(across, 1e-9)};
-        if (across > 0.2)
-            kt_paint_arrow(sheet, offset(at, along, -1.2 * r, 1.4 * r), offset(at, along, 1.2 * r, 1.4 * r), 1.3, ink);
+    if (!sheet->drawing->is_diagram)
         return;
+    if (joint->type == KT_JOINT_PRISMATIC && across > 0.2) {
+        const kt_spot along = {axis.x / across, -axis.y / across};
+        kt_paint_arrow(sheet, offset(at, along, -1.2 * r, 1.4 * r), offset(at, along, 1.2 * r, 1.4 * r), 1.3, ink);
+    } else if (fabs(axis.z) > 0.5) {
+        paint_arc(sheet, at, axis.z > 0.0 ? 1.0 : -1.0, ink);
     }
-    if (fabs(axis.z) < 0.5)
-        return;
-    cairo_new_sub_path(c);
-    cairo_arc(c, at.x, at.y, r, 1.15 * pi, 1.75 * pi);
-    kt_paper_use(c, ink);
-    cairo_set_line_width(c, 1.4);
-    cairo_stroke(c);
-    const kt_spot tip = {at.x + r * cos(1.15 * pi), at.y + r * sin(1.15 * pi)};
-    const kt_spot back = {tip.x + 4.0 * cos(1.15 * pi + 0.42 * pi), tip.y + 4.0 * sin(1.15 * pi + 0.42 * pi)};
-    const kt_spot head = {tip.x - 4.0 * cos(1.15 * pi + 0.42 * pi), tip.y - 4.0 * sin(1.15 * pi + 0.42 * pi)};
-    kt_paint_arrow(sheet, back, head, 1.4, ink);
+}
+
+/* A force as an arrow whose head is at its point; a torque, where it turns in the picture, as an arc. */
+static void paint_load(const kt_sheet *sheet, const kt_picture_effect *effect) {
+    const kt_pose frame = kt_body_frame_pose(&effect->ends[0], sheet->poses);
+    const kt_vec3 world = effect->is_carried ? kt_mat3_apply(frame.rotation, effect->direction) : effect->direction;
+    const kt_vec3 d = kt_camera_point(&sheet->drawing->camera, world);
+    const kt_spot at = kt_sheet_place(sheet, frame.position);
+    const kt_colour colour = faded(sheet, sheet->palette->series[1]);
+    if (effect->type == KT_EFFECT_FORCE && hypot(d.x, d.y) > 0.2)
+        kt_paint_arrow(sheet, (kt_spot){at.x - 46.0 * d.x, at.y + 46.0 * d.y}, at, 2.0, colour);
+    else if (effect->type == KT_EFFECT_TORQUE && fabs(d.z) > 0.5)
+        paint_arc(sheet, at, d.z > 0.0 ? 1.0 : -1.0, colour);
 }
 
 static void paint_effects(const kt_sheet *sheet) {
@@ -501,6 +518,8 @@ static void paint_effects(const kt_sheet *sheet) {
         const kt_picture_effect *effect = &p->effects[i];
         if (effect->type == KT_EFFECT_SPRING || effect->type == KT_EFFECT_ATTRACTION)
             paint_link(sheet, effect);
+        else if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE)
+            paint_load(sheet, effect);
         else if (effect->type == KT_EFFECT_BUSHING && sheet->drawing->is_diagram)
             paint_bushing(sheet, frame_spot(sheet, &effect->ends[0]));
         else if ((effect->type == KT_EFFECT_MOTOR || effect->type == KT_EFFECT_SERVO) && effect->joint >= 0)

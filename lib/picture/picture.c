@@ -134,6 +134,34 @@ static int end_count_of(const kt_effect *effect) {
     return count;
 }
 
+/* A value that tells the sign and the size of a function. */
+static double typical(const kt_function *f) {
+    double value = 0.0;
+    switch (f->type) {
+    case KT_FUNCTION_SINE:
+        return f->offset != 0.0 ? f->offset : f->amplitude;
+    case KT_FUNCTION_RAMP:
+        return f->to != 0.0 ? f->to : f->from;
+    case KT_FUNCTION_POLYNOMIAL:
+        for (int i = f->number_count - 1; i >= 0; i--)
+            value = f->numbers[i] != 0.0 ? f->numbers[i] : value;
+        return value;
+    case KT_FUNCTION_TABLE:
+        for (int i = 1; i < f->number_count; i += 2)
+            value = fabs(f->numbers[i]) > fabs(value) ? f->numbers[i] : value;
+        return value;
+    default:
+        return f->value;
+    }
+}
+
+static kt_vec3 direction_of(const kt_effect *effect) {
+    const kt_vec3 value =
+        kt_vec3_make(typical(&effect->value[0]), typical(&effect->value[1]), typical(&effect->value[2]));
+    const bool is_load = effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE;
+    return is_load && kt_vec3_dot(value, value) > 0.0 ? kt_vec3_normalize(value) : kt_vec3_make(0.0, 0.0, 0.0);
+}
+
 static void list_effects(maker *m) {
     kt_picture *p = m->picture;
     for (int i = 0; i < m->description->effect_count; i++) {
@@ -148,6 +176,8 @@ static void list_effects(maker *m) {
                                      .radius = is_contact ? effect->radius : 0.0,
                                      .has_stiffness = effect->stiffness > 0.0,
                                      .has_damping = effect->damping > 0.0,
+                                     .direction = direction_of(effect),
+                                     .is_carried = effect->frame == KT_FRAME_BODY,
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)
             shown->ends[k] = frame_of(m, &effect->between[k], is_contact && k == 1 ? effect->axis : none);

@@ -71,7 +71,11 @@ typedef struct kt_picture_effect {
                                 as given */
     double radius;         /* contact */
     bool has_stiffness, has_damping; /* spring: what it consists of */
-    const char *name;                /* NULL: none */
+    kt_vec3
+        direction; /* force, torque: unit direction of a typical value; zero: none. In the world, or, if is_carried, in
+                          the frame of the end */
+    bool is_carried;
+    const char *name; /* NULL: none */
 } kt_picture_effect;
 
 /* A plane that something touches or rolls on; one for all that have the same. z is its normal. */

@@ -127,6 +127,25 @@ KT_TEST(contacts_on_one_plane_share_it) {
     hide(&s);
 }
 
+KT_TEST(loads_point_as_their_values_do) {
+    shown s;
+    const kt_picture *p = show_text(
+        &s, "kinetree: 1\nbodies:\n"
+            "  - {name: a, joint: {type: free}, mass: 1, shape: {type: sphere, radius: 0.2}}\n"
+            "effects:\n"
+            "  - {type: force, at: a, value: [0, -3, 0]}\n"
+            "  - {type: torque, on: a, value: [{ramp: {from: 0, to: 5, start: 0, end: 1}}, 0, 0], frame: body}\n"
+            "  - {type: force, at: a, value: [0, 0, {polynomial: [0, -2, 1]}]}\n"
+            "  - {type: force, at: a, value: [0, 0, {table: [[0, 1], [1, -4]], interpolation: linear}]}\n"
+            "  - {type: force, at: a, value: [{sine: {amplitude: -2, frequency: 1}}, 0, 0]}\n");
+    const kt_vec3 expected[] = {
+        {0.0, -1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, {0.0, 0.0, -1.0}, {-1.0, 0.0, 0.0}};
+    for (int i = 0; p != NULL && i < 5; i++)
+        kt_check_near("off by", kt_vec3_norm(kt_vec3_sub(p->effects[i].direction, expected[i])), 0.0, 0.0);
+    kt_check_true("in the body", p != NULL && p->effects[1].is_carried && !p->effects[0].is_carried);
+    hide(&s);
+}
+
 static const char *missing_of(const kt_picture *p) {
     for (int body = 1; body < p->body_count; body++) {
         bool any = kt_body_mass(p->model, body) <= 0.0;
