@@ -373,7 +373,7 @@ static void collect(things *t, const kt_sheet *sheet) {
     const double r = sheet->pin / sheet->scale;
     for (int i = 0; i < p->solid_count; i++)
         add(t, sheet, sheet->poses[p->solids[i].body], p->solids[i], THING_BODY, p->solids[i].body);
-    if (d->is_diagram)
+    if (d->is_diagram || sheet->fade > 0.0) /* of earlier states the bodies are enough */
         return;
     for (int i = 0; i < p->joint_count; i++)
         add_joint(t, sheet, &p->joints[i], r);

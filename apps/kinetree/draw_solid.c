@@ -21,7 +21,7 @@ static kt_colour shade(kt_colour colour, kt_vec3 n) {
 }
 
 static bool is_shaded(const kt_sheet *sheet, double radius) {
-    return radius >= 7.0 && sheet->drawing->picture->solid_count * sheet->drawing->state_count <= SHADED_MOST;
+    return radius >= 7.0 && sheet->fade == 0.0 && sheet->drawing->picture->solid_count <= SHADED_MOST;
 }
 
 /* A gradient across a round bar: dark on the side that is turned from the light. `across` is the unit direction on the
