@@ -188,7 +188,7 @@ static kt_status experiment(const kt_model *plant, controller *c, FILE *csv, fin
         if (status == KT_OK)
             status = kt_simulation_set_torque(simulation, torque, error);
         if (status == KT_OK)
-            status = kt_simulation_advance(simulation, (double)(k + 1) * sample, error);
+            status = kt_simulation_tick(simulation, sample, error);
     }
     kt_simulation_free(simulation);
     return status;

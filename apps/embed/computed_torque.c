@@ -136,7 +136,7 @@ static kt_status follow(controller *c, const kt_model *arm, result *r, kt_error 
         if (status == KT_OK)
             status = kt_simulation_set_torque(simulation, tau, error);
         if (status == KT_OK)
-            status = kt_simulation_advance(simulation, (n + 1) * tick, error);
+            status = kt_simulation_tick(simulation, tick, error);
     }
     r->rms = sqrt(sum / (TICKS - START));
     kt_simulation_free(simulation);

@@ -202,7 +202,7 @@ static kt_status take_sample(kt_simulation *plant, controller *c, long k, FILE *
         status = kt_simulation_set_wrenches(plant, wrenches, error);
     if (status == KT_OK)
         status = kt_simulation_set_torque(plant, torque, error);
-    return status == KT_OK ? kt_simulation_advance(plant, (double)(k + 1) * sample, error) : status;
+    return status == KT_OK ? kt_simulation_tick(plant, sample, error) : status;
 }
 
 int main(int argc, char **argv) {

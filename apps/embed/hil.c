@@ -166,7 +166,7 @@ static kt_status run(plant *p, uint32_t ticks, FILE *csv, kt_error *error) {
             fprintf(csv, "%.3f,%.9g,%.9g,%.9g\n", (p->n - 1) * tick, q[0], q[1], p->force);
         kt_status status = kt_simulation_set_torque(p->simulation, torque, error);
         if (status == KT_OK)
-            status = kt_simulation_advance(p->simulation, p->n * tick, error);
+            status = kt_simulation_tick(p->simulation, tick, error);
         if (status != KT_OK)
             return status;
         if (p->n > ticks - ticks / 4)

@@ -67,7 +67,7 @@ static kt_status tick(kt_simulation *simulation, int step, kt_error *error) {
     const double t = 1e-3 * step;
     const double torque[NV] = {2.0 * sin(3.0 * t), 0.0, 0.0};
     const kt_status status = kt_simulation_set_torque(simulation, torque, error);
-    return status == KT_OK ? kt_simulation_advance(simulation, t + 1e-3, error) : status;
+    return status == KT_OK ? kt_simulation_tick(simulation, 1e-3, error) : status;
 }
 
 /* Runs control steps first .. last - 1 from the present state; writes a row of the CSV file, if there is one, every 10

@@ -262,6 +262,14 @@ KT_API KT_CHECKED kt_status kt_simulation_step(kt_simulation *simulation, double
 /* Steps until t_end exactly. On failure the state is that of the last step that succeeded. Errors: as for a step. */
 KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error);
 
+/* Steps over one period of a controller, s, above zero. The k-th period since the start, or since the last
+ * kt_simulation_set_state, ends at start + k period, so that no rounding is added up (that of t += 1e-3 would add a
+ * step of some 1e-14 s to many a period); with a fixed step of which the period is a multiple, it is that many whole
+ * steps. A period that begins elsewhere, after kt_simulation_advance or with another period, ends at its own time plus
+ * period. On failure the state is that of the last step that succeeded, and the next call begins there. Errors: as for a
+ * step; KT_ERROR_ARGUMENT if the period is not finite, not above zero, or so short that it does not change the time. */
+KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
+
 /* Computes the acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 

@@ -319,6 +319,26 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
     return status;
 }
 
+/* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */
+static double end_of_period(const kt_simulation *simulation, double period) {
+    const kt_integrator_memory *m = kt_integrator_memory_get(simulation->integrator);
+    const double k = nearbyint((m->t - m->origin) / period), tick = m->origin + k * period;
+    const double rounding = 8.0 * DBL_EPSILON * fmax(fabs(m->origin), fabs(m->t));
+    return fabs(tick - m->t) <= rounding ? m->origin + (k + 1.0) * period : m->t + period;
+}
+
+kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error) {
+    const double t = kt_integrator_time(simulation->integrator);
+    if (!(period > 0.0) || !isfinite(period))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the period is %g s; it must be above zero", period);
+    const double end = end_of_period(simulation, period);
+    if (!(end > t))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
+                            "a period of %g s does not change the time, which is %.17g s; take a longer one", period,
+                            t);
+    return kt_simulation_advance(simulation, end, error);
+}
+
 /* ---- state ------------------------------------------------------------------------------------------------------- */
 
 double kt_simulation_time(const kt_simulation *simulation) { return kt_integrator_time(simulation->integrator); }

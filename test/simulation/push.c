@@ -63,6 +63,65 @@ KT_TEST(torque_is_held_between_calls_of_advance) {
     follow_slider(kt_run_fixed("rk4", 0.013, 1.0), true); /* each advance is one step and a shorter one */
 }
 
+/* 3000 periods of 1 ms are 3000 steps, whatever the step divides them into, and end at 3 s to the bit; from a start that
+ * is no multiple of the period, too. With t += 1e-3 there are half as many again. */
+KT_TEST(periods_are_whole_steps) {
+    static const struct {
+        const char *integrator;
+        double step, start;
+        uint64_t steps;
+    } cases[] = {
+        {"rk4", 1e-3, 0.0, 3000}, {"rk4", 2.5e-4, 0.0, 12000}, {"heun", 1e-3, 0.7123, 3000}, {"dopri5", 0.0, 0.0, 0}};
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
+    kt_model *model = kt_scene_compile(&lone.description);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        kt_run run = cases[i].step > 0.0 ? kt_run_fixed(cases[i].integrator, cases[i].step, 5.0) : kt_run_default();
+        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_error error;
+        bool fine = simulation != NULL;
+        for (int way = 0; way < 2 && fine; way++) {
+            const double still[1] = {0.0}, start = cases[i].start;
+            double t = start;
+            fine = kt_fine("start", kt_simulation_set_state(simulation, start, still, still, &error), &error);
+            for (int k = 0; k < 3000 && fine; k++)
+                fine = (way == 0 ? kt_simulation_tick(simulation, 1e-3, &error)
+                                 : kt_simulation_advance(simulation, t += 1e-3, &error)) == KT_OK;
+            const uint64_t steps = kt_simulation_counts_get(simulation).steps;
+            if (way == 0) {
+                if (cases[i].steps > 0)
+                    kt_check_equal_int("steps", (int)steps, (int)cases[i].steps);
+                kt_check_near("end, s", kt_simulation_time(simulation), start + 3000 * 1e-3, 0.0);
+            } else if (cases[i].step == 1e-3 && start == 0.0)
+                kt_check_above("steps with a sum of times", (double)steps, 4000.0);
+        }
+        kt_check_true("all went well", fine);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
+/* After an odd time a period is as long as it says; what is no period is refused. */
+KT_TEST(periods_begin_anywhere) {
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 1e-3, 5.0);
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_error error;
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 0.0123, &error), &error);
+    (void)kt_fine("period", kt_simulation_tick(simulation, 0.002, &error), &error);
+    kt_check_near("0.0123 s + 2 ms", kt_simulation_time(simulation), 0.0123 + 0.002, 0.0);
+    kt_check_equal_int("0", kt_simulation_tick(simulation, 0.0, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("back", kt_simulation_tick(simulation, -1e-3, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("NaN", kt_simulation_tick(simulation, (double)NAN, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("without end", kt_simulation_tick(simulation, HUGE_VAL, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("shorter than rounding", kt_simulation_tick(simulation, 1e-19, &error), KT_ERROR_ARGUMENT);
+    kt_check_near("the time stays", kt_simulation_time(simulation), 0.0123 + 0.002, 0.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 KT_TEST(torque_stays_until_it_is_set_again) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
