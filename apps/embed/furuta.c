@@ -221,7 +221,7 @@ int main(int argc, char **argv) {
     kt_simulation_options options = kt_simulation_options_default();
     options.kinematics = true; /* for the direction of the force on the tip */
     controller c = {.x = {0.0, pi, 0.0, 0.0}};
-    findings f = {.caught = NAN};
+    findings f = {.caught = (double)NAN};
     if (csv != NULL)
         fprintf(csv, "time,position.arm,position.pendulum,velocity.arm,velocity.pendulum,torque.motor\n");
     kt_status status = describe(&model, &error);
