@@ -360,7 +360,7 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *
  * Implicit (radau5): each try iterates at most 7 times, with fixed steps 30 times (there to rounding). An iteration that
  * does not converge asks for a new Jacobian, and with that one still not, for a shorter step; where the step is fixed
- * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts twentyfold; where it cannot be
+ * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be
  * computed, the old one serves on.
  *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n); an implicit

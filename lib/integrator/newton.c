@@ -29,7 +29,7 @@
 #include <string.h>
 
 /* A contraction slower than this asks for a new Jacobian at the next step. */
-#define KT_SLOW_RATE 0.05
+#define KT_SLOW_RATE 0.03
 
 /* Factors serve for steps that differ by no more than this, which is what the rounding of times makes. */
 #define KT_SAME_STEP 1e-8
@@ -272,7 +272,7 @@ static double tolerated(const kt_integrator *it) {
     const double relative = kt_newton_of(it)->slack * it->options.relative_tolerance;
     if (it->options.step > 0.0)
         return 1.0;
-    return relative > 0.0 ? fmax(10.0 * DBL_EPSILON / relative, fmin(0.03, sqrt(relative))) : 1e-3;
+    return relative > 0.0 ? fmax(10.0 * DBL_EPSILON / relative, fmin(0.03, 2.0 * sqrt(relative))) : 1e-3;
 }
 
 /* theta^k after k further iterations of the same rate: what will be missing then, over what is tolerated. */
