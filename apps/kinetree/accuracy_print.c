@@ -105,7 +105,7 @@ static const char *end_text(kt_accuracy_end end) {
 static void print_method(const kt_findings *findings, const kt_accuracy_curve *curve) {
     const double least = least_error(findings, curve);
     const char *variant = findings->results->variants[curve->variant].label;
-    printf("  %-9s %5d", curve->method->name, curve->method->order);
+    printf("  %-14s %5d", curve->method->name, curve->method->order);
     print_slope(curve);
     if (curve->stable_step > 0.0)
         printf("  %-12.3g", curve->stable_step);
@@ -120,7 +120,7 @@ static void print_method(const kt_findings *findings, const kt_accuracy_curve *c
 
 static void print_methods(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
-    printf("\n  %-9s %5s  %-9s  %-12s  %-8s  %s\n", "method", "order", "error ~", "stable to, s", "least",
+    printf("\n  %-14s %5s  %-9s  %-12s  %-8s  %s\n", "method", "order", "error ~", "stable to, s", "least",
            "why no further");
     for (int i = 0; i < results->curve_count; i++)
         print_method(findings, &results->curves[i]);
@@ -151,16 +151,16 @@ static void print_costs(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
     const kt_accuracy_arguments *arguments = findings->arguments;
     const int columns = arguments->goal_count < 4 ? arguments->goal_count : 4;
-    printf("\n  a simulated second costs, for an error of\n  %-9s", "");
+    printf("\n  a simulated second costs, for an error of\n  %-14s", "");
     for (int g = 0; g < columns; g++)
         printf("  %-8.3g %-17s", arguments->goals[g], kt_findings_unit(findings));
-    printf("\n  %-9s", "method");
+    printf("\n  %-14s", "method");
     for (int g = 0; g < columns; g++)
         printf("  %-8s %7s %9s", "with", "evals", "ms");
     putchar('\n');
     for (int i = 0; i < results->curve_count; i++) {
         const kt_accuracy_curve *curve = &results->curves[i];
-        printf("  %-9s", curve->method->name);
+        printf("  %-14s", curve->method->name);
         for (int g = 0; g < columns; g++) {
             const kt_accuracy_point *point = find_best(findings, curve, arguments->goals[g]);
             const int best = kt_accuracy_best(findings->study, arguments->goals[g]);

@@ -22,15 +22,15 @@ int kt_command_integrators(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_integrators, argc, argv, NULL, &operands);
     if (code >= 0)
         return code;
-    printf("%-9s  %5s  %6s  %8s  %5s  %-10s  %s\n", "name", "order", "stages", "adaptive", "dense", "family", "title");
+    printf("%-14s  %5s  %6s  %8s  %5s  %-10s  %s\n", "name", "order", "stages", "adaptive", "dense", "family", "title");
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *method = kt_method_at(i);
-        printf("%-9s  %5d  %6d  %8s  %5d  %-10s  %s\n", method->name, method->order, method->stages,
+        printf("%-14s  %5d  %6d  %8s  %5d  %-10s  %s\n", method->name, method->order, method->stages,
                kt_method_is_adaptive(method) ? "yes" : "no", kt_method_dense_order(method),
                kt_method_family_name(method), method->title);
     }
     puts("\nsources");
     for (int i = 0; i < kt_method_count(); i++)
-        printf("%-9s  %s\n", kt_method_at(i)->name, kt_method_at(i)->source);
+        printf("%-14s  %s\n", kt_method_at(i)->name, kt_method_at(i)->source);
     return kt_finish_output(KT_EXIT_DONE);
 }

@@ -136,9 +136,9 @@ static void print_limit(const kt_stability_subject *subject, const kt_method *me
     if (subject->step > 0.0)
         write_verdict(limit.growth, verdict, sizeof verdict);
     if (subject->step > 0.0)
-        printf("  %-9s  %10s  %-26s  %s\n", method->name, step, verdict, bound);
+        printf("  %-14s  %10s  %-26s  %s\n", method->name, step, verdict, bound);
     else
-        printf("  %-9s  %10s  %s\n", method->name, step, bound);
+        printf("  %-14s  %10s  %s\n", method->name, step, bound);
 }
 
 static void print_limits(const kt_stability_subject *subject) {
@@ -146,9 +146,9 @@ static void print_limits(const kt_stability_subject *subject) {
     printf("\nlargest stable step over %g s\n", subject->duration);
     if (subject->step > 0.0) {
         snprintf(asked, sizeof asked, "at %g s", subject->step);
-        printf("  %-9s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by");
+        printf("  %-14s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by");
     } else {
-        printf("  %-9s  %10s  %s\n", "method", "step, s", "bounded by");
+        printf("  %-14s  %10s  %s\n", "method", "step, s", "bounded by");
     }
     for (int i = 0; i < kt_method_count(); i++)
         print_limit(subject, kt_method_at(i));

@@ -39,9 +39,11 @@ extern "C" {
 /* The built-in methods, in rising order. */
 #define KT_METHOD_LIST(X)                                                                                              \
     X(euler)                                                                                                           \
+    X(implicit_euler)                                                                                                  \
     X(midpoint)                                                                                                        \
     X(heun)                                                                                                            \
     X(ralston)                                                                                                         \
+    X(crank_nicolson)                                                                                                  \
     X(rkc2)                                                                                                            \
     X(kutta3)                                                                                                          \
     X(bs32)                                                                                                            \
@@ -54,7 +56,8 @@ extern "C" {
     X(dop853)
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
- * right-hand side needs); or radau (implicit, for stiff equations). Opaque; kt_method_family_name tells which. */
+ * right-hand side needs); or dirk and
+ * radau (implicit, for stiff equations). Opaque; kt_method_family_name tells which. */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */
@@ -127,7 +130,7 @@ KT_API const kt_method *kt_method_find(const char *name);
  * as many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
-/* "explicit", "stabilised", "radau". Static storage. */
+/* "explicit", "stabilised", "dirk", "radau". Static storage. */
 KT_API const char *kt_method_family_name(const kt_method *method);
 
 /* Whether steps solve Newton's equations, with a Jacobian of the right-hand side: for stiff equations. */
@@ -311,7 +314,8 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
- * stabilised method; 4 n^2 + 21 n for radau5. The memory needs no alignment. */
+ * stabilised method; 4 n^2 + 21 n for radau5, 4 n^2 + 13 n for implicit-euler and
+ * crank-nicolson. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Initialises an integrator in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -358,7 +362,7 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations. One
  * that has not settled to a hundredth after eight is taken as it is, with the margin of all, and counted (capped).
  *
- * Implicit (radau5): each try iterates at most 7 times, with fixed steps 30 times (there to rounding). An iteration that
+ * Implicit (implicit-euler, crank-nicolson, radau5): each try iterates at most 7 times, with fixed steps 50 times (there to rounding). An iteration that
  * does not converge asks for a new Jacobian, and with that one still not, for a shorter step; where the step is fixed
  * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be
  * computed, the old one serves on.
@@ -429,8 +433,9 @@ typedef struct kt_integrator_memory {
 KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
 
 /* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method
- * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 5 n + 6 for
- * radau5, for the state at which its Jacobian was computed and the slopes of the last step. O(1). */
+ * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; for an
+ * implicit one 6, n for the state at which its Jacobian was computed, and the slopes of the last step, 4 n of radau5 and
+ * 2 n of implicit-euler and crank-nicolson. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

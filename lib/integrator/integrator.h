@@ -14,6 +14,7 @@
  *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
  *     radius.c       the spectral radius, which determines the number of stages of these
  *
+ *     dirk.c         the family of diagonally implicit Runge-Kutta methods
  *     radau.c        the family of Radau IIA methods, implicit
  *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
  *     rational.c     their stability functions
@@ -224,7 +225,7 @@ struct kt_method_family {
     double (*reach)(const kt_method *method);
 };
 
-extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_radau;
+extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_dirk, kt_family_radau;
 
 /* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (explicit.c). */
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,

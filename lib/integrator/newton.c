@@ -259,6 +259,17 @@ double kt_newton_square(const kt_integrator *it, const double *x) {
     return sum;
 }
 
+kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t, double size, kt_try *result) {
+    if (isfinite(size))
+        return KT_TRY_PASSED;
+    result->component = kt_first_not_finite(x, it->sizes.n);
+    if (result->component == it->sizes.n)
+        return KT_TRY_PASSED;
+    result->what = "the new state";
+    result->t = t;
+    return result->result = KT_TRY_NOT_FINITE;
+}
+
 void kt_newton_begin(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     w->iterations = 0;
@@ -311,7 +322,7 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     it->memory.counts.capped += *done && size > 1e4;
     if (*done)
         return KT_TRY_PASSED;
-    if (w->rate >= 2.0 || (w->rate >= 1.0 && w->iterations > 4))
+    if (w->rate >= 1.0 && w->iterations > 4) /* the first corrections may grow */
         return diverged(result, it->memory.t, 0.5);
     return KT_TRY_PASSED;
 }

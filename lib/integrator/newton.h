@@ -5,7 +5,7 @@
 #include "integrator/integrator.h"
 
 /* The most iterations of a try: with adaptive steps, and with fixed ones, which are iterated to rounding. */
-enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 30 };
+enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
 
 /* Where the Jacobian in use was computed. */
 typedef enum kt_jacobian_state {
@@ -82,6 +82,9 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
 
 /* sum_i (x_i / scale_i)^2 */
 double kt_newton_square(const kt_integrator *it, const double *x);
+
+/* KT_TRY_NOT_FINITE where the norm of a correction is not finite because of a component of x. */
+kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t, double size, kt_try *result);
 
 /* How a try that did not converge goes on: with J as of now and the same step (KT_TRY_PASSED), or not at all. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);

@@ -176,12 +176,9 @@ static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *s
     }
     *size = sqrt(square / (double)(STAGES * it->counted));
     convert(it, t_matrix, ROW_W, ROW_Z);
-    for (int i = 0; i < STAGES && !isfinite(*size); i++)
-        if ((result->component = kt_first_not_finite(row(it, ROW_Z + i), n)) < n) {
-            result->what = "the new state";
-            result->t = in->end;
-            return result->result = KT_TRY_NOT_FINITE;
-        }
+    for (int i = 0; i < STAGES; i++)
+        if (kt_newton_check(it, row(it, ROW_Z + i), in->end, *size, result) != KT_TRY_PASSED)
+            return result->result;
     return KT_TRY_PASSED;
 }
 

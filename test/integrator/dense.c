@@ -129,9 +129,11 @@ KT_TEST(dense_output_is_continuous_with_its_slope) {
         kt_worst ends = kt_worst_make(kt_method_at(i)->name), middle = kt_worst_make("in the middle");
         is_ok("value", kt_integrator_interpolate(it, 0.25 + d, y, &error), &error);
         is_ok("value", kt_integrator_interpolate(it, 0.5 - d, z, &error), &error);
-        for (int l = 0; l < 4; l++) { /* d^2 y'' / 2, y'' up to 7 here */
-            kt_worst_near(&ends, y[l], y0[l] + d * f0[l], 3.5 * d * d, "begin %d", l);
-            kt_worst_near(&ends, z[l], y1[l] - d * f1[l], 3.5 * d * d, "end %d", l);
+        /* d^2 y'' / 2, y'' up to 7 here, and up to 16 after a step of implicit Euler, which falls inwards */
+        const double bound = (strcmp(kt_method_at(i)->name, "implicit-euler") == 0 ? 8.0 : 3.5) * d * d;
+        for (int l = 0; l < 4; l++) {
+            kt_worst_near(&ends, y[l], y0[l] + d * f0[l], bound, "begin %d", l);
+            kt_worst_near(&ends, z[l], y1[l] - d * f1[l], bound, "end %d", l);
         }
         is_ok("value", kt_integrator_interpolate(it, 0.375, y, &error), &error);
         is_ok("value", kt_integrator_interpolate(it, nextafter(0.375, 1.0), z, &error), &error);

@@ -154,7 +154,9 @@ KT_TEST(nothing_is_asked_beyond_the_limit) {
     for (int i = 0; i < kt_method_count() + ADAPTIVE; i++) {
         const bool fixed = i < kt_method_count();
         const kt_method *m = fixed ? kt_method_at(i) : kt_method_find(adaptive[i - kt_method_count()]);
-        const kt_integrator_options options = fixed ? fixed_step(0.03) : tolerance(1e-5, 1e-5);
+        /* Implicit Euler lets the orbit fall into its centre, with shorter steps later. */
+        const double step = strcmp(m->name, "implicit-euler") == 0 ? 0.003 : 0.03;
+        const kt_integrator_options options = fixed ? fixed_step(step) : tolerance(1e-5, 1e-5);
         fence f = {.under = problem_kepler};
         const kt_integrator_callbacks callbacks = {fenced, NULL, &f};
         kt_integrator *it = integrator_make(m, 4, &options);

@@ -1,0 +1,219 @@
+/* The family of diagonally implicit Runge-Kutta methods whose first stage is y0 and whose last is y1:
+ *
+ *     k_1 = f(t0, y0)
+ *     Y_i = y0 + h sum_{j<i} a_ij k_j + h gamma k_i,     k_i = f(t0 + c_i h, Y_i),     i = 2 .. s
+ *     y1  = Y_s
+ *
+ * with one gamma = a_ii for all i > 1. A stage is solved by the simplified Newton iteration
+ *
+ *     (1 / (h gamma) - J) dY = f(Y) - (Y - base) / (h gamma),     base = y0 + h sum_{j<i} a_ij k_j
+ *
+ * which begins with the slope at the end of the last step. Slopes are k_i = (Y_i - base) / (h gamma), and not evaluated,
+ * since f would magnify what little Y is off a stiff motion.
+ *
+ * Linear stability. Y_i = N_i / ((1 - gamma z)^(i-1)) with N_1 = 1, and R = Y_s:
+ *
+ *     N_i = (1 - gamma z)^(i-2) + z sum_{j<i} a_ij N_j (1 - gamma z)^(i-1-j)
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and IV.6.
+ */
+#include "integrator/newton.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Rows of a try: a stage, and its base. */
+enum { ROW_STAGE, ROW_BASE, ROWS };
+
+/* The history besides Newton's: whether there was a step, and the slopes at its ends. */
+enum { HISTORY_FLAG, HISTORY_SLOPES };
+
+static double *row(const kt_integrator *it, int i) { return kt_newton_of(it)->row + (size_t)i * it->sizes.n; }
+
+static double entry(const kt_method *m, int i, int j) { return m->a[i * m->stages + j]; }
+static double gamma_of(const kt_method *m) { return entry(m, m->stages - 1, m->stages - 1); }
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    sizes->slots = (size_t)method->stages + 1; /* one more for the differences of a Jacobian */
+    kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + 2 * sizes->n);
+}
+
+static void init(kt_integrator *it) {
+    it->fresh = (size_t)it->method->stages - 1;
+    it->gives_end_derivative = false;
+}
+
+static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+    return kt_newton_prepare(it, ROWS, rejected, result);
+}
+
+/* ---- a try ------------------------------------------------------------------------------------------------------- */
+
+static void form_base(kt_integrator *it, const kt_interval *in, int i) {
+    const size_t n = it->sizes.n;
+    double *base = row(it, ROW_BASE);
+    memcpy(base, in->y, n * sizeof *base);
+    for (int j = 0; j < i; j++) {
+        const double weight = in->h * entry(it->method, i, j);
+        for (size_t l = 0; l < n && weight != 0.0; l++)
+            base[l] += weight * it->k[j][l];
+    }
+}
+
+/* One iteration of stage i; *size is the weighted norm of the correction. */
+static kt_try_result correct(kt_integrator *it, const kt_interval *in, int i, double *size, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const kt_complex sigma = {1.0 / (in->h * gamma_of(it->method)), 0.0};
+    const double t = it->method->c[i] == 1.0 ? in->end : in->t + it->method->c[i] * in->h;
+    double *stage = row(it, ROW_STAGE), *r = it->k[i];
+    const double *base = row(it, ROW_BASE);
+    if (kt_evaluate(it, t, stage, (size_t)i, result) != KT_TRY_PASSED)
+        return result->result;
+    for (size_t l = 0; l < n; l++)
+        r[l] -= sigma.re * (stage[l] - base[l]);
+    if (kt_newton_solve(it, sigma, r, NULL, result) != KT_TRY_PASSED)
+        return result->result;
+    for (size_t l = 0; l < n; l++)
+        stage[l] += r[l];
+    *size = sqrt(kt_newton_square(it, r) / (double)it->counted);
+    return kt_newton_check(it, stage, in->end, *size, result);
+}
+
+static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const double *history = kt_newton_history(it), part = in->h * gamma_of(it->method);
+    const double *slope = history[HISTORY_FLAG] > 0.0 ? history + HISTORY_SLOPES + n : it->k[0];
+    double *stage = row(it, ROW_STAGE);
+    form_base(it, in, i);
+    const double *base = row(it, ROW_BASE);
+    for (size_t l = 0; l < n; l++)
+        stage[l] = base[l] + part * slope[l];
+    kt_newton_begin(it);
+    for (bool done = false; !done;) {
+        double size = 0.0;
+        if (correct(it, in, i, &size, result) != KT_TRY_PASSED ||
+            kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
+            return result->result;
+    }
+    for (size_t l = 0; l < n; l++)
+        it->k[i][l] = (stage[l] - base[l]) / part;
+    return KT_TRY_PASSED;
+}
+
+static kt_try_result solve_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const kt_complex none = {0.0, 0.0};
+    if (kt_newton_factor(it, in->h, 1.0 / gamma_of(it->method), none, result) != KT_TRY_PASSED)
+        return result->result;
+    for (int i = 1; i < it->method->stages; i++)
+        if (solve_stage(it, in, i, result) != KT_TRY_PASSED)
+            return result->result;
+    return KT_TRY_PASSED;
+}
+
+static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    while (solve_stages(it, in, result) != KT_TRY_PASSED)
+        if (kt_newton_retry(it, result) != KT_TRY_PASSED)
+            return result->result;
+    memcpy(it->trial, row(it, ROW_STAGE), it->sizes.n * sizeof *it->trial);
+    return KT_TRY_PASSED;
+}
+
+/* No method of this family estimates its error. */
+static double no_norm(const kt_integrator *it, double h) {
+    (void)it;
+    (void)h;
+    return 0.0;
+}
+
+static double no_error(const kt_integrator *it, double h, size_t i) {
+    (void)i;
+    return no_norm(it, h);
+}
+
+/* ---- after a step ------------------------------------------------------------------------------------------------ */
+
+static void accept(kt_integrator *it) {
+    const size_t n = it->sizes.n;
+    double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES, *end = start + n;
+    memcpy(start, history[HISTORY_FLAG] > 0.0 ? end : it->k[0], n * sizeof *start);
+    memcpy(end, it->k[it->method->stages - 1], n * sizeof *end);
+    history[HISTORY_FLAG] = 1.0;
+    kt_newton_accept(it);
+}
+
+/* The cubic through both states with both slopes. */
+static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
+    const double rest = 1.0 - theta, part = theta * theta * (3.0 - 2.0 * theta);
+    const double *y0 = it->previous_y, *y1 = it->y, *k0 = kt_newton_history(it) + HISTORY_SLOPES, *k1 = k0 + n;
+    for (size_t l = 0; l < n; l++)
+        y_out[l] = y0[l] + part * (y1[l] - y0[l]) + h * theta * rest * (rest * k0[l] - theta * k1[l]);
+    return result->result = KT_TRY_PASSED;
+}
+
+/* ---- linear stability -------------------------------------------------------------------------------------------- */
+
+typedef struct polynomial {
+    double c[KT_METHOD_STAGES_MAX + 1];
+} polynomial;
+
+/* p (1 - gamma z)^power */
+static polynomial raise(polynomial p, double gamma, int power) {
+    for (int k = 0; k < power; k++)
+        for (int i = KT_METHOD_STAGES_MAX; i > 0; i--)
+            p.c[i] -= gamma * p.c[i - 1];
+    return p;
+}
+
+static kt_status make_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
+    polynomial n[KT_METHOD_STAGES_MAX] = {{{1.0}}};
+    const polynomial one = {{1.0}};
+    const double gamma = gamma_of(m);
+    const int s = m->stages;
+    (void)stages;
+    (void)error;
+    for (int i = 1; i < s; i++) {
+        n[i] = raise(one, gamma, i - 1);
+        for (int j = 0; j < i; j++) {
+            const polynomial term = raise(n[j], gamma, j > 0 ? i - 1 - j : i - 1);
+            for (int k = 0; k < KT_METHOD_STAGES_MAX; k++)
+                n[i].c[k + 1] += entry(m, i, j) * term.c[k];
+        }
+    }
+    out->poles = s - 1;
+    memcpy(out->coefficient, n[s - 1].c, sizeof out->coefficient);
+    memcpy(out->denominator, raise(one, gamma, s - 1).c, sizeof out->denominator);
+    for (out->degree = s; out->degree > 0 && out->coefficient[out->degree] == 0.0;)
+        out->degree--;
+    return KT_OK;
+}
+
+static double no_limit(const kt_stability *s) {
+    (void)s;
+    return HUGE_VAL;
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+const kt_method_family kt_family_dirk = {
+    .name = "dirk",
+    .implicit = true,
+    .check_sizes = kt_table_check_sizes,
+    .measure = measure,
+    .init = init,
+    .start = kt_newton_forget,
+    .prepare = prepare,
+    .try_step = try_step,
+    .error = no_norm,
+    .error_at = no_error,
+    .accept = accept,
+    .report = kt_newton_report,
+    .interpolate = interpolate,
+    .stability = make_function,
+    .value = kt_rational_value,
+    .real_limit = no_limit,
+    .imaginary_limit = no_limit,
+};
