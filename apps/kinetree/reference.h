@@ -18,6 +18,6 @@ void kt_man_print(const kt_overview *overview, const kt_subcommand *subcommand);
 
 /* Prints a completion script on standard output; shell: index in KT_SHELLS, from 0. */
 #define KT_SHELLS "bash|zsh|fish"
-void kt_completion_print(const kt_overview *overview, int shell);
+void kt_completion_print(const kt_overview *all, int shell);
 
 #endif
