@@ -32,7 +32,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return KT_ENERGY_CONSERVED;
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* The force on the second end is -S d / r^3; outside, with n = d / r, its derivative is -S (1 - 3 n n') / r^3. */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                          kt_effect_slopes *slopes) {

@@ -43,7 +43,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(dissipates);
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* In the axes of the first end, with kappa = Kr theta:
  *     dF = -K dd - C du,               du = -w1 x dd where the second end is displaced
  *     dM = -d(G^-T kappa) - Cr dw,     dtheta = G^-1 (the rotation of the second end),   dkappa = Kr dtheta

@@ -61,7 +61,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0);
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* What a change of the plane's motion changes: rotation and displacement, angular velocity and velocity of its point. */
 typedef struct change {
     kt_vec3 rotation, displacement, omega, velocity;

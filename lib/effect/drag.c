@@ -16,7 +16,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0);
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* df/dv = -(c1 + c2 |v|) 1 - c2 v v' / |v| */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                          kt_effect_slopes *slopes) {

@@ -79,10 +79,13 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
     return (kt_mat3){kt_vec3_scale(b.x, a), kt_vec3_scale(b.y, a), kt_vec3_scale(b.z, a)};
 }
 
-/* A member of kt_effect_kind that the code for derivatives does not have: .slopes = KT_SLOPES(write_slopes). */
-#ifdef KT_DUAL
+/* Members of kt_effect_kind that the code for derivatives does not have, nor a library without Jacobians, for its size:
+ * .slopes = KT_SLOPES(write_slopes). */
+#if defined(KT_DUAL) || defined(KT_NO_JACOBIAN)
+#define KT_HAS_SLOPES 0
 #define KT_SLOPES(function) NULL
 #else
+#define KT_HAS_SLOPES 1
 #define KT_SLOPES(function) function
 #endif
 

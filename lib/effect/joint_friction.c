@@ -34,7 +34,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* With D the dry force, s = v / v0 and r = v / vs:  dD/dv = -2 (S - C) exp(-r^2) r / vs. */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]) {

@@ -39,7 +39,7 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* With e = k x, d = c w and s = e + |d|: the derivatives of d e / s are k d |d| / s^2 and c (e / s)^2. */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]) {

@@ -19,7 +19,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_curve_rests(&effect->curve[0]) ? kt_energetics_of(effect->damping > 0.0) : KT_ENERGY_SUPPLIED;
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]) {
     (void)numbers, (void)q, (void)v, (void)t;

@@ -44,7 +44,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return KT_ENERGY_SUPPLIED;
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]) {

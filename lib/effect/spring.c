@@ -32,7 +32,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' / |d|:
  *     -d(T n)/dd = -k n n' - n (c P d')' / |d| - T P / |d|,   -d(T n)/dd' = -c n n' */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,

@@ -9,7 +9,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
         *balance = (kt_effect_power){.supplied = kt_triple_dot(m, end[0].omega)};
 }
 
-#ifndef KT_DUAL
+#if KT_HAS_SLOPES
 /* What is fixed in the body turns with it: dm = theta x m. */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                          kt_effect_slopes *slopes) {

@@ -42,10 +42,11 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     return KT_OK;
 }
 
-/* Who solves Newton's equations: the simulation, unless the accelerations are the caller's or nothing moves. */
+/* Who solves Newton's equations: the simulation, unless the accelerations are the caller's, nothing moves, or the
+ * library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
     const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0;
-    return kt_method_is_implicit(settings->method) && own ? &kt_simulation_newton : NULL;
+    return KT_HAS_JACOBIAN && kt_method_is_implicit(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
 static void measure(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
@@ -65,7 +66,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     const kt_integrator_options solver = {.newton = newton_of(settings)};
-    if (solver.newton != NULL)
+    if (KT_HAS_JACOBIAN && solver.newton != NULL)
         kt_simulation_newton_measure(model, size);
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;

@@ -127,6 +127,13 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
+/* Whether implicit methods are given the Jacobian of the mechanism; without it they take differences. */
+#ifdef KT_NO_JACOBIAN
+#define KT_HAS_JACOBIAN 0
+#else
+#define KT_HAS_JACOBIAN 1
+#endif
+
 /* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
 extern const kt_newton kt_simulation_newton;
 void kt_simulation_newton_measure(const kt_model *model, kt_simulation_sizes *size);
