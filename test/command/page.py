@@ -156,6 +156,20 @@ def check_time(page, path):
     page.resize(400, 700)
     page.evaluate(PAINTED)
     expect("a narrow window is painted anew, and nothing is cut off", f"kinetree.pictures > {before} && document.documentElement.scrollWidth <= 400", True)
+    expect("its parts are one below the other", """(() => {
+        const edge = (selector, side) => document.querySelector(selector).getBoundingClientRect()[side];
+        return edge("#stage", "bottom") <= edge("aside", "top") + 1 && edge("aside", "bottom") <= edge("#curves", "top") + 1;
+    })()""", True)
+    page.evaluate("kinetree.seek(kinetree.times[1]); kinetree.paint()")
+    expect("a trace has the colours of the theme", """(() => {
+        const colour = () => JSON.stringify([...kinetree.figure.paths[0].past.numbers.bits.slice(3, 4)]), before = colour();
+        document.getElementById("theme").click();
+        kinetree.paint();
+        const other = colour();
+        document.getElementById("theme").click();
+        kinetree.paint();
+        return before !== other && before === colour();
+    })()""", True)
     expect("every control has a name", """[...document.querySelectorAll("button, input, select, canvas")].filter((one) => !(one.getAttribute("aria-label")
         || one.textContent.trim() || one.closest("label")?.textContent.trim())).map((one) => one.outerHTML)""", [])
     claim("time_moves_by_buttons_keys_and_slider", faults + page.complaints())

@@ -190,7 +190,7 @@ const css = (c) => `rgb(${c.slice(0, 3).map((x) => Math.round(255 * x)).join(" "
 /* Round numbers between low and high, about `count`. */
 function ticks(low, high, count) {
     const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= rough) ?? rough, all = [];
+    const step = [1, 2, 2.5, 5, 10].map((k) => k * power).find((s) => s >= rough) ?? rough, all = [];
     for (let v = Math.ceil(low / step) * step; v <= high && all.length < 50; v += step)
         all.push(Math.abs(v) < 1e-9 * step ? 0 : v);
     return all;

@@ -278,6 +278,7 @@ class Figure {
             const path = known.get(marker) ?? {marker, body, ...path_of(this.motion, body, at, 20000),
                 faint: this.painter.make_lines(1.2, true), past: this.painter.make_lines(2.2, true)};
             path.faint.numbers.clear();
+            path.past.numbers.clear();
             path.points.forEach((p) => this.path_point(path.faint, p, [...this.colour_of(body), 0.3]));
             path.faint.is_changed = true;
             path.shown = -1;
