@@ -28,6 +28,8 @@ typedef struct base64 {
 static void flush_letters(base64 *out) {
     static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     char text[4 * 1024], *to = text;
+    if (out->count == 0)
+        return;
     while (out->count % 3 != 0)
         out->bytes[out->count++] = 0;
     for (size_t i = 0; i < out->count; i += 3) {
