@@ -286,9 +286,9 @@ static void basis(const kt_model *model, kt_data *data) {
 }
 
 bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap,
-                              double damping, double *step) {
-    const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};
-    KT_KERNEL(kt_front_measure)(model, data, g, rows);
+                              double mu, double least, double *step) {
+    const double size = KT_KERNEL(kt_front_measure)(model, data, g, rows);
+    const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = fmax(mu * size, least)};
     if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
         return false;
     KT_KERNEL(kt_front_respond)(model, data, g, NULL, step);

@@ -32,7 +32,7 @@
     void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
                                     kt_violation *);                                                                   \
     bool kt_groups_close_##level(const kt_model *, kt_data *, double *);                                               \
-    bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double, double *);
+    bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double, double, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)
 KT_CLOSED_DECLARE(v4)

@@ -278,13 +278,24 @@ int KT_KERNEL(kt_front_factor)(const kt_model *model, kt_data *data, size_t g, k
     return rank;
 }
 
-void KT_KERNEL(kt_front_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+double KT_KERNEL(kt_front_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     kt_front f;
     const front_goal goal = {.eliminate = false};
     found at = {.last = (double)INFINITY};
     data->factored[g] = rows;
     kt_front_find(model, data, g, rows, &f);
     (void)factor_steps(&f, &goal, &at);
+    double sum = 0.0;
+    for (int s = 0; s < f.group->link_count; s++) {
+        const kt_front_count *count = &f.count[s];
+        kt_front_factor x;
+        kt_front_factor_find(&f, s, &x);
+        for (int r = 0; r < count->rows; r++) {
+            const double scale = f.w.scale[f.w.pivot[f.step[s].row + r]];
+            sum += kt_squares(x.rows + r * count->params, 0, count->params) / (scale * scale);
+        }
+    }
+    return sum;
 }
 
 /* ---- the energy -------------------------------------------------------------------------------------------------- */

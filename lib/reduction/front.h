@@ -44,7 +44,8 @@ typedef struct kt_front_total {
 /* kt_front_fill: kt_rows_fill, or if `planar` kt_planar_rows_fill.
  * kt_front_apply: A x for x (nv) into out (k); if size is not NULL, the largest term of each sum.
  * kt_front_factor: factors the equations; returns the rank, or -1 if a number is not finite. Sets data->last and near.
- * kt_front_measure: the factors of a damped problem, without eliminating any equation.
+ * kt_front_measure: the factors of a damped problem, without eliminating any equation; returns the sum of the squares of
+ *   the equations' entries D over their scales.
  * kt_front_reduce: eliminates; returns false if there is no inertia along one of the degrees of freedom.
  * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
  * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the links' accelerations in
@@ -55,7 +56,7 @@ typedef struct kt_front_total {
                                double);                                                                                \
     void kt_front_apply_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double *, double *);     \
     int kt_front_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
-    void kt_front_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                       \
+    double kt_front_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                     \
     bool kt_front_reduce_##level(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);         \
     void kt_front_respond_##level(const kt_model *, kt_data *, size_t, const double *, double *);                      \
     void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, double *);                                  \

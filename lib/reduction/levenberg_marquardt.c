@@ -59,17 +59,11 @@ static double squares(const kt_group_work *w) {
 /* The noise level of an entry in the units of its row and coordinate (reduce.h). */
 static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
-/* The same by fronts. The sum of the squares of the wrenches stands for the trace. */
+/* The same by fronts. */
 static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, rows);
-    double trace = 0.0;
-    for (int r = 0; r < w.k; r++) {
-        const double reach = kt_front_reach(model, data->front_planar[g], &w, r);
-        trace += reach * reach;
-    }
-    if (!kt_reduction_kernels_of(model)->damp(model, data, g, rows, gap, fmax(mu * trace, noise * noise),
-                                              data->scratch))
+    if (!kt_reduction_kernels_of(model)->damp(model, data, g, rows, gap, mu, noise * noise, data->scratch))
         return false;
     for (int i = 0; i < w.m; i++)
         w.free[i] = data->scratch[model->group_v[group->v + i]] / model->unit[group->v + i];

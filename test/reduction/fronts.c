@@ -1,4 +1,5 @@
 /* Groups reduced by fronts against the same groups reduced by dense matrices, on random mechanisms. */
+#include "linkage.h"
 #include "tangle.h"
 
 #include "model/model.h"
@@ -105,4 +106,51 @@ KT_TEST(fronts_and_dense_matrices_agree_in_a_plane) {
     run(&plan, 300, &o);
     kt_check_above("compared", o.compared, 240);
     kt_check_above("planar", o.planar, 200);
+}
+
+/* ---- a row of windows -------------------------------------------------------------------------------------------- */
+
+enum { WINDOWS = 40 };
+
+/* The row at this angle, with this structure: its cranks' and couplers' accelerations, which have one value each.
+ * Returns the largest error, relative to gravity's. */
+static double windows_error(kt_structure structure, double theta) {
+    static linkage l;
+    double a[LINKAGE_NQ], error = (double)NAN;
+    linkage_windows(&l, WINDOWS, theta, 0.7, KT_LOOP_REVOLUTE);
+    l.options.structure = structure;
+    if (linkage_compile(&l) && linkage_accelerate(&l, 0.0, a)) {
+        const double exact = windows_acceleration(WINDOWS, theta);
+        error = 0.0;
+        for (int i = 0; i < l.nv; i++)
+            error = fmax(error, fabs(fabs(a[i]) - fabs(exact)));
+        kt_check_true("structure", l.model->group[0].front.used == (structure != KT_STRUCTURE_DENSE));
+    }
+    linkage_free(&l);
+    return error / 9.81;
+}
+
+/* Cranks along the line of their pivots are the singular positions of all windows at once. Next to it accelerations are
+ * interpolated from neighbouring states: 1e-9 is what rounding leaves there (measured: 1.2e-10 and 5e-12). */
+KT_TEST(row_of_windows_is_exact_up_to_its_singular_position) {
+    kt_worst fronts = kt_worst_make("fronts"), dense = kt_worst_make("dense");
+    for (int k = 1; k <= 13; k++) {
+        const double off = k <= 12 ? pow(10.0, -k) : 0.0, theta = acos(-1.0) / 2.0 - off;
+        kt_worst_below(&fronts, windows_error(KT_STRUCTURE_AUTO, theta), 1e-9, "%g from it", off);
+        kt_worst_below(&dense, windows_error(KT_STRUCTURE_DENSE, theta), 1e-9, "%g from it", off);
+    }
+    kt_check_worst(&fronts);
+    kt_check_worst(&dense);
+}
+
+KT_TEST(memory_grows_with_the_number_of_windows) {
+    static linkage l;
+    size_t size[2];
+    for (int k = 0; k < 2; k++) {
+        linkage_windows(&l, k ? WINDOWS : WINDOWS / 4, 1.0, 0.0, KT_LOOP_REVOLUTE);
+        size[k] = linkage_compile(&l) ? kt_data_size(l.model) : 0;
+        linkage_free(&l);
+    }
+    kt_check_below("bytes of four times as many windows, of four times the bytes",
+                   (double)size[1] / (4.0 * (double)size[0]), 1.05);
 }
