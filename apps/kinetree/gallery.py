@@ -53,8 +53,8 @@ def words_of(scene):
             break
         lines.append(line[1:].strip())
     text = " ".join(lines)
-    end = re.search(r"\.(?= [A-Z]|$)", text)
-    return text[:end.end()] if end else text
+    ends = [found.end() for found in re.finditer(r"\.(?= [A-Z]|$)", text)]
+    return next((text[:end] for end in ends if text[:end].count("(") == text[:end].count(")")), text)
 
 
 def draw(command, scene, output):
