@@ -1,6 +1,6 @@
 """page KINETREE SCENES: the page that `kinetree view` writes, in a headless Chromium: it loads in silence, draws, plays, seeks, and takes
 names for names. Of the bundled scenes it takes a dozen, which have every kind of solid, joint, symbol and plane; KT_VIEW_ALL=1 takes all (half a
-second each).
+second each), of which the satellites are smaller than a pixel of this window.
 
 The page's own numbers of what is under each pixel tell which bodies are seen; colours are read from a picture of the whole page.
 """
@@ -23,7 +23,7 @@ KINETREE, SCENES = sys.argv[1:]
 WIDTH, HEIGHT = 560, 420
 PAGE_BYTES = 150_000
 DOZEN = ("articulated-rotor", "bicycle", "chain", "engine-mounts", "four-bar", "humanoid", "n-four-bar-40", "puck", "rolling-ball", "rope", "stewart",
-         "tethered-satellites")
+         "trolley")
 
 # Which bodies are seen at two times, and which have solids.
 SEEN = """(() => {
@@ -146,10 +146,7 @@ def check_time(page, path):
     expect("the slider seeks", "kinetree.time === kinetree.motion.times[30]", True)
     expect("and is told", "document.getElementById('slider').getAttribute('aria-valuetext')", page.evaluate("`${show_number(kinetree.time)} seconds`"))
     page.evaluate("document.getElementById('play').click()")
-    page.evaluate("new Promise((done) => setTimeout(done, 400))")
-    played = page.evaluate("kinetree.time - kinetree.motion.times[30]")
-    if not 0.02 < played < 5:
-        faults.append(f"played {played} s in 0.4 s")
+    page.evaluate("new Promise((done) => { const look = () => kinetree.time > kinetree.motion.times[35] ? done() : setTimeout(look, 20); look(); })", 30)
     key(" ", 32)
     expect("the space bar pauses", "[kinetree.is_playing, document.getElementById('play').getAttribute('aria-label')]", [False, "Play"])
     before = page.evaluate("kinetree.pictures")
