@@ -268,7 +268,7 @@ int KT_KERNEL(kt_front_factor)(const kt_model *model, kt_data *data, size_t g, k
     data->last[g] = 0.0;
     data->near[g] = false;
     data->rank[g] = 0;
-    const bool finite = f.components == KT_FRONT_SPACE ? factor_steps(&f, &goal, &at) : factor_steps(&f, &goal, &at);
+    const bool finite = factor_steps(&f, &goal, &at);
     if (!finite)
         return -1;
     const int rank = at.rank + at.dropped;
