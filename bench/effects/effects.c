@@ -49,6 +49,7 @@ static kt_effect effect_of(kt_effect_type type) {
     e.wrench = type == KT_EFFECT_CUSTOM ? pull : NULL;
     e.end_count = 2;
     e.torque = kt_function_constant(0.7);
+    e.target = kt_function_constant(0.7);
     for (int k = 0; k < 3; k++)
         e.value[k] = kt_function_constant(0.7);
     for (int k = 0; k < 6; k++)
