@@ -123,7 +123,7 @@ static polygon outline_of(const kt_solid *solid) {
     const kt_vec3 h = solid->half;
     int count = 0;
     for (int i = 0; i < (solid->type == KT_SOLID_BOX ? 8 : 2 * CIRCLE); i++) {
-        const double angle = 2.0 * pi * (i / 2) / CIRCLE, sign = i % 2 == 0 ? 1.0 : -1.0;
+        const double angle = 2.0 * pi * floor(0.5 * i) / CIRCLE, sign = i % 2 == 0 ? 1.0 : -1.0;
         const double c = h.x * cos(angle), s = h.x * sin(angle);
         kt_vec3 local = kt_vec3_make(c, s, sign * h.z); /* of a cylinder */
         if (solid->type == KT_SOLID_BOX)
@@ -388,7 +388,7 @@ static bool add_edge(graph *g, int behind, int before, double weight) {
 static bool relate_pair(graph *g, const kt_pieces *pieces, int i, int j, double tolerance, bool is_diagram,
                         bool may_cut) {
     const kt_piece *a = &pieces->items[i], *b = &pieces->items[j];
-    if (a->thing == b->thing && memcmp(&a->solid, &b->solid, sizeof a->solid) == 0) {
+    if (a->thing == b->thing) {
         const double order = order_in_solid(a, b);
         return order == 0.0 || add_edge(g, order > 0.0 ? j : i, order > 0.0 ? i : j, DBL_MIN);
     }
