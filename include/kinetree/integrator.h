@@ -36,28 +36,29 @@ extern "C" {
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
-/* The built-in methods, in rising order. */
-#define KT_METHOD_LIST(X)                                                                                              \
-    X(euler)                                                                                                           \
-    X(implicit_euler)                                                                                                  \
-    X(midpoint)                                                                                                        \
-    X(heun)                                                                                                            \
-    X(ralston)                                                                                                         \
-    X(crank_nicolson)                                                                                                  \
-    X(rkc2)                                                                                                            \
-    X(kutta3)                                                                                                          \
-    X(bs32)                                                                                                            \
-    X(rk4)                                                                                                             \
-    X(rk38)                                                                                                            \
-    X(rkc4)                                                                                                            \
-    X(dopri5)                                                                                                          \
-    X(tsit5)                                                                                                           \
-    X(radau5)                                                                                                          \
-    X(dop853)
+/* The built-in methods, in rising order; those that are implicit stand out, as a library without Jacobians lacks them. */
+#define KT_METHOD_LIST_BY_KIND(EXPLICIT, IMPLICIT)                                                                     \
+    EXPLICIT(euler)                                                                                                    \
+    IMPLICIT(implicit_euler)                                                                                           \
+    EXPLICIT(midpoint)                                                                                                 \
+    EXPLICIT(heun)                                                                                                     \
+    EXPLICIT(ralston)                                                                                                  \
+    IMPLICIT(crank_nicolson)                                                                                           \
+    EXPLICIT(rkc2)                                                                                                     \
+    EXPLICIT(kutta3)                                                                                                   \
+    EXPLICIT(bs32)                                                                                                     \
+    EXPLICIT(rk4)                                                                                                      \
+    EXPLICIT(rk38)                                                                                                     \
+    EXPLICIT(rkc4)                                                                                                     \
+    EXPLICIT(dopri5)                                                                                                   \
+    EXPLICIT(tsit5)                                                                                                    \
+    IMPLICIT(radau5)                                                                                                   \
+    EXPLICIT(dop853)
+#define KT_METHOD_LIST(X) KT_METHOD_LIST_BY_KIND(X, X)
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
- * right-hand side needs); or dirk and
- * radau (implicit, for stiff equations). Opaque; kt_method_family_name tells which. */
+ * right-hand side needs); or dirk and radau (implicit, for stiff equations). Opaque; kt_method_family_name tells which.
+ */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */

@@ -6,7 +6,13 @@
 
 static const kt_method *const methods[] = {
 #define KT_METHOD_ADDRESS(name) &kt_method_##name,
+#ifdef KT_NO_JACOBIAN
+#define KT_METHOD_NONE(name)
+    KT_METHOD_LIST_BY_KIND(KT_METHOD_ADDRESS, KT_METHOD_NONE)
+#undef KT_METHOD_NONE
+#else
     KT_METHOD_LIST(KT_METHOD_ADDRESS)
+#endif
 #undef KT_METHOD_ADDRESS
 };
 

@@ -127,7 +127,7 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
-/* Whether implicit methods are given the Jacobian of the mechanism; without it they take differences. */
+/* Whether there are implicit methods, and Jacobians of mechanisms for them. */
 #ifdef KT_NO_JACOBIAN
 #define KT_HAS_JACOBIAN 0
 #else

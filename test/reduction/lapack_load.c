@@ -66,6 +66,7 @@ static kt_model *compile_rope(int links, kt_reduction reduction) {
     rope.loop_count = 1;
     kt_model_options options = kt_model_options_default();
     options.reduction = kt_reduction_method_of(reduction);
+    options.structure = KT_STRUCTURE_DENSE; /* link by link nothing here would need OpenBLAS */
     kt_model *model = NULL;
     kt_error error = {0};
     if (!kt_check_equal_int("compiled", kt_model_compile(&rope, &options, &model, &error), KT_OK))
