@@ -109,8 +109,8 @@ KT_TEST(accuracy_says_how_it_was_made) {
         "in rad, angles on the circle",
         "reference: dop853 at tolerance 1e-13, checked by tsit5 at 1e-13: they differ by ",
         "a small error grows",
-        "\n  rk4           4  h^",
-        "\n  dopri5        5  tol^",
+        "\n  rk4                4  h^",
+        "\n  dopri5             5  tol^",
         "for 0.001 rad use ",
         "with its records",
         "absolute formulation"};
@@ -141,10 +141,10 @@ KT_TEST(accuracy_tells_stability_from_accuracy) {
                             "  - {type: joint_damper, joint: a, damping: 1001}\n"
                             "simulate: {duration: 5}\n");
     kt_ran ran = kt_shell("$K accuracy s.yaml --integrators rk4 --budget 4");
-    const char *row = strstr(ran.out, "\n  rk4           4  ");
+    const char *row = strstr(ran.out, "\n  rk4                4  ");
     kt_check_equal_int("exit code", ran.code, 0);
     if (kt_check_true("row", row != NULL)) {
-        row += strlen("\n  rk4           4  ");
+        row += strlen("\n  rk4                4  ");
         row += strcspn(row, " ");
         kt_check_near("stable to", strtod(row, NULL), 2.785e-3, 0.02 * 2.785e-3);
     }

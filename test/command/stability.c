@@ -16,10 +16,13 @@ KT_TEST(stability_tells_the_fastest_modes_and_the_steps) {
     kt_check_contains("when", ran.out, "fastest modes, at t = 0 s\n");
     kt_check_contains("the fastest and who moves in it", ran.out,
                       "-8117.2              -          1  slider, right, left\n");
-    kt_check_contains("a step and what bounds it", ran.out, "  rk4         0.0003431  decay of 8117 /s, t = 0 s\n");
+    kt_check_contains("a step and what bounds it", ran.out,
+                      "  rk4              0.0003431  decay of 8117 /s, t = 0 s\n");
     ran = kt_shell("$K stability " GOVERNOR " --step 5e-4");
-    kt_check_contains("too long", ran.out, "  rk4         0.0003431  unstable: diverges          decay of 8117 /s");
-    kt_check_contains("not too long", ran.out, "  dop853      0.0007877  stable                      decay of 8117 /s");
+    kt_check_contains("too long", ran.out,
+                      "  rk4              0.0003431  unstable: diverges          decay of 8117 /s");
+    kt_check_contains("not too long", ran.out,
+                      "  dop853           0.0007877  stable                      decay of 8117 /s");
 }
 
 /* A member of a method's entry among the largest steps. */

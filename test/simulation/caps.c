@@ -112,7 +112,8 @@ static int is_scene(const struct dirent *entry) {
     return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
-/* The steps of a projection after a usual step: rk4, a ten thousandth of the scene's duration. */
+/* The steps of a projection after a usual step: rk4, a ten thousandth of the scene's duration. The rope of 100 links,
+ * reduced link by link, takes a second one of the velocities. */
 KT_TEST(bundled_scenes_stay_far_from_all_caps) {
     struct dirent **entries = NULL;
     const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
@@ -146,7 +147,7 @@ KT_TEST(bundled_scenes_stay_far_from_all_caps) {
     free(entries);
     kt_check_above("scenes with loops", looped, 20);
     kt_check_below("position", position, 2);
-    kt_check_below("velocity", velocity, 1);
+    kt_check_below("velocity", velocity, 2);
     kt_check_equal_int("capped", capped, 0);
 }
 

@@ -282,7 +282,10 @@ KT_TEST(stability_limits_are_those_of_the_tableaus) {
             if (kt_check_equal_int(curve->method->name, kt_stability_make(curve->method, 2, &stability, &b.error),
                                    KT_OK)) {
                 const double limit = kt_stability_real_limit(&stability) / 1000.0;
-                kt_check_near("limit", curve->stable_step, limit, 0.02 * limit);
+                if (isinf(limit)) /* implicit: no step is too long to be stable */
+                    kt_check_near("no limit", curve->stable_step, 0.0, 0.0);
+                else
+                    kt_check_near("limit", curve->stable_step, limit, 0.02 * limit);
             }
         }
     kt_accuracy_free(b.study);
