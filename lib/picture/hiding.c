@@ -507,7 +507,8 @@ static int open_cycle(graph *g, const kt_pieces *pieces, double tolerance, bool 
 
 /* Kahn's algorithm. `order` receives all pieces. Returns -1, or a piece that is to be halved, to open a cycle. */
 static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut, int *order) {
-    qsort(g->edges, (size_t)g->edge_count, sizeof *g->edges, compare_edges);
+    if (g->edge_count > 0)
+        qsort(g->edges, (size_t)g->edge_count, sizeof *g->edges, compare_edges);
     memset(g->waiting, 0, (size_t)pieces->count * sizeof *g->waiting);
     memset(g->is_taken, 0, (size_t)pieces->count * sizeof *g->is_taken);
     for (int i = 0; i < g->edge_count; i++)

@@ -278,6 +278,8 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
 
 static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
     const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    if (f == 0) /* nothing can move: the matrices are empty, and may be NULL */
+        return;
     memcpy(basis, w->basis + r * n, n * f * sizeof *basis);
     for (size_t c = 0; c < f; c++)
         memcpy(mass + c * f, w->half + c * n + r, f * sizeof *mass);
