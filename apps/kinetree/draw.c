@@ -93,12 +93,22 @@ static kt_camera face_axis(const kt_picture *picture, char axis) {
     return kt_camera_facing(towards, vertical);
 }
 
+/* "30,20" */
+static bool read_angles(const char *text, double *azimuth, double *elevation) {
+    char *end;
+    *azimuth = strtod(text, &end);
+    if (end == text || *end != ',')
+        return false;
+    const char *second = end + 1;
+    *elevation = strtod(second, &end);
+    return end != second && *end == '\0';
+}
+
 /* Returns -1, or an exit code after printing the error. */
 static int choose_view(const char *view, const kt_picture *picture, const kt_pose *poses, kt_camera *camera,
                        view_words *words) {
     const kt_vec3 vertical = kt_picture_vertical(picture);
     double azimuth = 45.0, elevation = atan(sqrt(0.5)) / degree;
-    char rest;
     const kt_chosen_view chosen = kt_camera_choose(picture, poses);
     *camera = chosen.camera;
     *words = name_angles(chosen.azimuth / degree, chosen.elevation / degree);
@@ -112,8 +122,7 @@ static int choose_view(const char *view, const kt_picture *picture, const kt_pos
         return -1;
     }
     const bool is_iso = strcmp(view, "iso") == 0;
-    if (!is_iso && (sscanf(view, "%lf,%lf%c", &azimuth, &elevation, &rest) != 2 || !isfinite(azimuth) ||
-                    !(fabs(elevation) <= 90.0)))
+    if (!is_iso && (!read_angles(view, &azimuth, &elevation) || !isfinite(azimuth) || !(fabs(elevation) <= 90.0)))
         return refuse_view(view);
     *camera = kt_camera_around(vertical, degree * azimuth, degree * elevation);
     *words = name_angles(azimuth, elevation);

@@ -129,7 +129,8 @@ static layout lay_out(const kt_drawing *d) {
 /* The sheet of a state: its cell, in which what is drawn lies in the middle. */
 static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int state) {
     const int cell = d->is_strobe ? 0 : state;
-    const double left = MARGIN + (cell % l->columns) * l->cell_width, top = TOP + (cell / l->columns) * l->cell_height;
+    const int column = cell % l->columns, row = cell / l->columns;
+    const double left = MARGIN + column * l->cell_width, top = TOP + row * l->cell_height;
     const bool captioned = !d->is_strobe && d->state_count > 1;
     const double middle_x = left + 0.5 * l->cell_width,
                  middle_y = top + 0.5 * (l->cell_height - (captioned ? CAPTION : 0));
@@ -213,7 +214,8 @@ static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, dou
     const kt_vec3 up = kt_picture_vertical(sheet->drawing->picture);
     const double side = kt_vec3_dot(kt_vec3_sub(middle_of(sheet, body), at), up) < -3.0 * r ? 1.0 : -1.0;
     for (int i = 0; i < 6; i++) {
-        const double height = (2.6 + i / 2) * r * (i % 2 == 0 ? side : -side);
+        const int pair = i / 2;
+        const double height = (2.6 + pair) * r * (i % 2 == 0 ? side : -side);
         const kt_vec3 place = kt_vec3_add(at, kt_vec3_scale(height, up));
         const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = place};
         if (is_taken(sheet, place, 1.8 * r))
@@ -557,8 +559,9 @@ static void paint_caption(const kt_sheet *sheet, const layout *l, int state) {
     snprintf(text, sizeof text, "%.4g s", sheet->drawing->times[state]);
     cairo_set_font_size(sheet->c, kt_text_size);
     kt_paper_use(sheet->c, sheet->palette->quiet);
-    kt_paper_text(sheet->c, MARGIN + (state % l->columns + 0.5) * l->cell_width,
-                  TOP + (state / l->columns + 1) * l->cell_height - 7.0, KT_ANCHOR_MIDDLE, text);
+    const int column = state % l->columns, row = state / l->columns;
+    kt_paper_text(sheet->c, MARGIN + (column + 0.5) * l->cell_width, TOP + (row + 1) * l->cell_height - 7.0,
+                  KT_ANCHOR_MIDDLE, text);
 }
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */

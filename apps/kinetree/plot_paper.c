@@ -233,14 +233,20 @@ static size_t default_length(const char *text) {
 /* Writes a colour in shorter form, rgb(100%,50%,0%) as #ff8000. Returns the length of the text; 0 if it is none. */
 static size_t write_colour(FILE *file, const char *text) {
     double share[3];
-    int length = 0;
-    if (strncmp(text, "rgb(", 4) != 0 ||
-        sscanf(text, "rgb(%lf%%,%lf%%,%lf%%)%n", &share[0], &share[1], &share[2], &length) != 3 || length == 0)
+    const char *at = text + strlen("rgb(");
+    if (strncmp(text, "rgb(", strlen("rgb(")) != 0)
         return 0;
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        share[i] = strtod(at, &end);
+        if (end == at || end[0] != '%' || end[1] != (i < 2 ? ',' : ')'))
+            return 0;
+        at = end + 2;
+    }
     fputc('#', file);
     for (int i = 0; i < 3; i++)
         fprintf(file, "%02x", (unsigned)lround(2.55 * share[i]));
-    return (size_t)length;
+    return (size_t)(at - text);
 }
 
 /* Writes shapes in shorter form: without properties at their defaults, without redundant moves, with short colours, and

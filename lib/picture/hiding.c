@@ -119,7 +119,7 @@ static corner flat(kt_vec3 point) { return (corner){point.x, point.y}; }
 
 /* The outline of a solid in the picture: of points that its surface has, the hull. */
 static polygon outline_of(const kt_solid *solid) {
-    corner points[2 * CIRCLE];
+    corner points[2 * CIRCLE] = {{0.0, 0.0}};
     const kt_vec3 h = solid->half;
     int count = 0;
     for (int i = 0; i < (solid->type == KT_SOLID_BOX ? 8 : 2 * CIRCLE); i++) {

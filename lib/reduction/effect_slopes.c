@@ -220,7 +220,7 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
     const kt_link *link = &s->model->link[effect->link[0]];
     const double q = s->q[link->q], v = s->v[link->v];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
-    double slope[2];
+    double slope[2] = {0.0, 0.0};
     (kind->joint_slopes ? kind->joint_slopes : kt_dual_joint_slopes)(effect, s->model->number, q, v, s->t, slope);
     d_q[diagonal] -= slope[0];
     d_v[diagonal] -= slope[1];
