@@ -11,10 +11,12 @@
 
 #include <string.h>
 
-/* Operations that a step of the elimination costs besides those that are counted, and the ratio below which
- * fronts take less time than dense matrices of as many operations (bench/scaling). */
+/* Operations that a step of the elimination costs besides those that are counted, and the ratio of operations below which
+ * fronts take less time than dense matrices, in the plane and in space: with these a row of ten windows stays
+ * dense (bench/run loops, planar), whose fronts took 1.2 to 1.3 times as long. */
 #define STEP_FLOPS 300.0
-#define WORTH 0.5
+#define WORTH_PLANAR 0.25
+#define WORTH_SPATIAL 0.125
 
 typedef struct planner {
     kt_attach *a;
@@ -372,6 +374,7 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
         kt_group *group = &m->group[g];
         const planner p = {
             .a = a, .m = m, .group = group, .link = m->group_link + group->link, .count = group->link_count};
+        const double worth = kt_group_is_planar(m, group) ? WORTH_PLANAR : WORTH_SPATIAL;
         double flops = (double)INFINITY;
         group->front = (kt_front_plan){.step = step};
         gather(&p);
@@ -382,7 +385,7 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
                 memcpy(a->best, a->order, (size_t)p.count * sizeof *a->best);
             flops = fmin(flops, of);
         }
-        group->front.used = m->structure == KT_STRUCTURE_FRONTS || flops < WORTH * dense_flops(&p);
+        group->front.used = m->structure == KT_STRUCTURE_FRONTS || flops < worth * dense_flops(&p);
         if (!group->front.used)
             continue;
         measure_order(&p, a->best);

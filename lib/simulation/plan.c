@@ -97,7 +97,7 @@ static void add_dynamics(list *l, const kt_model *model) {
     add_or_drop(l, KT_PHASE_EVALUATION, "loops in space", spatial, "equations", no_loops);
     add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", no_loops);
     add_or_drop(l, KT_PHASE_EVALUATION, "loops reduced link by link", front_loops(model), "loops",
-                model->n.loop == 0 ? "no loops" : "dense matrices take fewer operations");
+                model->n.loop == 0 ? "no loops" : "dense matrices take less time");
     add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups",
                 model->n.loop == 0 ? "no loops" : "no dense group of loops has 40 coordinates");
     add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "",
