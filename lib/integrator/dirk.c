@@ -191,11 +191,6 @@ static kt_status make_function(const kt_method *m, int stages, kt_stability *out
     return KT_OK;
 }
 
-static double no_limit(const kt_stability *s) {
-    (void)s;
-    return HUGE_VAL;
-}
-
 /* ------------------------------------------------------------------------------------------------------------------ */
 
 const kt_method_family kt_family_dirk = {
@@ -214,6 +209,6 @@ const kt_method_family kt_family_dirk = {
     .interpolate = interpolate,
     .stability = make_function,
     .value = kt_rational_value,
-    .real_limit = no_limit,
-    .imaginary_limit = no_limit,
+    .real_limit = kt_rational_limit,
+    .imaginary_limit = kt_rational_limit,
 };

@@ -241,6 +241,9 @@ kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, k
 /* R = P / Q of an implicit method; infinite at a pole (rational.c). */
 kt_complex kt_rational_value(const kt_stability *stability, kt_complex z);
 
+/* The limit on either axis of an A-stable method: none. */
+double kt_rational_limit(const kt_stability *stability);
+
 /* kt_is_inside tells whether x lies inside a region. kt_first_exit searches outwards from 0 for the first boundary of
  * the region, between the last point inside and the first outside, to rounding; it returns HUGE_VAL if there is none up
  * to `most` (stability.c). */

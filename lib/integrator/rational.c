@@ -32,3 +32,8 @@ kt_complex kt_rational_value(const kt_stability *s, kt_complex z) {
     return over(polynomial(s->coefficient, s->degree, most, x, large),
                 polynomial(s->denominator, s->poles, most, x, large));
 }
+
+double kt_rational_limit(const kt_stability *s) {
+    (void)s;
+    return HUGE_VAL;
+}

@@ -641,7 +641,7 @@ bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, 
     return done;
 }
 
-/* ---- the way back ------------------------------------------------------------------------------------------------ */
+/* ---- the backward pass ------------------------------------------------------------------------------------------- */
 
 /* p of a step before its changes of parameters, from those after them; the parent's acceleration, of `base` components,
  * comes first. */

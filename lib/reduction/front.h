@@ -11,7 +11,7 @@
  *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on
  *   keeps what is seen  with T' = Q [R; 0] of all open links, the last parameters of Q'p are not seen by any link or loop
  *                       still to come, and are those of least energy: p_u = H_uu^-1 (g_u - H_ut p_t)
- * After the last link nothing is kept, and the way back through the steps gives x. If the parent accelerates, the
+ * After the last link nothing is kept, and a backward pass through the steps gives x. If the parent accelerates, the
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
@@ -112,7 +112,7 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
     f->product = at;
 }
 
-/* What a step keeps for the way back, by its counts. The order is that in which the counts become known. */
+/* What a step keeps for the backward pass, by its counts. The order is that in which the counts become known. */
 typedef struct kt_front_factor {
     double *motion;            /* T_i', a vector of `params` a component */
     double *rows, *scale, *y;  /* D', rows of `params`, factored; reflectors; y */
