@@ -5,6 +5,8 @@ house.py SOURCE-ROOT
 import collections
 import pathlib
 import re
+import shutil
+import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -14,6 +16,7 @@ from folders import FOLDERS
 # Faces with another name than their folder's.
 FACES = {"status": "base", "description": "model", "descriptor": "model", "kinetree": None}
 
+TOP = {"LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "test"}
 LONG, TOO_LONG = 600, 800
 LARGEST_PICTURE = 60_000  # bytes
 
@@ -78,6 +81,12 @@ def unbuilt(root, folder, pattern):
             yield f"{path.relative_to(root)}: in no meson.build"
 
 
+def strays_at_top(root):
+    """What git keeps at the top level and TOP does not name; files with a dot are tools' own."""
+    kept = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True).stdout.split("\n")
+    return sorted({name.split("/")[0] for name in kept if name and not name.startswith(".")} - TOP)
+
+
 def picture_problems(path, pages):
     text = path.read_text()
     if len(text) > LARGEST_PICTURE:
@@ -96,6 +105,10 @@ def main():
                         for path in (root / folder).rglob("*") if path.suffix in (".c", ".h", ".cpp", ".py"))
     note(f"{len(library)} files of the library, {len(everything)} in all")
     claim("there_is_a_library", [] if library else ["no sources"])
+    if (root / ".git").exists() and shutil.which("git"):
+        claim("top_level_holds_what_is_fixed_and_no_more", strays_at_top(root))
+    else:
+        note("no git here: what stands at the top level is not asked")
     claim("folders_use_only_what_is_below_them", list(direction_problems(root, library)))
 
     umbrella = [target for _, target in includes(root / "include/kinetree/kinetree.h")]
