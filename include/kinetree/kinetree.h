@@ -14,6 +14,7 @@
 #include "kinetree/model.h"
 #include "kinetree/reduction.h"
 #include "kinetree/scene.h"
+#include "kinetree/sensitivity.h"
 #include "kinetree/simulation.h"
 #include "kinetree/status.h"
 #include "kinetree/study.h"

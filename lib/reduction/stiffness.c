@@ -95,6 +95,23 @@ static kt_status difference(kt_linearized *w, const double *q, const double *v, 
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
+/* The weights by which evaluations choose among dependent equations (reduce.h); zero for void ones. */
+static void weigh(kt_linearized *w) {
+    const kt_model *model = w->model;
+    memset(w->choice, 0, w->p * sizeof *w->choice);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            for (int r = 0; r < loop->row_count; r++) {
+                const int32_t slot = model->slot[group->row + loop->row + r];
+                if (slot >= 0)
+                    w->choice[loop->equation + r] = model->weight[group->row + slot];
+            }
+        }
+    }
+}
+
 /* basis = Q, of A' P = Q R; pivots. */
 static kt_status factor(kt_linearized *w, kt_error *error) {
     const size_t n = w->n, p = w->p;
@@ -104,9 +121,10 @@ static kt_status factor(kt_linearized *w, kt_error *error) {
     for (size_t i = 0; i < n; i++)
         w->basis[i * n + i] = 1.0;
     w->rank = kt_model_mobility(w->model).rank;
+    weigh(w);
     for (size_t r = 0; r < p; r++) {
         for (size_t i = 0; i < n; i++)
-            w->factor[r * n + i] = w->jacobian[i * p + r];
+            w->factor[r * n + i] = w->choice[r] * w->jacobian[i * p + r];
         w->pivot[r] = (int32_t)r;
         w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
     }
@@ -124,6 +142,9 @@ static kt_status factor(kt_linearized *w, kt_error *error) {
         }
         kt_eliminate(&g, (int)n, j, w->norm);
     }
+    for (int c = 0; c < w->rank; c++)
+        for (int i = 0; i <= c; i++)
+            w->factor[(size_t)c * n + (size_t)i] /= w->choice[w->pivot[c]];
     for (size_t c = 0; c < n; c++)
         for (int j = w->rank - 1; j >= 0; j--)
             kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);

@@ -25,6 +25,7 @@
     X(double, factor, n *p, "A' factored")                                                                             \
     X(double, reflector, n + p, "scales of the reflectors")                                                            \
     X(double, norm, p, "squared lengths of the equations")                                                             \
+    X(double, choice, p, "by which equations are chosen")                                                              \
     X(int32_t, pivot, p, "order of the equations")                                                                     \
     X(double, basis, m *m, "orthogonal factor Q")                                                                      \
     X(double, product, m, "a column of M Z")                                                                           \

@@ -1,0 +1,82 @@
+/* Sensitivities: one fixed step as a function of the state and of the inputs held during it, its exact derivatives, and
+ * gradients of a scalar over many steps by the adjoint sweep. For optimal control, estimation and identification.
+ *
+ *     kt_step step = {.method = kt_method_find("rk4"), .h = 0.01, .tau = tau};
+ *     size = kt_step_work_size(model, step.method);
+ *     status = kt_step_derivatives(model, data, work, size, &step, q, v, next_q, next_v, A, B, &error);
+ *
+ * Tangent coordinates. A change of the state is dx = (xi, dv), 2 nv numbers, with q (+) xi (kt_position_add) and v + dv:
+ * of a quaternion p, xi is the change of orientation in the body frame, dp = p o (0, xi) / 2. The matrices
+ *     A = d(state after) / d(state before)     2 nv x 2 nv
+ *     B = d(state after) / d(tau)              2 nv x nv
+ * are column-major and relate such changes: dx+ = A dx + B dtau.
+ *
+ * Derivation. With x = (q, v) the stages of a Runge-Kutta method (HNW II.1) are
+ *     X_i = x + h sum_j a_ij K_j,   K_i = (E(Q_i) V_i, a(t + c_i h, Q_i, V_i, tau)),   x+ = x + h sum_i b_i K_i
+ * and their tangents satisfy the same equations, differentiated:
+ *     dX_i = dx + h sum_j a_ij dK_j,   dK_i = (dE(Q_i) V_i + E(Q_i) dV_i,  a_q xi_i + a_v dV_i + a_tau dtau)
+ * which is exact for the step itself, not for the differential equation only. q' = E(q) v is v but for quaternions,
+ * p' = p o (0, w) / 2, which is linear in p and in w. Stages and sums leave a quaternion's norm off by their error: dp
+ * has four numbers at the stages, accelerations depend on its rotation xi = 2 vec(p^-1 o dp) alone, and so does the
+ * quaternion that is made a unit again after the step.
+ *
+ * Loops. After the step q and v are projected (kt_state_project). Each iteration of the projection,
+ *     q+ = q (+) x,   W x = J' lambda,   J x = -phi(q),   W = 1 or M (kt_metric)
+ * is differentiated as it is, with the terms in dJ and dM, which are of the size of the correction x and would be lost in
+ * the projector I - J^+ J that remains at x = 0:
+ *     W dx - J' dlambda = (dJ)' lambda - dW x,   J dx = -J xi - (dJ) x
+ * and likewise the velocities, M (v+ - v) = A' mu, A v+ = b'. So A and B are exact also where steps are coarse and a step
+ * leaves the loops open by much. If a loop's equations repeat others, the choice of the independent ones decides how an
+ * open state is closed; the derivatives take the choice of the projection, at stages that of
+ * kt_acceleration_derivatives, and are then exact to the gap of the loops at the stages.
+ *
+ * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
+ * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints); Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
+ * Runge-Kutta methods).
+ */
+#ifndef KINETREE_SENSITIVITY_H
+#define KINETREE_SENSITIVITY_H
+
+#include "kinetree/integrator.h"
+#include "kinetree/reduction.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A fixed step from t to t + h, and what is held constant during it. Clear the struct and fill in what there is. */
+typedef struct kt_step {
+    const kt_method *method;   /* an explicit Runge-Kutta method: its stages are used, not its error estimate */
+    double t, h;               /* s; h is finite, and may be negative */
+    const double *tau;         /* nv joint forces; NULL: none */
+    const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
+    bool unprojected;          /* loops are not closed after the step */
+} kt_step;
+
+/* Returns the number of bytes that the calls of this header need as work memory, aligned to KT_ALIGNMENT, the caller's,
+ * needed during the call alone; 0 if the method is not explicit, which the calls then report. About
+ * 8 s (6 nv)^2 + 2 kt_acceleration_work_size bytes with s stages. */
+KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
+
+/* Takes the step: from q (nq), v (nv) to next_q, next_v, which may be the same arrays. The bits are those of a
+ * simulation's fixed step from there (kt_simulation_step). Errors: KT_ERROR_ARGUMENT if the method is not explicit
+ * (stabilised methods choose their stages by what they remember of earlier steps, and implicit ones iterate), or h is not
+ * finite; KT_ERROR_MEMORY; as kt_acceleration_evaluate and kt_state_project. Outputs are then untouched. Cost: as many
+ * evaluations as the method has stages (one less with fsal), and the projection. */
+KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                             const kt_step *step, const double *q, const double *v, double *next_q,
+                                             double *next_v, kt_error *error);
+
+/* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and next_v.
+ * Exact to rounding, with the library's effects in closed form; of a caller's own effects see
+ * kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives (KT_ERROR_SINGULAR next to a
+ * singular position of the loops). Outputs are then untouched. Cost: the derivatives of the accelerations at each stage,
+ * and 6 nv^3 multiplications at most for each. */
+KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                                const kt_step *step, const double *q, const double *v, double *next_q,
+                                                double *next_v, double *A, double *B, kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

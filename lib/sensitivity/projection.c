@@ -1,0 +1,295 @@
+/* The derivative of the projection onto the loops. An iteration of the positions moves q by x, and the velocities are
+ * moved by x at the end:
+ *     W x = J' lambda,   J x = -r            r = phi, W = 1 or M; r = A v - b', W = M
+ * Along a change xi of q (and dv of v), at fixed x and lambda,
+ *     W dx - J' dlambda = G xi,   G = d(J' lambda - W x)/dq
+ *     J dx = E xi - J dv,         E = -d(r + J x)/dq
+ * With J' P = [Q1 Z] [R1; 0] as for the accelerations [MSD 7.33, 7.34]
+ *     dx = Q1 y + Z z,   R1' y = right-hand side,   (Z' W Z) z = Z' G xi - (W Z)' Q1 y.
+ * Of positions d phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move
+ * projects the changes. Of velocities r + A x = A v+ - b' at the new velocities.
+ *
+ * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, by dual numbers; d(M x)/dq is the derivative of inverse
+ * dynamics at rest with the accelerations x, less that without. */
+#include "kinetree/joint.h"
+#include "reduction/householder.h"
+#include "reduction/project.h"
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+KT_ARENA_ARRAYS(place_arrays, kt_projection_work, KT_PROJECTION_FIELDS, const kt_model *model, size_t n, size_t p)
+
+size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model) {
+    const size_t p = model->n.row, n = p ? model->n.v : 0;
+    if (memory)
+        *w = (kt_projection_work){.model = model, .n = n, .p = p};
+    return place_arrays(w, memory, model, n, p);
+}
+
+/* ---- the linear equations ---------------------------------------------------------------------------------------- */
+
+/* The weights by which the projection chooses among the equations of this kind, zero for others; returns their rank. */
+static int weigh(kt_projection_work *w, kt_rows rows) {
+    const kt_model *model = w->model;
+    int rank = 0;
+    memset(w->weight, 0, w->p * sizeof *w->weight);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        rank += group->rank[rows];
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            for (int r = 0; r < loop->row_count; r++) {
+                const int32_t slot = model->slot[group->row + loop->row + r];
+                if (slot >= 0 && slot < group->count[rows])
+                    w->weight[loop->equation + r] =
+                        model->weight[(size_t)rows * model->n.row + (size_t)(group->row + slot)];
+            }
+        }
+    }
+    return rank;
+}
+
+/* J' P = Q R of the equations of one kind, as lib/reduction/qr.c factors them. */
+static kt_status factor(kt_projection_work *w, kt_rows rows, kt_error *error) {
+    const size_t n = w->n, p = w->p;
+    const kt_group_work g = {
+        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
+    w->rank = weigh(w, rows);
+    for (size_t r = 0; r < p; r++) {
+        for (size_t i = 0; i < n; i++)
+            w->factor[r * n + i] = w->weight[r] * w->jacobian[i * p + r];
+        w->pivot[r] = (int32_t)r;
+        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
+    }
+    for (int j = 0; j < w->rank; j++) {
+        double all;
+        const int best = kt_longest_column(w->norm, j, (int)p, &all);
+        if (!(w->norm[best] > 0.0 && isfinite(all)))
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "fewer equations of the loops are independent here than elsewhere");
+        if (best != j) {
+            const double norm = w->norm[j];
+            kt_swap_columns(&g, (int)n, j, best);
+            w->norm[j] = w->norm[best];
+            w->norm[best] = norm;
+        }
+        kt_eliminate(&g, (int)n, j, w->norm);
+    }
+    for (int c = 0; c < w->rank; c++)
+        for (int i = 0; i <= c; i++)
+            w->factor[(size_t)c * n + (size_t)i] /= w->weight[w->pivot[c]];
+    memset(w->basis, 0, n * n * sizeof *w->basis);
+    for (size_t c = 0; c < n; c++) {
+        w->basis[c * n + c] = 1.0;
+        for (int j = w->rank - 1; j >= 0; j--)
+            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
+    }
+    return KT_OK;
+}
+
+/* W = M, W Z, and the factors of Z' W Z; or W = 1, where all of them are left out. */
+static kt_status weigh_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
+    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    if (!mass)
+        return KT_OK;
+    const kt_status status = kt_dynamics_mass(w->model, w->data, q, w->metric, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t c = 0; c < f; c++) {
+        double *half = w->half + c * n;
+        kt_dense_apply(w->metric, (int)n, (int)n, w->basis + (r + c) * n, half);
+        for (size_t i = 0; i < f; i++)
+            w->reduced[c * f + i] = kt_dense_dot(w->basis + (r + i) * n, half, (int)n);
+    }
+    if (kt_dense_cholesky(w->reduced, (int)f, NULL))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+}
+
+/* x of W x - J' lambda = g, J x = e; g may be NULL: zero. */
+static void solve(const kt_projection_work *w, bool mass, const double *g, const double *e, double *x) {
+    const size_t n = w->n, r = (size_t)w->rank;
+    double *y = w->work, *z = y + r, *across = w->work + n;
+    for (size_t k = 0; k < r; k++) {
+        y[k] = e[w->pivot[k]];
+        for (size_t l = 0; l < k; l++)
+            y[k] -= w->factor[k * n + l] * y[l];
+        y[k] /= w->factor[k * n + k];
+    }
+    kt_dense_apply(w->basis, (int)n, (int)r, y, across);
+    for (size_t k = 0; k < n - r; k++) {
+        z[k] = g ? kt_dense_dot(w->basis + (r + k) * n, g, (int)n) : 0.0;
+        if (mass)
+            z[k] -= kt_dense_dot(w->half + k * n, across, (int)n);
+    }
+    if (mass)
+        kt_dense_solve(w->reduced, (int)(n - r), z);
+    kt_dense_apply(w->basis, (int)n, (int)n, y, x);
+}
+
+/* lambda of J' lambda = W x: R1 lambda = Q1' W x. */
+static void find_multipliers(kt_projection_work *w, bool mass) {
+    const size_t n = w->n;
+    double *f = w->work;
+    if (mass)
+        kt_dense_apply(w->metric, (int)n, (int)n, w->x, f);
+    else
+        memcpy(f, w->x, n * sizeof *f);
+    memset(w->lambda, 0, w->p * sizeof *w->lambda);
+    for (int k = w->rank - 1; k >= 0; k--) {
+        double sum = kt_dense_dot(w->basis + (size_t)k * n, f, (int)n);
+        for (int l = k + 1; l < w->rank; l++)
+            sum -= w->factor[(size_t)l * n + (size_t)k] * w->lambda[w->pivot[l]];
+        w->lambda[w->pivot[k]] = sum / w->factor[(size_t)k * n + (size_t)k];
+    }
+}
+
+/* ---- their derivatives ------------------------------------------------------------------------------------------- */
+
+/* G. */
+static kt_status differentiate_force(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
+    const size_t n = w->n, bytes = kt_derivative_work_size(w->model);
+    kt_status status = KT_OK;
+    memset(w->force, 0, n * n * sizeof *w->force);
+    for (int with = 1; with >= 0 && mass && status == KT_OK; with--) {
+        status = kt_dynamics_inverse_derivatives(w->model, w->data, w->derivative, bytes, q, NULL, with ? w->x : NULL,
+                                                 NULL, w->other, w->spare, error);
+        for (size_t i = 0; i < n * n && status == KT_OK; i++)
+            w->force[i] += with ? w->other[i] : -w->other[i];
+    }
+    if (status == KT_OK)
+        status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
+    if (status != KT_OK)
+        return status;
+    const kt_dual_motion at = {.model = w->model,
+                               .data = w->data,
+                               .t = w->t,
+                               .q = q,
+                               .v = w->model->zero,
+                               .a = w->model->zero,
+                               .dof = w->dof,
+                               .chain = w->chain};
+    kt_dual_loops(&at, w->lambda, w->force, w->rates, w->unused);
+    for (size_t i = 0; i < n * n; i++)
+        w->force[i] = -w->force[i];
+    return KT_OK;
+}
+
+/* -E: d(A v - b')/dq, or J + d(J x)/dq. */
+static void differentiate_equations(kt_projection_work *w, const double *q, const double *v) {
+    kt_dual_motion at = {.model = w->model,
+                         .data = w->data,
+                         .t = w->t,
+                         .q = q,
+                         .v = v ? v : w->x,
+                         .a = w->model->zero,
+                         .dof = w->dof,
+                         .chain = w->chain};
+    kt_dual_loop_rates(&at, w->equation);
+    if (v)
+        return;
+    at.v = w->model->zero;
+    kt_dual_loop_rates(&at, w->rates);
+    for (size_t i = 0; i < w->n * w->p; i++)
+        w->equation[i] += w->jacobian[i] - w->rates[i];
+}
+
+/* dx of one column, into `out`. dv: NULL for positions. */
+static void change(const kt_projection_work *w, bool mass, const double *xi, const double *dv, double *out) {
+    const size_t n = w->n, p = w->p;
+    double *g = w->work + 2 * n, *e = g + n, *moved = e + p;
+    kt_dense_apply(w->force, (int)n, (int)n, xi, g);
+    kt_dense_apply(w->equation, (int)p, (int)n, xi, e);
+    for (size_t i = 0; i < p; i++)
+        e[i] = -e[i];
+    if (dv) {
+        kt_dense_apply(w->jacobian, (int)p, (int)n, dv, moved);
+        for (size_t i = 0; i < p; i++)
+            e[i] -= moved[i];
+    }
+    solve(w, mass, g, e, out);
+}
+
+/* ---- iterations -------------------------------------------------------------------------------------------------- */
+
+/* One iteration of the positions from w->q; the last one only projects the changes. */
+static kt_status move_positions(kt_projection_work *w, bool last, size_t columns, double *x, kt_error *error) {
+    const size_t n = w->n;
+    const bool mass = w->model->metric == KT_METRIC_MASS;
+    kt_status status =
+        kt_loop_equations(w->model, w->data, w->t, w->q, NULL, w->jacobian, w->residual, NULL, NULL, error);
+    if (status == KT_OK)
+        status = factor(w, KT_ROWS_CLOSED, error);
+    if (status == KT_OK)
+        status = weigh_basis(w, w->q, mass, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < w->p; i++)
+        w->residual[i] = last ? 0.0 : -w->residual[i];
+    solve(w, mass, NULL, w->residual, w->x);
+    find_multipliers(w, mass);
+    status = differentiate_force(w, w->q, mass, error);
+    if (status != KT_OK)
+        return status;
+    differentiate_equations(w, w->q, NULL);
+    for (size_t c = 0; c < columns; c++, x += 2 * n) {
+        change(w, mass, x, NULL, w->change);
+        kt_tangent_add(w->model, w->x, x, w->change, x);
+    }
+    kt_position_add(w->model, w->q, w->x, w->q);
+    return KT_OK;
+}
+
+/* The velocities: from v (before) to `next`, at q. */
+static kt_status move_velocities(kt_projection_work *w, const double *q, const double *v, const double *next,
+                                 size_t columns, double *x, kt_error *error) {
+    const size_t n = w->n;
+    kt_status status = kt_loop_equations(w->model, w->data, w->t, q, next, w->jacobian, NULL, NULL, NULL, error);
+    if (status == KT_OK)
+        status = factor(w, KT_ROWS_ALL, error);
+    if (status == KT_OK)
+        status = weigh_basis(w, q, true, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < n; i++)
+        w->x[i] = next[i] - v[i];
+    find_multipliers(w, true);
+    status = differentiate_force(w, q, true, error);
+    if (status != KT_OK)
+        return status;
+    differentiate_equations(w, q, next);
+    for (size_t c = 0; c < columns; c++, x += 2 * n) {
+        change(w, true, x, x + n, w->change);
+        for (size_t i = 0; i < n; i++)
+            x[n + i] += w->change[i];
+    }
+    return KT_OK;
+}
+
+/* Refuses singular positions, next to which the projection leaves a direction out. */
+static kt_status refuse_singular(const kt_projection_work *w, kt_error *error) {
+    for (size_t g = 0; g < w->model->n.group; g++)
+        if (w->data->near[g])
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "the loops are at a singular position, or next to one, after the step; take a shorter "
+                                "or a longer one");
+    return KT_OK;
+}
+
+kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
+                                kt_error *error) {
+    const size_t n = w->n;
+    memcpy(w->q, q, w->model->n.q * sizeof *q);
+    memcpy(w->v, v, n * sizeof *v);
+    if (!kt_unit_quaternions(w->model, w->q))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
+    kt_status status = kt_state_project(w->model, w->data, w->t, q, v, NULL, error);
+    if (status == KT_OK)
+        status = refuse_singular(w, error);
+    const uint32_t iterations = w->data->closing.position;
+    for (uint32_t i = 0; i <= iterations && status == KT_OK; i++)
+        status = move_positions(w, i == iterations, columns, x, error);
+    return status == KT_OK ? move_velocities(w, q, w->v, v, columns, x, error) : status;
+}

@@ -1,0 +1,153 @@
+/* What the files of this folder share.
+ *
+ *     step.c               a step as a function: stages, sum, projection
+ *     step_derivatives.c   its tangents, column by column: A and B
+ *     projection.c         the derivative of the projection onto the loops
+ *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
+ *     product.c            products of small matrices, compiled for each instruction set
+ */
+#ifndef KT_SENSITIVITY_SENSITIVITY_H
+#define KT_SENSITIVITY_SENSITIVITY_H
+
+#include "base/arena.h"
+#include "base/isa.h"
+#include "dynamics/derivative.h"
+#include "kinetree/sensitivity.h"
+#include "reduction/dual.h"
+
+/* ---- quaternions ------------------------------------------------------------------------------------------------- */
+
+/* Whether every position is a plain number, so that xi = dq. */
+static inline bool kt_is_plain(const kt_model *model) { return model->n.q == model->n.v; }
+
+/* dq (nq) of the rotations xi (nv) at q: dp = p o (0, xi) / 2. */
+void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq);
+
+/* xi = 2 vec(p^-1 o dp); the change of the norm is left out. */
+void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, double *xi);
+
+/* d(q') = dE(q) v + E(q) dv. */
+void kt_tangent_rate(const kt_model *model, const double *q, const double *v, const double *dq, const double *dv,
+                     double *rate);
+
+/* xi+ of q+ = q (+) x, where q changes by xi and x by dx: exp(-x) xi + T(x) dx; out may be xi. */
+void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out);
+
+/* ---- products ---------------------------------------------------------------------------------------------------- */
+
+enum { KT_PRODUCT_TILE = 8 };
+
+/* The numbers of an n x n matrix in tiles of KT_PRODUCT_TILE rows. */
+static inline size_t kt_product_size(size_t n) {
+    return (n + KT_PRODUCT_TILE - 1) / KT_PRODUCT_TILE * KT_PRODUCT_TILE * n;
+}
+
+/* Y += M X for an n x n matrix M, which is copied in tiles to `tiles` (kt_product_size); X and Y have `columns` columns,
+ * each `stride` numbers after the one before. */
+typedef void kt_product_call(size_t n, const double *m, double *tiles, size_t columns, size_t stride, const double *x,
+                             double *y);
+kt_product_call kt_product_baseline, kt_product_v3, kt_product_v4;
+kt_product_call *kt_product_of(const kt_model *model);
+
+/* ---- the projection ---------------------------------------------------------------------------------------------- */
+
+/* Every array: type, name, count, meaning; n coordinates, p equations, all zero without loops. */
+#define KT_PROJECTION_FIELDS(X)                                                                                        \
+    X(double, q, p ? model->n.q : 0, "positions of an iteration")                                                      \
+    X(double, v, n, "velocities before the projection")                                                                \
+    X(double, x, n, "correction")                                                                                      \
+    X(double, change, n, "its change")                                                                                 \
+    X(double, lambda, p, "its multipliers")                                                                            \
+    X(double, residual, p, "phi, or b'")                                                                               \
+    X(double, jacobian, n *p, "p x n")                                                                                 \
+    X(double, factor, n *p, "its transpose, factored")                                                                 \
+    X(double, reflector, n + p, "scales of the reflectors")                                                            \
+    X(double, norm, p, "squared lengths of the equations")                                                             \
+    X(double, weight, p, "by which independent equations are chosen")                                                  \
+    X(int32_t, pivot, p, "order of the equations")                                                                     \
+    X(double, basis, n *n, "orthogonal factor Q = [Q1 Z]")                                                             \
+    X(double, metric, n *n, "W")                                                                                       \
+    X(double, half, n *n, "W Z")                                                                                       \
+    X(double, reduced, n *n, "Z' W Z, factored")                                                                       \
+    X(double, force, n *n, "G = d(J' lambda - W x)/dq, n x n")                                                         \
+    X(double, other, n *n, "another such matrix")                                                                      \
+    X(double, spare, n *n, "and one that is not read")                                                                 \
+    X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
+    X(double, rates, n *p, "another such matrix")                                                                      \
+    X(double, unused, n *p, "of kt_dual_loops")                                                                        \
+    X(double, work, 4 * n + 2 * p, "vectors")                                                                          \
+    X(kt_support_dof, dof, n, "of a loop")                                                                             \
+    X(int32_t, chain, p ? model->n.link : 0, "of a loop")                                                              \
+    X(char, derivative, p ? kt_derivative_work_size(model) : 0, "of kt_dynamics_inverse_derivatives")
+
+/* The state that is projected, and what one linear step of its projection needs. */
+typedef struct kt_projection_work {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    size_t n, p;
+    int rank;
+    KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)
+} kt_projection_work;
+
+size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model);
+
+/* Projects q, v in place (kt_state_project, or quaternions alone), and columns of changes (xi, dv) of 2 nv numbers
+ * likewise. Nothing is promised about them on failure. */
+KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
+                                           kt_error *error);
+
+/* ---- a step ------------------------------------------------------------------------------------------------------ */
+
+/* Every array: type, name, count, meaning; N numbers of a state, n velocities, s stages that count, c columns. */
+#define KT_STEP_FIELDS(X)                                                                                              \
+    X(double, y, N, "state at the start")                                                                              \
+    X(double, stage, s *N, "states of the stages")                                                                     \
+    X(double, slope, s *N, "their slopes K_i")                                                                         \
+    X(double, next, N, "state at the end")                                                                             \
+    X(double, unit, n, "a unit vector")                                                                                \
+    X(double, start, N *c, "dx of all columns, dq and dv")                                                             \
+    X(double, change, N *c, "dX_i")                                                                                    \
+    X(double, rate, s *N *c, "dK_i")                                                                                   \
+    X(double, xi, kt_is_plain(model) ? 0 : N *c, "rotations of a stage")                                               \
+    X(double, end, 2 * n * c, "dx+, tangent")                                                                          \
+    X(double, by_q, n *n, "a_q")                                                                                       \
+    X(double, by_v, n *n, "a_v")                                                                                       \
+    X(double, by_tau, n *n, "a_tau")                                                                                   \
+    X(double, tiles, kt_product_size(n), "of a product")                                                               \
+    X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
+    X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
+
+typedef struct kt_step_work {
+    const kt_model *model;
+    kt_data *data;
+    const kt_step *step;
+    size_t stages; /* that count: without the last one of an fsal method */
+    kt_projection_work projection;
+    KT_ARENA_DECLARE(KT_STEP_FIELDS)
+} kt_step_work;
+
+/* Checks the step and the memory, and initialises w in it. */
+KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
+                                   const kt_step *step, kt_error *error);
+
+/* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. */
+KT_CHECKED kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
+
+/* out = y + h sum_j weight_j k_j over a row of `count` weights without its zeros; k: rows of n numbers. */
+void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
+
+/* Row i of the table's matrix. */
+static inline const double *kt_step_row(const kt_method *method, size_t i) { return method->a + i * (i - (i > 0)) / 2; }
+
+/* The time of stage i. */
+static inline double kt_step_time(const kt_step *step, size_t i) {
+    const double c = step->method->c[i];
+    return c == 1.0 ? step->t + step->h : step->t + c * step->h;
+}
+
+/* Makes quaternions unit, and unless `unprojected` closes the loops, as a simulation does after a step. */
+KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
+                                   kt_error *error);
+
+#endif

@@ -1,0 +1,127 @@
+/* A step as a function of its start: the stages of the table, their sum, and the projection; the bits are those of a
+ * simulation (integrator/explicit.c, simulation/step.c). A fixed step does not need the last stage of an fsal method. */
+#include "integrator/integrator.h"
+#include "kinetree/joint.h"
+#include "reduction/project.h"
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static size_t stages_of(const kt_method *method) { return (size_t)(method->stages - (method->fsal ? 1 : 0)); }
+
+static bool is_explicit(const kt_method *method) {
+    return method && kt_method_family_of(method) == &kt_family_explicit;
+}
+
+KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t s,
+                size_t c)
+
+static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
+    const size_t n = model->n.v;
+    const size_t used = place_arrays(w, memory, model, model->n.q + n, n, stages_of(method), 3 * n);
+    if (!KT_HAS_LOOPS)
+        return used;
+    return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);
+}
+
+size_t kt_step_work_size(const kt_model *model, const kt_method *method) {
+    return is_explicit(method) && kt_method_check_sizes(method, NULL) == KT_OK ? place(NULL, NULL, model, method) : 0;
+}
+
+kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
+                        const kt_step *step, kt_error *error) {
+    if (!is_explicit(step->method))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "step",
+            "'%s' is not an explicit Runge-Kutta method, of which alone a single step is a function that "
+            "has derivatives here: take rk4, dopri5 or another one of that family",
+            step->method ? step->method->name : "no method");
+    if (!isfinite(step->h) || !isfinite(step->t))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
+    kt_status status = kt_method_check_sizes(step->method, error);
+    if (status == KT_OK)
+        status =
+            kt_arena_check("work", "kt_step_work_size", memory, size, kt_step_work_size(model, step->method), error);
+    if (status != KT_OK)
+        return status;
+    *w = (kt_step_work){.model = model, .data = data, .step = step, .stages = stages_of(step->method)};
+    (void)place(w, memory, model, step->method);
+    w->projection.data = data;
+    w->projection.t = step->t + step->h;
+    return KT_OK;
+}
+
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
+
+void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
+    kt_stage_term terms[KT_METHOD_STAGES_MAX];
+    double *rows[KT_METHOD_STAGES_MAX];
+    size_t used = 0;
+    for (size_t j = 0; j < count; j++) {
+        rows[j] = k + j * n;
+        if (weights[j] != 0.0)
+            terms[used++] = (kt_stage_term){weights[j], j};
+    }
+    kt_combine(out, y, h, terms, used, rows, n);
+}
+
+kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
+    const kt_model *model = w->model;
+    const kt_step *step = w->step;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    memcpy(w->y, q, nq * sizeof *q);
+    memcpy(w->y + nq, v, n * sizeof *v);
+    for (size_t i = 0; i < w->stages; i++) {
+        double *y = w->stage + i * N, *k = w->slope + i * N;
+        kt_step_combine(y, w->y, step->h, kt_step_row(step->method, i), i, w->slope, N);
+        const kt_status status = kt_acceleration_evaluate(model, w->data, kt_step_time(step, i), y, y + nq, step->tau,
+                                                          step->external, k + nq, error);
+        if (status != KT_OK)
+            return status;
+        kt_position_rate(model, y, y + nq, k);
+    }
+    kt_step_combine(w->next, w->y, step->h, step->method->b, w->stages, w->slope, N);
+    return KT_OK;
+}
+
+/* ---- after the step ---------------------------------------------------------------------------------------------- */
+
+/* As a simulation does: if a quaternion is no unit, all are made so. */
+static bool make_units(const kt_model *model, double *q) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_motion_facts motion = kt_link_facts(&model->link[i]);
+        const double *p = q + model->link[i].q + motion.plain;
+        if (motion.quaternions &&
+            !(fabs(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0) <= 4.0 * DBL_EPSILON))
+            return kt_position_normalize(model, q);
+    }
+    return true;
+}
+
+kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
+                        kt_error *error) {
+    if (KT_HAS_LOOPS && model->n.group && !step->unprojected)
+        return kt_state_project(model, data, step->t + step->h, q, v, NULL, error);
+    return make_units(model, q) ? KT_OK
+                                : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
+}
+
+/* ---- the public function ----------------------------------------------------------------------------------------- */
+
+kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
+                           const double *q, const double *v, double *next_q, double *next_v, kt_error *error) {
+    const size_t nq = model->n.q;
+    kt_step_work w;
+    kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
+    if (status == KT_OK)
+        status = kt_step_stages(&w, q, v, error);
+    if (status == KT_OK)
+        status = kt_step_close(model, data, step, w.next, w.next + nq, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(next_q, w.next, nq * sizeof *next_q);
+    memcpy(next_v, w.next + nq, model->n.v * sizeof *next_v);
+    return KT_OK;
+}

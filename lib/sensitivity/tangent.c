@@ -1,0 +1,71 @@
+/* Changes of positions as rotations. A quaternion p changes by dp = p o (s, xi / 2): xi is its rotation in the body frame,
+ * and s the change of its norm. Its rate p' = p o (0, w) / 2 is linear in both factors.
+ *
+ * Of q+ = q (+) x, p+ = p o exp(x / 2), which is a unit vector again,
+ *     xi+ = exp(-x) xi + T(x) dx,   T(x) = 1 - (1 - cos r) / r^2 [x] + (r - sin r) / r^3 [x]^2,   r = |x|
+ * (the right Jacobian of the exponential map). */
+#include "joint/joint.h"
+#include "kinetree/joint.h"
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+static kt_quat load(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
+
+void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq) {
+    kt_position_rate(model, q, xi, dq);
+}
+
+void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, double *xi) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        for (int k = 0; k < motion.plain; k++)
+            xi[link->v + k] = dq[link->q + k];
+        if (!motion.quaternions)
+            continue;
+        const int at = link->q + motion.plain;
+        kt_joint_store(xi + link->v + motion.plain, kt_quat_angular_body(load(q + at), load(dq + at)));
+    }
+}
+
+void kt_tangent_rate(const kt_model *model, const double *q, const double *v, const double *dq, const double *dv,
+                     double *rate) {
+    kt_position_rate(model, q, dv, rate);
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        if (!motion.quaternions)
+            continue;
+        double *p = rate + link->q + motion.plain;
+        const kt_quat d =
+            kt_quat_rate_body(load(dq + link->q + motion.plain), kt_joint_load(v + link->v + motion.plain));
+        p[0] += d.w;
+        p[1] += d.x;
+        p[2] += d.y;
+        p[3] += d.z;
+    }
+}
+
+/* exp(-x) xi + T(x) dx */
+static kt_vec3 add_rotation(kt_vec3 x, kt_vec3 xi, kt_vec3 dx) {
+    const double r = kt_vec3_norm(x);
+    const double first = r < 1e-3 ? 0.5 - r * r / 24.0 : (1.0 - cos(r)) / (r * r);
+    const double second = r < 1e-2 ? 1.0 / 6.0 - r * r / 120.0 * (1.0 - r * r / 42.0) : (r - sin(r)) / (r * r * r);
+    const kt_vec3 once = kt_vec3_cross(x, dx), twice = kt_vec3_cross(x, once);
+    const kt_vec3 turned = kt_mat3_apply_transposed(kt_matrix_from_quat(kt_quat_from_euler_vector(x)), xi);
+    return kt_vec3_add(turned, kt_vec3_add(dx, kt_vec3_add(kt_vec3_scale(-first, once), kt_vec3_scale(second, twice))));
+}
+
+void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        for (int k = 0; k < motion.plain; k++)
+            out[link->v + k] = xi[link->v + k] + dx[link->v + k];
+        if (!motion.quaternions)
+            continue;
+        const int at = link->v + motion.plain;
+        kt_joint_store(out + at, add_rotation(kt_joint_load(x + at), kt_joint_load(xi + at), kt_joint_load(dx + at)));
+    }
+}

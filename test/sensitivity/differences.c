@@ -1,0 +1,103 @@
+#include "differences.h"
+
+#include "kinetree/joint.h"
+#include "kinetree/model.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const kt_method *explicit_method(int n) {
+    for (int i = 0; i < kt_method_count(); i++)
+        if (strcmp(kt_method_family_name(kt_method_at(i)), "explicit") == 0 && n-- == 0)
+            return kt_method_at(i);
+    return NULL;
+}
+
+typedef struct work {
+    const step_case *c;
+    void *memory;
+    size_t size;
+    double *q, *v, *tau, *next_q, *next_v, *from_q, *from_v;
+} work;
+
+/* The change of the state after the step, where the start is changed by s along component j of (xi, dv, dtau). */
+static bool step_from(work *w, int j, double s, double *change) {
+    const step_case *c = w->c;
+    const int nq = kt_model_nq(c->model), n = kt_model_nv(c->model);
+    kt_step step = c->step;
+    kt_error error;
+    step.tau = w->tau;
+    memset(w->v, 0, (size_t)n * sizeof *w->v);
+    if (j < n)
+        w->v[j] = s;
+    kt_position_add(c->model, c->q, w->v, w->q);
+    memcpy(w->v, c->v, (size_t)n * sizeof *w->v);
+    if (j >= n && j < 2 * n)
+        w->v[j - n] += s;
+    for (int i = 0; i < n; i++)
+        w->tau[i] = (c->step.tau ? c->step.tau[i] : 0.0) + (j == 2 * n + i ? s : 0.0);
+    if (kt_step_evaluate(c->model, c->data, w->memory, w->size, &step, w->q, w->v, w->next_q, w->next_v, &error) !=
+        KT_OK)
+        return false;
+    kt_position_subtract(c->model, w->next_q, w->from_q, change);
+    for (int i = 0; i < n; i++)
+        change[n + i] = w->next_v[i] - w->from_v[i];
+    (void)nq;
+    return true;
+}
+
+static bool difference(work *w, int j, double reach, double *column) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    const int n = 2 * kt_model_nv(w->c->model);
+    double *change = malloc((size_t)n * sizeof *change);
+    bool fine = true;
+    memset(column, 0, (size_t)n * sizeof *column);
+    for (int k = -4; k <= 4 && fine; k++) {
+        if (k == 0)
+            continue;
+        fine = step_from(w, j, k * reach, change);
+        for (int i = 0; i < n && fine; i++)
+            column[i] += (k < 0 ? -weight[-k - 1] : weight[k - 1]) / reach * change[i];
+    }
+    free(change);
+    return fine;
+}
+
+static bool compare_columns(work *w, const double *A, const double *B, kt_worst *worst, const char *name) {
+    const int n = kt_model_nv(w->c->model);
+    double *coarse = malloc(4 * (size_t)n * sizeof *coarse), *fine = coarse + 2 * n;
+    bool taken = true;
+    for (int j = 0; j < 3 * n && taken; j++) {
+        const double *column = j < 2 * n ? A + 2 * n * j : B + 2 * n * (j - 2 * n);
+        taken = difference(w, j, w->c->reach, coarse) && difference(w, j, 0.5 * w->c->reach, fine);
+        const double size = fmax(1e-3, kt_tree_largest(column, 2 * n));
+        for (int i = 0; i < 2 * n && taken; i++) {
+            const double rounding = 100.0 * DBL_EPSILON / w->c->reach * (1.0 + kt_tree_largest(w->from_v, n) + size);
+            const double doubt = fabs(coarse[i] - fine[i]) / 32.0;
+            kt_worst_near(worst, column[i], fine[i], fmin(doubt + rounding, 1e-8 * size) + 1e-11 * size,
+                          "%s row %d column %d of %d", name, i, j, 3 * n);
+        }
+    }
+    free(coarse);
+    return taken;
+}
+
+bool compare_step(const step_case *c, kt_worst *worst, const char *name) {
+    const size_t nq = (size_t)kt_model_nq(c->model), n = (size_t)kt_model_nv(c->model);
+    const size_t size = kt_step_work_size(c->model, c->step.method), aligned = (size + 63) / 64 * 64;
+    double *numbers = calloc(3 * nq + 4 * n + 6 * n * n + 1, sizeof *numbers), *A = numbers + 3 * nq + 4 * n;
+    work w = {.c = c, .memory = aligned_alloc(64, aligned), .size = size, .q = numbers};
+    w.next_q = w.q + nq, w.from_q = w.next_q + nq, w.v = w.from_q + nq;
+    w.next_v = w.v + n, w.from_v = w.next_v + n, w.tau = w.from_v + n;
+    kt_error error = {0};
+    bool taken = kt_step_derivatives(c->model, c->data, w.memory, size, &c->step, c->q, c->v, w.from_q, w.from_v, A,
+                                     A + 4 * n * n, &error) == KT_OK;
+    if (!taken)
+        kt_note("%s: %s", name, error.message);
+    taken = taken && compare_columns(&w, A, A + 4 * n * n, worst, name);
+    free(w.memory);
+    free(numbers);
+    return taken;
+}

@@ -1,0 +1,27 @@
+/* A and B of a step against central differences of order eight of the step itself. */
+#ifndef KT_TEST_SENSITIVITY_DIFFERENCES_H
+#define KT_TEST_SENSITIVITY_DIFFERENCES_H
+
+#include "../reduction/tangle.h"
+#include "check.h"
+
+#include "kinetree/sensitivity.h"
+
+/* The explicit methods among the built-in ones: the n-th, or NULL. */
+const kt_method *explicit_method(int n);
+
+/* A mechanism at a state, and the step from there. */
+typedef struct step_case {
+    const kt_model *model;
+    kt_data *data;
+    const double *q, *v;
+    kt_step step;
+    double reach; /* of a difference: rad or m, and of their rates */
+} step_case;
+
+/* Compares all columns of A and B. The bound is the disagreement of differences over one reach and over half of it, plus
+ * rounding, and 1e-8 of the column's largest number at most. Returns false if the step cannot be taken or has no
+ * derivatives there (a singular position). */
+bool compare_step(const step_case *c, kt_worst *worst, const char *name);
+
+#endif

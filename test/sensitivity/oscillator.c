@@ -1,0 +1,121 @@
+/* A mass on a spring with a damper: x' = L x + g, of which a Runge-Kutta method makes x + (R(h L) - 1) L^-1 (L x + g) with
+ * its stability polynomial R. So A = R(h L), and B = (R(h L) - 1) L^-1 (0, 1/m). */
+#include "differences.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double mass = 2.0, stiffness = 50.0, damping = 1.5, h = 0.05;
+
+static void product(const double *a, const double *b, double *out) {
+    double c[4];
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < 2; i++)
+            c[2 * j + i] = a[i] * b[2 * j] + a[2 + i] * b[2 * j + 1];
+    memcpy(out, c, sizeof c);
+}
+
+/* A = R(h L) and B, column-major. */
+static void expected_of(const kt_method *method, double *A, double *B) {
+    const double L[4] = {0.0, -stiffness / mass, 1.0, -damping / mass};
+    double power[4] = {1.0, 0.0, 0.0, 1.0}, sum[4] = {0.0}; /* sum: (R - 1) (h L)^-1 */
+    kt_stability s;
+    kt_error error;
+    kt_check_equal_int("stability", kt_stability_make(method, 0, &s, &error), KT_OK);
+    memcpy(A, power, sizeof power);
+    for (int k = 1; k <= s.degree; k++) {
+        for (int i = 0; i < 4; i++)
+            sum[i] += s.coefficient[k] * power[i];
+        product(L, power, power);
+        for (int i = 0; i < 4; i++) {
+            power[i] *= h;
+            A[i] += s.coefficient[k] * power[i];
+        }
+    }
+    for (int i = 0; i < 2; i++)
+        B[i] = h * sum[2 + i] / mass;
+}
+
+KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
+    kt_body body = kt_body_default();
+    kt_effect effect[2] = {kt_effect_default(), kt_effect_default()};
+    kt_description d = kt_description_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error;
+    body.name = "mass";
+    body.joint.type = KT_JOINT_PRISMATIC;
+    body.mass = mass;
+    effect[0].type = KT_EFFECT_JOINT_SPRING;
+    effect[0].joint = effect[1].joint = "mass";
+    effect[0].stiffness = stiffness;
+    effect[1].type = KT_EFFECT_JOINT_DAMPER;
+    effect[1].damping = damping;
+    d.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    d.bodies = &body, d.body_count = 1;
+    d.effects = effect, d.effect_count = 2;
+    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &error), &error) ||
+        !kt_tree_fine("data", kt_data_create(model, &data, &error), &error))
+        return;
+    kt_worst worst = kt_worst_make("A = R(h L), B = (R(h L) - 1) L^-1 / m");
+    const kt_method *method;
+    for (int n = 0; (method = explicit_method(n)) != NULL; n++) {
+        double observed[6], expected[6], q = 0.7, v = -1.3, next_q, next_v;
+        const double tau = 3.0;
+        const kt_step step = {.method = method, .t = 0.3, .h = h, .tau = &tau};
+        const size_t size = kt_step_work_size(model, method);
+        void *work = aligned_alloc(64, (size + 63) / 64 * 64);
+        if (kt_tree_fine("derivatives",
+                         kt_step_derivatives(model, data, work, size, &step, &q, &v, &next_q, &next_v, observed,
+                                             observed + 4, &error),
+                         &error)) {
+            expected_of(method, expected, expected + 4);
+            /* rounding: stages times some products of numbers below 26 */
+            for (int i = 0; i < 6; i++)
+                kt_worst_near(&worst, observed[i], expected[i], 8.0 * DBL_EPSILON * fmax(1.0, fabs(expected[i])),
+                              "%s number %d", method->name, i);
+            kt_worst_near(&worst, next_q, q + (expected[0] - 1.0) * q + expected[2] * v + expected[4] * tau,
+                          8.0 * DBL_EPSILON, "%s position", method->name);
+        }
+        free(work);
+    }
+    kt_check_worst(&worst);
+    kt_check_above("methods", explicit_method(10) != NULL, 1.0);
+    kt_data_free(data);
+    kt_model_free(model);
+}
+
+KT_TEST(methods_without_tables_are_refused_by_name) {
+    kt_body body = kt_body_default();
+    kt_description d = kt_description_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error;
+    char work[64];
+    double q = 0.1, v = 0.2, next_q = 5.0, next_v = 6.0;
+    body.name = "mass";
+    body.joint.type = KT_JOINT_PRISMATIC;
+    body.mass = mass;
+    d.bodies = &body, d.body_count = 1;
+    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &error), &error) ||
+        !kt_tree_fine("data", kt_data_create(model, &data, &error), &error))
+        return;
+    for (int i = 0; i < 3; i++) {
+        const char *name[] = {"rkc2", "radau5", NULL};
+        const kt_step step = {.method = name[i] ? kt_method_find(name[i]) : NULL, .h = h};
+        kt_check_equal_int("size", (long long)kt_step_work_size(model, step.method), 0);
+        kt_check_equal_int("status",
+                           kt_step_evaluate(model, data, work, sizeof work, &step, &q, &v, &next_q, &next_v, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_contains("message", error.message, name[i] ? name[i] : "no method");
+    }
+    const kt_step step = {.method = kt_method_find("rk4"), .h = h};
+    kt_check_equal_int("memory",
+                       kt_step_evaluate(model, data, work, sizeof work, &step, &q, &v, &next_q, &next_v, &error),
+                       KT_ERROR_MEMORY);
+    kt_check_near("the output is untouched", next_q, 5.0, 0.0);
+    kt_data_free(data);
+    kt_model_free(model);
+}
