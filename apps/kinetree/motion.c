@@ -3,6 +3,7 @@
 
 #include "command.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/reduction.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,14 +25,15 @@ kt_motion *kt_motion_start(const kt_scene *scene, const kt_model *model, const k
         return NULL;
     const unsigned record = kt_run_record(run, model);
     *motion = (kt_motion){.scene = scene, .model = model, .has_drift = (record & KT_RECORD_ENERGY) != 0};
-    const size_t forces = has_reactions ? kt_motion_bodies(motion) + (size_t)scene->description.loop_count : 0;
+    const size_t reactions = has_reactions ? kt_motion_bodies(motion) + (size_t)scene->description.loop_count : 0;
+    const size_t forces = reactions + (size_t)scene->description.effect_count;
     motion->poses = malloc((size_t)kt_model_body_count(model) * sizeof *motion->poses);
     motion->forces = calloc(forces + 1, sizeof *motion->forces);
     if (!kt_columns_list(&motion->columns, model, run, record) || motion->poses == NULL || motion->forces == NULL) {
         kt_motion_free(motion);
         return NULL;
     }
-    motion->force_count = has_reactions ? -1 : 0; /* counted with the first frame */
+    motion->has_reactions = has_reactions;
     const double bytes = (double)records * (double)frame_size(motion, forces);
     motion->stride = (int64_t)ceil(fmax(bytes / (double)KT_MOTION_BYTES_MAX, 1.0));
     return motion;
@@ -48,25 +50,36 @@ void kt_motion_free(kt_motion *motion) {
     free(motion->places);
     free(motion->turns);
     free(motion->values);
-    free(motion->reactions);
+    free(motion->force_values);
     free(motion);
 }
 
 /* ---- the first frame --------------------------------------------------------------------------------------------- */
 
-static void list_forces(kt_motion *motion) {
+static void list_reactions(kt_motion *motion) {
     const kt_picture *picture = motion->picture;
-    motion->force_count = 0;
     for (int i = 0; i < picture->joint_count; i++) {
         const kt_picture_joint *joint = &picture->joints[i];
         if (joint->type != KT_JOINT_FREE)
             motion->forces[motion->force_count++] =
-                (kt_motion_force){false, joint->body, joint->frame.body, joint->frame.pose.position};
+                (kt_motion_force){KT_FORCE_JOINT, joint->body, joint->frame.body, joint->frame.pose.position};
     }
     for (int i = 0; i < picture->loop_count; i++) {
         const kt_body_frame *end = &picture->loops[i].ends[0];
         motion->forces[motion->force_count++] =
-            (kt_motion_force){true, picture->loops[i].loop, end->body, end->pose.position};
+            (kt_motion_force){KT_FORCE_LOOP, picture->loops[i].loop, end->body, end->pose.position};
+    }
+}
+
+/* Of effects that exert a force on bodies; a torque has none. */
+static void list_effect_forces(kt_motion *motion) {
+    const kt_picture *picture = motion->picture;
+    for (int i = 0; i < picture->effect_count; i++) {
+        const kt_picture_effect *effect = &picture->effects[i];
+        const kt_body_frame *end = &effect->ends[0];
+        const kt_force_source source = effect->type == KT_EFFECT_CONTACT ? KT_FORCE_CONTACT : KT_FORCE_EFFECT;
+        if (effect->end_count > 0 && effect->type != KT_EFFECT_TORQUE)
+            motion->forces[motion->force_count++] = (kt_motion_force){source, i, end->body, end->pose.position};
     }
 }
 
@@ -83,8 +96,9 @@ static int look_at_first(kt_motion *motion) {
     const kt_bounds bounds = kt_picture_widen(motion->picture, motion->poses, kt_bounds_empty());
     if (bounds.low.x <= bounds.high.x)
         motion->centre = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
-    if (motion->force_count < 0)
-        list_forces(motion);
+    if (motion->has_reactions)
+        list_reactions(motion);
+    list_effect_forces(motion);
     return 0;
 }
 
@@ -106,7 +120,7 @@ static int make_room(kt_motion *motion) {
         !widen(&motion->places, room, 3 * bodies * sizeof *motion->places) ||
         !widen(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||
         !widen(&motion->values, room, kt_motion_width(motion) * sizeof *motion->values) ||
-        !widen(&motion->reactions, room, 3 * (size_t)motion->force_count * sizeof *motion->reactions)) {
+        !widen(&motion->force_values, room, 3 * (size_t)motion->force_count * sizeof *motion->force_values)) {
         kt_say("there is not enough memory for the motion");
         return -1;
     }
@@ -126,11 +140,12 @@ static void put_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
     double same = 0.0;
     for (int k = 0; k < 4 && before != NULL; k++)
         same += x[k] * before[k];
-    for (int k = 0; k < 4; k++)
-        to[k] = (int16_t)lround((same < 0.0 ? -32767.0 : 32767.0) * x[k]);
+    const double scale = same < 0.0 ? -32767.0 : 32767.0;
+    for (int k = 0; k < 4; k++) /* rounded to the nearest: what is converted is positive, and cut off */
+        to[k] = (int16_t)((int)(scale * x[k] + 32768.5) - 32768);
 }
 
-static void put_poses(kt_motion *motion, const kt_data *data) {
+static void put_poses(kt_motion *motion) {
     const size_t bodies = kt_motion_bodies(motion), frame = motion->count;
     for (size_t b = 0; b < bodies; b++) {
         const size_t at = frame * bodies + b;
@@ -138,10 +153,19 @@ static void put_poses(kt_motion *motion, const kt_data *data) {
         put_vector(motion->places + 3 * at, kt_vec3_sub(pose->position, motion->centre));
         put_quaternion(motion->turns + 4 * at, frame > 0 ? motion->turns + 4 * (at - bodies) : NULL,
                        kt_quat_from_matrix(pose->rotation));
-        const double speed = kt_vec3_norm(kt_body_twist(motion->model, data, (int)b + 1).angular);
+    }
+}
+
+/* At every fourth record: a rotation that lasts shorter is none that would be seen to turn backwards. */
+static void find_fastest(kt_motion *motion, const kt_data *data) {
+    const int bodies = kt_model_body_count(motion->model);
+    if (motion->taken % 4 != 0)
+        return;
+    for (int body = 1; body < bodies; body++) {
+        const double speed = kt_vec3_norm(kt_body_twist(motion->model, data, body).angular);
         if (speed > motion->fastest) {
             motion->fastest = speed;
-            motion->fastest_body = (int)b + 1;
+            motion->fastest_body = body;
         }
     }
 }
@@ -161,18 +185,28 @@ static void put_values(kt_motion *motion, const kt_record *record) {
         *row = (float)(energy_of(record) - motion->energy_start);
 }
 
+/* Zero where it is not known: reactions are not in a record, or the force is not finite in the last state of a failure. */
+static kt_vec3 force_of(const kt_motion *motion, const kt_motion_force *force, const kt_record *record) {
+    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
+    const kt_wrench *reactions = force->source == KT_FORCE_LOOP ? record->loop_reactions : record->reactions;
+    kt_effect_load load;
+    if (force->source == KT_FORCE_JOINT || force->source == KT_FORCE_LOOP)
+        return reactions != NULL ? reactions[force->index].force : none;
+    return kt_effect_evaluate(motion->model, record->data, record->time, record->q, record->v,
+                              motion->picture->effects[force->index].effect, &load, NULL) == KT_OK
+               ? load.wrench[0].force
+               : none;
+}
+
 static void put_forces(kt_motion *motion, const kt_record *record) {
-    static const kt_wrench none;
-    for (int i = 0; i < motion->force_count; i++) {
-        const kt_motion_force *force = &motion->forces[i];
-        const kt_wrench *all = force->is_loop ? record->loop_reactions : record->reactions;
-        const kt_wrench *w = all != NULL ? &all[force->index] : &none;
-        put_vector(motion->reactions + 3 * (motion->count * (size_t)motion->force_count + (size_t)i), w->force);
-    }
+    float *row = motion->force_values + 3 * motion->count * (size_t)motion->force_count;
+    for (int i = 0; i < motion->force_count; i++)
+        put_vector(row + 3 * i, force_of(motion, &motion->forces[i], record));
 }
 
 int kt_motion_take(kt_motion *motion, const kt_record *record) {
-    for (int body = 0; body < kt_model_body_count(motion->model); body++)
+    const int bodies = kt_model_body_count(motion->model);
+    for (int body = 0; body < bodies; body++)
         motion->poses[body] = kt_body_pose(motion->model, record->data, body);
     if (motion->is_loose)
         motion->count--;
@@ -180,7 +214,8 @@ int kt_motion_take(kt_motion *motion, const kt_record *record) {
     if (look_at_first(motion) != 0 || make_room(motion) != 0)
         return -1;
     motion->times[motion->count] = record->time;
-    put_poses(motion, record->data);
+    put_poses(motion);
+    find_fastest(motion, record->data);
     put_values(motion, record);
     put_forces(motion, record);
     motion->count++;

@@ -17,11 +17,18 @@
 /* The most bytes that frames take; of a longer motion only every second (third, ...) record becomes a frame. */
 #define KT_MOTION_BYTES_MAX (48 << 20)
 
-/* The point where a force acts that frames have: that of a joint, or of a loop's first end. */
+typedef enum kt_force_source {
+    KT_FORCE_JOINT,   /* reaction on the child, at the joint */
+    KT_FORCE_LOOP,    /* reaction on the second end, at the first */
+    KT_FORCE_CONTACT, /* on the sphere, at its lowest point */
+    KT_FORCE_EFFECT,  /* on the first end, and its opposite on the second, if there is one */
+} kt_force_source;
+
+/* A force that frames have, and the point where it acts. */
 typedef struct kt_motion_force {
-    bool is_loop;
-    int index; /* the body of the joint, or the loop */
-    int body;  /* to which the point is fixed */
+    kt_force_source source;
+    int index; /* the body of the joint, the loop, or the effect in the picture */
+    int body;  /* to which the point is fixed; of a contact, that of the sphere */
     kt_vec3 at;
 } kt_motion_force;
 
@@ -34,21 +41,22 @@ typedef struct kt_motion {
     double energy_start;
     kt_motion_force *forces;
     int force_count;
-    kt_pose *poses; /* of one frame */
-    kt_vec3 centre; /* places of bodies are relative to this, so that single precision does for them */
+    bool has_reactions; /* of joints and loops; forces of effects are always there */
+    kt_pose *poses;     /* of one frame */
+    kt_vec3 centre;     /* places of bodies are relative to this, so that single precision does for them */
 
     /* Frames; bodies do not count the world here. */
     size_t count, room;
-    double *times;    /* s */
-    float *places;    /* [frame][body][3], m */
-    int16_t *turns;   /* [frame][body][4]: quaternions times 32767, of the sign that is nearer to the frame before */
-    float *values;    /* [frame][kt_motion_width] */
-    float *reactions; /* [frame][force][3], N, on the child or second end, world axes */
-    int64_t stride;   /* every stride-th record becomes a frame; the last one always does */
-    int64_t taken;    /* records */
-    bool is_loose;    /* the last frame gives way to the next record */
-    double fastest;   /* rad/s, the largest angular velocity at any frame */
-    int fastest_body; /* ... and whose */
+    double *times;       /* s */
+    float *places;       /* [frame][body][3], m */
+    int16_t *turns;      /* [frame][body][4]: quaternions times 32767, of the sign that is nearer to the frame before */
+    float *values;       /* [frame][kt_motion_width] */
+    float *force_values; /* [frame][force][3], N, world axes */
+    int64_t stride;      /* every stride-th record becomes a frame; the last one always does */
+    int64_t taken;       /* records */
+    bool is_loose;       /* the last frame gives way to the next record */
+    double fastest;      /* rad/s, the largest angular velocity at any frame */
+    int fastest_body;    /* ... and whose */
 } kt_motion;
 
 /* run: the options of the run, and what is recorded. records: how many will be taken. has_reactions: records have them,

@@ -11,6 +11,7 @@
 #include "view/page.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,25 +21,33 @@
 /* Bytes on their way to letters, four for each three; a whole block is written at once. */
 typedef struct base64 {
     FILE *file;
-    unsigned char bytes[3 * 1024];
+    char pairs[4096][2]; /* the two letters of twelve bits */
+    unsigned char bytes[3 * 8192];
     size_t count;
 } base64;
 
+static base64 start_letters(FILE *file) {
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    base64 out = {.file = file};
+    for (size_t i = 0; i < sizeof out.pairs / sizeof *out.pairs; i++) {
+        out.pairs[i][0] = letters[i / 64];
+        out.pairs[i][1] = letters[i % 64];
+    }
+    return out;
+}
+
 /* Writes the block, filled up to three bytes with zeros, which no reader looks at. */
 static void flush_letters(base64 *out) {
-    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    char text[4 * 1024], *to = text;
+    char text[4 * 8192], *to = text;
     if (out->count == 0)
         return;
     while (out->count % 3 != 0)
         out->bytes[out->count++] = 0;
-    for (size_t i = 0; i < out->count; i += 3) {
-        const unsigned three =
-            (unsigned)out->bytes[i] << 16 | (unsigned)out->bytes[i + 1] << 8 | (unsigned)out->bytes[i + 2];
-        to[0] = letters[three >> 18];
-        to[1] = letters[three >> 12 & 63U];
-        to[2] = letters[three >> 6 & 63U];
-        to[3] = letters[three & 63U];
+    const unsigned char *const end = out->bytes + out->count;
+    for (const unsigned char *from = out->bytes; from < end; from += 3) {
+        const unsigned three = (unsigned)from[0] << 16 | (unsigned)from[1] << 8 | (unsigned)from[2];
+        memcpy(to, out->pairs[three >> 12], 2);
+        memcpy(to + 2, out->pairs[three & 4095U], 2);
         to += 4;
     }
     (void)fwrite(text, 1, (size_t)(to - text), out->file); /* errors are asked for at the end */
@@ -70,25 +79,42 @@ static void put_numbers(base64 *out, const void *numbers, size_t count, size_t s
 
 static void put_frames(const kt_motion *motion, FILE *file) {
     const size_t n = motion->count, bodies = kt_motion_bodies(motion);
-    base64 out = {.file = file};
+    base64 out = start_letters(file);
     put_numbers(&out, motion->times, n, sizeof *motion->times);
     put_numbers(&out, motion->places, 3 * n * bodies, sizeof *motion->places);
     put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
     put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
-    put_numbers(&out, motion->reactions, 3 * n * (size_t)motion->force_count, sizeof *motion->reactions);
+    put_numbers(&out, motion->force_values, 3 * n * (size_t)motion->force_count, sizeof *motion->force_values);
     flush_letters(&out);
 }
 
 /* ---- the mechanism as JSON --------------------------------------------------------------------------------------- */
 
+/* Most numbers of a description are 0 or 1; whole ones are shorter and cheaper without a point. */
+static json_t *describe_number(double x) {
+    return fabs(x) < 1e9 && x == floor(x) ? json_integer((json_int_t)x) : kt_json_number(x);
+}
+
+static json_t *describe_numbers(const double *x, int count) {
+    json_t *list = json_array();
+    for (int i = 0; i < count; i++)
+        json_array_append_new(list, describe_number(x[i]));
+    return list;
+}
+
+static json_t *describe_vector(kt_vec3 u) {
+    const double x[] = {u.x, u.y, u.z};
+    return describe_numbers(x, 3);
+}
+
 static json_t *describe_quaternion(kt_mat3 rotation) {
     const kt_quat q = kt_quat_from_matrix(rotation);
     const double x[] = {q.w, q.x, q.y, q.z};
-    return kt_json_numbers(x, 4);
+    return describe_numbers(x, 4);
 }
 
 static void add_pose(json_t *object, kt_pose pose) {
-    json_object_set_new(object, "at", kt_json_vector(pose.position));
+    json_object_set_new(object, "at", describe_vector(pose.position));
     json_object_set_new(object, "turn", describe_quaternion(pose.rotation));
 }
 
@@ -114,7 +140,7 @@ static json_t *describe_bodies(const kt_motion *motion) {
         json_object_set_new(one, "name", kt_json_text(kt_body_name(model, body)));
         json_object_set_new(one, "parent", json_integer(body > 0 ? kt_body_parent(model, body) : 0));
         json_object_set_new(one, "joint", json_string(kt_joint_type_name(kt_body_coordinates(model, body).type)));
-        json_object_set_new(one, "mass", kt_json_number(body > 0 ? kt_body_mass(model, body) : 0.0));
+        json_object_set_new(one, "mass", describe_number(body > 0 ? kt_body_mass(model, body) : 0.0));
         json_object_set_new(one, "colour", json_integer(motion->picture->colour[body]));
         json_array_append_new(list, one);
     }
@@ -131,7 +157,7 @@ static json_t *describe_solids(const kt_picture *picture) {
         json_object_set_new(one, "type", json_string(types[solid->type]));
         json_object_set_new(one, "body", json_integer(solid->body));
         add_pose(one, solid->pose);
-        json_object_set_new(one, "half", kt_json_vector(solid->half));
+        json_object_set_new(one, "half", describe_vector(solid->half));
         json_array_append_new(list, one);
     }
     return list;
@@ -148,7 +174,7 @@ static json_t *describe_joints(const kt_picture *picture) {
         json_object_set_new(one, "on", json_integer(joint->frame.body));
         add_pose(one, joint->frame.pose);
         if (joint->type == KT_JOINT_UNIVERSAL)
-            json_object_set_new(one, "axis2", kt_json_vector(joint->axis2));
+            json_object_set_new(one, "axis2", describe_vector(joint->axis2));
         json_array_append_new(list, one);
     }
     return list;
@@ -175,7 +201,7 @@ static json_t *describe_effects(const kt_picture *picture) {
         json_object_set_new(one, "name", effect->name != NULL ? kt_json_text(effect->name) : json_null());
         json_object_set_new(one, "type", json_string(kt_effect_type_name(effect->type)));
         json_object_set_new(one, "ends", describe_ends(effect->ends, effect->end_count));
-        json_object_set_new(one, "radius", kt_json_number(effect->radius));
+        json_object_set_new(one, "radius", describe_number(effect->radius));
         json_object_set_new(one, "stiff", json_boolean(effect->has_stiffness));
         json_array_append_new(list, one);
     }
@@ -186,7 +212,7 @@ static json_t *describe_planes(const kt_picture *picture) {
     json_t *list = json_array();
     for (int i = 0; i < picture->plane_count; i++) {
         json_t *one = describe_frame(&picture->planes[i].frame);
-        json_object_set_new(one, "half", kt_json_number(picture->planes[i].half));
+        json_object_set_new(one, "half", describe_number(picture->planes[i].half));
         json_array_append_new(list, one);
     }
     return list;
@@ -210,7 +236,7 @@ static json_t *describe_markers(const kt_motion *motion, const kt_view *view) {
             json_t *one = json_object();
             json_object_set_new(one, "body", json_integer(body));
             json_object_set_new(one, "name", kt_json_text(name));
-            json_object_set_new(one, "at", kt_json_vector(kt_marker_at(motion->model, body, k)));
+            json_object_set_new(one, "at", describe_vector(kt_marker_at(motion->model, body, k)));
             json_object_set_new(one, "traced", json_boolean(is_traced(view, kt_body_name(motion->model, body), name)));
             json_array_append_new(list, one);
         }
@@ -238,15 +264,24 @@ static json_t *describe_columns(const kt_motion *motion) {
     return list;
 }
 
+static json_t *describe_force(const kt_motion_force *force) {
+    static const char *const sources[] = {[KT_FORCE_JOINT] = "reaction",
+                                          [KT_FORCE_LOOP] = "reaction",
+                                          [KT_FORCE_CONTACT] = "contact",
+                                          [KT_FORCE_EFFECT] = "effect"};
+    json_t *one = json_object();
+    json_object_set_new(one, "source", json_string(sources[force->source]));
+    json_object_set_new(one, "body", json_integer(force->body));
+    json_object_set_new(one, "at", describe_vector(force->at));
+    if (force->source == KT_FORCE_CONTACT || force->source == KT_FORCE_EFFECT)
+        json_object_set_new(one, "effect", json_integer(force->index));
+    return one;
+}
+
 static json_t *describe_forces(const kt_motion *motion) {
     json_t *list = json_array();
-    for (int i = 0; i < motion->force_count; i++) {
-        const kt_motion_force *force = &motion->forces[i];
-        json_t *one = json_object();
-        json_object_set_new(one, "body", json_integer(force->body));
-        json_object_set_new(one, "at", kt_json_vector(force->at));
-        json_array_append_new(list, one);
-    }
+    for (int i = 0; i < motion->force_count; i++)
+        json_array_append_new(list, describe_force(&motion->forces[i]));
     return list;
 }
 
@@ -301,11 +336,11 @@ static json_t *describe(const kt_motion *motion, const kt_view *view) {
     json_object_set_new(root, "name", kt_json_text(view->name));
     json_object_set_new(root, "method", json_string(view->method));
     json_object_set_new(root, "frames", json_integer((json_int_t)motion->count));
-    json_object_set_new(root, "centre", kt_json_vector(motion->centre));
-    json_object_set_new(root, "gravity", kt_json_vector(picture->gravity));
-    json_object_set_new(root, "normal", picture->is_planar ? kt_json_vector(picture->normal) : json_null());
-    json_object_set_new(root, "size", kt_json_number(picture->size));
-    json_object_set_new(root, "radius", kt_json_number(picture->radius));
+    json_object_set_new(root, "centre", describe_vector(motion->centre));
+    json_object_set_new(root, "gravity", describe_vector(picture->gravity));
+    json_object_set_new(root, "normal", picture->is_planar ? describe_vector(picture->normal) : json_null());
+    json_object_set_new(root, "size", describe_number(picture->size));
+    json_object_set_new(root, "radius", describe_number(picture->radius));
     json_object_set_new(root, "bodies", describe_bodies(motion));
     json_object_set_new(root, "solids", describe_solids(picture));
     json_object_set_new(root, "joints", describe_joints(picture));
@@ -341,6 +376,8 @@ static int write_page(const kt_motion *motion, const char *json, const char *pat
     FILE *file = fopen(path, "w");
     if (file == NULL)
         return errno;
+    char block[1 << 16]; /* as much as a write takes */
+    (void)setvbuf(file, block, _IOFBF, sizeof block);
     (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
     put_json(json, file);
     (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);

@@ -243,6 +243,23 @@ KT_API KT_CHECKED kt_status kt_effect_forces(const kt_model *model, kt_data *dat
  * The potential energy of gravity is kt_potential_energy. O(bodies + effects). */
 KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
+/* What one effect exerts. Ends are those of its description: of a contact the sphere, then the plane. */
+typedef struct kt_effect_load {
+    int end_count;       /* 0: it acts in a joint */
+    kt_vec3 point[2];    /* of its ends, world, m */
+    kt_wrench wrench[2]; /* on the bodies of its ends, about these points, world axes */
+    double joint_force;  /* in its joint, N m, or N in a sliding joint; 0 of an effect with ends */
+} kt_effect_load;
+
+/* Computes what an effect exerts at (t, q, v), of which data hold the kinematics (kt_kinematics_update, a record, a
+ * sensor reading): the force of a contact or a spring, the torque of a motor. effect is its index in the description. A
+ * contact's force acts at the sphere's lowest point, so its wrench about the centre has a moment, too. Positions are
+ * those in the world: far from its origin a wrench loses digits that kt_acceleration_evaluate keeps. Allocates nothing.
+ * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect; *load is then untouched.
+ * O(log effects). */
+KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
+                                               const double *v, int effect, kt_effect_load *load, kt_error *error);
+
 #ifdef __cplusplus
 }
 #endif

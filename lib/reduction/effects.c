@@ -203,6 +203,15 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
     return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot tell its force here (code %d)", s->code);
 }
 
+static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    name_effect(s, effect, where);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        effect->type == KT_EFFECT_CUSTOM
+                            ? "its callback gave a force or power that is not finite"
+                            : "its force is not finite; look for a number or a function of it that is huge there");
+}
+
 /* Whether the effect's force or power is not finite. */
 static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
@@ -232,12 +241,7 @@ static kt_status blame(const sum *s, const double *tau, const kt_wrench *externa
         const kt_effect_record *effect = &s->model->effect[i];
         if (!is_culprit(s, effect))
             continue;
-        char where[KT_WHERE_SIZE];
-        name_effect(s, effect, where);
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                            effect->type == KT_EFFECT_CUSTOM
-                                ? "its callback gave a force or power that is not finite"
-                                : "its force is not finite; look for a number or a function of it that is huge there");
+        return refuse_force(s, effect, error);
     }
     return status;
 }
@@ -322,4 +326,64 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         energy += code == 0 ? balance.energy : (double)NAN;
     }
     return energy;
+}
+
+/* ---- one effect, for queries ------------------------------------------------------------------------------------- */
+
+/* Those of one batch are in the description's order. */
+static const kt_effect_record *find_effect(const kt_model *model, int source) {
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_record *first = model->effect + model->batch[i].first;
+        int32_t low = 0, high = model->batch[i].count - 1;
+        while (low < high) {
+            const int32_t middle = (low + high) / 2;
+            if (first[middle].source < source)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        if (first[low].source == source)
+            return &first[low];
+    }
+    return NULL; /* unreachable: each effect is in one batch */
+}
+
+/* The ends of an effect as find_ends has them, from the kinematics of the last update. */
+static void place_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_link_kinematics *link = &data->kinematics[effect->link[k]];
+        const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
+        end[k].axes = kt_mat3_multiply(link->axes, effect->frame[k].rotation);
+        end[k].point = kt_vec3_add(link->position, arm);
+        end[k].omega = link->omega;
+        end[k].velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
+    }
+}
+
+static bool is_load_finite(const kt_effect_load *load) {
+    double excess = load->joint_force - load->joint_force;
+    for (int k = 0; k < load->end_count; k++)
+        excess += excess_of_wrench(&load->wrench[k]);
+    return excess == 0.0;
+}
+
+kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
+                             int effect, kt_effect_load *load, kt_error *error) {
+    const kt_effect_record *record = find_effect(model, effect);
+    const kt_effect_kind *kind = kt_effect_kind_of(record->type);
+    const kt_link *link = &model->link[record->link[0]];
+    sum s = {.model = model, .t = t, .failed = record};
+    kt_effect_load found = {.end_count = record->ends};
+    kt_effect_end end[2];
+    place_ends(data, record, end);
+    s.code = record->ends > 0 ? push(model, record, kind, end, t, found.wrench, NULL)
+                              : drive(model, record, kind, q[link->q], v[link->v], t, &found.joint_force, NULL);
+    if (s.code != 0)
+        return refuse_code(&s, error);
+    for (int k = 0; k < record->ends; k++)
+        found.point[k] = end[k].point;
+    if (!is_load_finite(&found))
+        return refuse_force(&s, record, error);
+    *load = found;
+    return KT_OK;
 }

@@ -172,6 +172,40 @@ def check_time(page, path):
     claim("time_moves_by_buttons_keys_and_slider", faults + page.complaints())
 
 
+# Numbers that arrows (a cylinder and a cone each) consist of near the end of the motion, by what is shown.
+ARROWS = """((shown) => {
+    const {figure} = kinetree, of_all = {...kinetree.shown, reaction: false, contact: false, effect: false, axes: false};
+    kinetree.seek(kinetree.times[0] + 0.999 * (kinetree.times[1] - kinetree.times[0]));
+    kinetree.pose();
+    figure.update(kinetree.time, kinetree.poses, {...of_all, ...shown});
+    return figure.arrows.map((batch) => batch.numbers.used).reduce((a, b) => a + b);
+})"""
+
+
+def check_arrows(page, folder):
+    """A ball that has come to rest on its plane under a spring: an arrow of the contact, one of the spring; nothing acts across the slide."""
+    scene = """kinetree: 1
+name: ball
+gravity: [0, 0, -9.81]
+bodies:
+  - name: ball
+    joint: {type: prismatic, axis: z, position: 0.098}
+    mass: 0.5
+    shape: {type: sphere, radius: 0.1}
+    markers: {centre: [0, 0, 0]}
+effects:
+  - {type: spring, between: [ball.centre, world], stiffness: 8, length: 1}
+  - {type: contact, point: ball.centre, radius: 0.1, plane: world, stiffness: 1e4, exponent: 1.5}
+"""
+    run = kinetree("view", "-", "--view", "ball.html", "--duration", "0.02", "--quiet", folder=folder, text=scene)
+    page.open(f"{folder}/ball.html")
+    counts = [page.evaluate(f"{ARROWS}({shown})") for shown in ("{}", "{contact: true}", "{effect: true}", "{reaction: true, contact: true, effect: true}")]
+    one = counts[1]
+    note(f"numbers of arrows: {counts}")
+    claim("forces_of_contacts_and_effects_are_arrows", ([run.stderr] if run.returncode else []) + page.complaints() +
+          ([] if one > 0 and counts == [0, one, one, 2 * one] else [f"{counts}"]))
+
+
 HOSTILE = "</script><img src=x onerror=document.title='taken'>"
 
 
@@ -243,6 +277,7 @@ def main():
             timed("scenes", check_scenes, page, folder)
             timed("colours", check_colours, page, f"{folder}/page.html")
             timed("time", check_time, page, f"{folder}/page.html")
+            timed("arrows", check_arrows, page, folder)
             timed("names", check_names, page, folder)
             timed("large", check_large, page, folder)
             timed("long", check_long, page, folder)

@@ -147,6 +147,41 @@ simulate: {duration: 5, integrator: dop853, tolerance: 1e-9}
 """
 
 
+BALL = """kinetree: 1
+name: ball on a plane and a spring
+gravity: [0, 0, -9.81]
+bodies:
+  - name: ball
+    joint: {type: free, position: {position: [0.1, 0, 0.3]}}
+    mass: 0.5
+    shape: {type: sphere, radius: 0.1}
+    markers: {centre: [0, 0, 0]}
+effects:
+  - {type: spring, between: [ball.centre, world], stiffness: 8, length: 1}
+  - {type: contact, point: ball.centre, radius: 0.1, plane: world, stiffness: 1e4, exponent: 1.5}
+simulate: {duration: 1, integrator: dop853, tolerance: 1e-9}
+output: {interval: 0.002}
+"""
+
+
+def check_effects(folder):
+    """Forces of a spring and a contact against their formulas at the places of the frames. These are exact to 2^-25 m (floats
+    up to 0.5 m), which the contact's stiffness, at most 1e4 * 1.5 * sqrt(0.1) N/m, turns into 1.4e-4 N."""
+    run = kinetree("view", "-", "--view", "ball.html", "--quiet", folder=folder, text=BALL)
+    data, blocks, _ = read_view(f"{folder}/ball.html")
+    kinds = [(arrow["source"], data["effects"][arrow["effect"]]["type"]) for arrow in data["arrows"] if "effect" in arrow]
+    worst, deepest, first = 0.0, 0.0, 3 * [arrow["source"] for arrow in data["arrows"]].index("effect")
+    for i in range(data["frames"]):
+        p = [a + b for a, b in zip(blocks["places"][i][:3], data["centre"])]
+        length, depth = math.hypot(*p), max(0.1 - p[2], 0.0)
+        wanted = [-8 * (length - 1) / length * x for x in p] + [0, 0, 1e4 * depth**1.5]
+        worst = max(worst, math.dist(blocks["forces"][i][first:first + 6], wanted))
+        deepest = max(deepest, depth)
+    note(f"farthest from the formulas, N: {worst:.2g}; deepest contact: {deepest:.2g} m")
+    faults = [] if run.returncode == 0 and kinds == [("effect", "spring"), ("contact", "contact")] else [f"{run.stderr}, {kinds}"]
+    return faults + ([] if worst < 1.4e-4 and 0.001 < deepest < 0.1 else [f"{worst} N off, {deepest} m deep"])
+
+
 def gap_of(data, blocks, frame):
     """How far the two ends of the first loop are apart."""
     ends = [marker_of(data, blocks, frame, end) for end in data["loops"][0]["ends"]]
@@ -187,6 +222,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in ("four-bar", "landing-gear", "bead", "stewart"):
             claim(f"frames_are_the_records_{name}", check_scene(name, folder))
+        claim("frames_have_the_forces_of_effects", check_effects(folder))
         claim("too_large_a_view_is_thinned_and_says_so", check_thinning(folder))
         claim("view_of_a_failure_has_its_last_state_and_names", check_failure(folder))
         claim("view_of_the_start_has_given_and_assembled_positions", check_start(folder))

@@ -364,6 +364,12 @@ KT_TEST(wrench_that_is_not_finite_is_named) {
                            KT_ERROR_NOT_FINITE);
         kt_check_text("where", error.where, "effect 'tether' (custom) between 'world' and 'ball', t = 0.25 s");
         kt_check_near("untouched", a[0], 7.0, 0.0);
+        kt_effect_load load = {.joint_force = 7.0};
+        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
+        kt_check_equal_int("load", kt_effect_evaluate(s.model, s.data, 0.5, s.q, s.v, 0, &load, &error),
+                           KT_ERROR_NOT_FINITE);
+        kt_check_text("where", error.where, "effect 'tether' (custom) between 'world' and 'ball', t = 0.5 s");
+        kt_check_near("untouched", load.joint_force, 7.0, 0.0);
     }
     stage_close(&s);
 }

@@ -232,6 +232,65 @@ static void check_all(kt_tree_plan plan) {
     kt_check_equal_int("types of effects", kinds, KT_EFFECT_TYPE_COUNT);
 }
 
+/* ---- one by one -------------------------------------------------------------------------------------------------- */
+
+/* Adds J' w of an end to f, and |J|' |w| to size. */
+static void add_end(const kt_tree *tree, const kt_effect *effect, int end, const kt_wrench *w, double *f,
+                    double *size) {
+    double jacobian[6 * KT_TREE_NV];
+    const char *name = effect->between[end].body;
+    const double load[6] = {w->moment.x, w->moment.y, w->moment.z, w->force.x, w->force.y, w->force.z};
+    kt_point_jacobian(tree->model, tree->data, name ? kt_body_find(tree->model, name) : 0, effect->between[end].at,
+                      jacobian);
+    for (int i = 0; i < kt_model_nv(tree->model); i++)
+        for (int k = 0; k < 6; k++) {
+            f[i] += jacobian[6 * i + k] * load[k];
+            size[i] += fabs(jacobian[6 * i + k] * load[k]);
+        }
+}
+
+/* Adds what each effect exerts, transformed to the coordinates by Jacobians of its ends. */
+static bool add_all(const stage *s, double *f, double *size) {
+    const kt_tree *tree = &s->tree;
+    kt_error e = {0};
+    for (int i = 0; i < tree->description.effect_count; i++) {
+        const kt_effect *effect = &s->effect[i];
+        kt_effect_load load;
+        if (!kt_tree_fine("load",
+                          kt_effect_evaluate(tree->model, tree->data, 0.0, s->state.q, s->state.v, i, &load, &e), &e))
+            return false;
+        for (int k = 0; k < load.end_count; k++)
+            add_end(tree, effect, k, &load.wrench[k], f, size);
+        if (load.end_count == 0)
+            f[kt_body_coordinates(tree->model, kt_body_find(tree->model, effect->joint)).v] += load.joint_force;
+    }
+    return true;
+}
+
+/* Bounds: rounding of positions, some eps of the mechanism's few metres, changes forces that grow by the stiffnesses, which
+ * are near 1; measured over forty seeds: up to 57 eps. */
+KT_TEST(effects_add_up_to_their_generalised_forces) {
+    kt_random random = kt_random_of_test();
+    const kt_tree_plan plan = kt_tree_plan_default();
+    kt_worst worst = kt_worst_make("joint forces");
+    for (int n = 0; n < MECHANISMS; n++) {
+        static stage s;
+        double f[KT_TREE_NV] = {0.0}, size[KT_TREE_NV] = {0.0}, wanted[KT_TREE_NV];
+        kt_error e = {0};
+        if (!grow(&s, &plan, &random))
+            return;
+        kt_tree_state_draw(&s.tree, &random, &s.state);
+        const bool fine =
+            kt_tree_kinematics(&s.tree, &s.state) && add_all(&s, f, size) &&
+            kt_tree_fine("forces", kt_effect_forces(s.tree.model, s.tree.data, 0.0, s.state.q, s.state.v, wanted, &e),
+                         &e);
+        for (int i = 0; i < kt_model_nv(s.tree.model) && fine; i++)
+            kt_worst_near(&worst, f[i], wanted[i], 200.0 * DBL_EPSILON * (1.0 + size[i]), "mechanism %d, %d", n, i);
+        kt_tree_free(&s.tree);
+    }
+    kt_check_worst(&worst);
+}
+
 KT_TEST(forces_of_effects_change_as_their_differences_do) { check_all(kt_tree_plan_default()); }
 
 KT_TEST(forces_of_effects_on_planar_trees_change_as_their_differences_do) { check_all(kt_tree_plan_planar()); }

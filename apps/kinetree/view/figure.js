@@ -13,10 +13,14 @@ const THEMES = {
 
 const LAYERS = [
     ["joints", "Joints", true], ["axes", "Joint axes", false], ["loops", "Loops", true], ["springs", "Springs", true],
-    ["planes", "Planes", true], ["contacts", "Contact points", true], ["reactions", "Reactions", false],
+    ["planes", "Planes", true], ["contacts", "Contact points", true], ["contact", "Contact forces", true],
+    ["effect", "Forces of effects", false], ["reaction", "Reactions", false],
     ["traces", "Traces", true], ["markers", "Markers", false],
     ["names", "Names", false], ["frame", "World axes", true],
 ];
+
+/* Of arrows, by where their forces come from; each is a layer. */
+const ARROWS = {reaction: [0.75, 0.2, 0.55], contact: [0.85, 0.4, 0.1], effect: [0.1, 0.55, 0.6]};
 
 /* Loops whose points coincide, or are held at a distance: a line joins them where they are apart. */
 const JOINED = ["spherical", "revolute", "universal", "weld", "distance"];
@@ -176,8 +180,8 @@ class Figure {
             this.data.effects.filter(({ends, type}) => ends.length === 2 && type !== "contact")
                 .forEach((effect) => this.draw_spring(poses, effect));
         this.data.arrows.forEach((arrow, i) => {
-            if (shown.reactions)
-                this.draw_arrow(poses, arrow, i, force_at(this.motion, t, i));
+            if (shown[arrow.source] && !this.hidden.has(arrow.body))
+                this.draw_force(poses, arrow, force_at(this.motion, t, i));
         });
         [this.thin, this.thick, ...this.arrows].forEach((one) => { one.is_changed = true; });
         this.update_paths(t);
@@ -256,14 +260,25 @@ class Figure {
         this.instance("cone", sub(tip, scale(1.5 * r, n)), from_z(n), [r, r, 1.5 * r], colour);
     }
 
-    /* An arrow from the point where a force acts. The strongest in the motion is a fourth of the mechanism long. */
-    draw_arrow(poses, {body, at}, i, force) {
+    /* Where a force acts: of a contact at the sphere's lowest point. An effect with two ends acts on both; on the world no
+     * arrow is drawn. */
+    draw_force(poses, {source, body, at, effect}, force) {
+        const o = point_of(poses, body, at), {ends, radius} = this.data.effects[effect] ?? {}, colour = ARROWS[source];
+        if (source === "contact")
+            return this.draw_arrow(sub(o, scale(radius, turn(turn_of(poses, ends[1].body, ends[1].turn), [0, 0, 1]))), force, colour);
+        if (source !== "effect" || body > 0)
+            this.draw_arrow(o, force, colour);
+        if (source === "effect" && ends.length === 2 && ends[1].body > 0)
+            this.draw_arrow(this.place(poses, ends[1]), scale(-1, force), colour);
+    }
+
+    /* The strongest force in the motion is a fourth of the mechanism long. */
+    draw_arrow(o, force, colour) {
         const f = norm(force), most = this.strongest;
-        if (!(f > 1e-3 * most) || this.hidden.has(body))
+        if (!(f > 1e-3 * most))
             return;
         const length = Math.min((0.25 * f) / most, 0.75) * this.data.size * this.force_scale, n = scale(1 / f, force);
-        const o = point_of(poses, body, at), r = 0.5 * this.data.radius, head = Math.min(3.6 * r, 0.6 * length);
-        const colour = [0.75, 0.2, 0.55];
+        const r = 0.5 * this.data.radius, head = Math.min(3.6 * r, 0.6 * length);
         const middle = add(o, scale(0.5 * (length - head), n)), tip = add(o, scale(length, n));
         this.instance("cylinder", middle, from_z(n), [r, r, 0.5 * (length - head)], colour);
         this.instance("cone", sub(tip, scale(0.5 * head, n)), from_z(n), [2.2 * r, 2.2 * r, 0.5 * head], colour);

@@ -358,7 +358,7 @@ class Page {
         const {data} = this, has = {
             joints: data.joints.length, axes: data.joints.some((j) => j.type !== "free" && j.type !== "spherical"), loops: data.loops.length,
             springs: data.effects.some((e) => e.ends.length === 2 && e.type !== "contact"), planes: data.planes.length,
-            contacts: data.effects.some((e) => e.type === "contact"), reactions: data.arrows.length, traces: data.markers.length, markers: data.markers.length,
+            contacts: data.effects.some((e) => e.type === "contact"), ...Object.fromEntries(data.arrows.map((arrow) => [arrow.source, true])), traces: data.markers.length, markers: data.markers.length,
             names: true, frame: true,
         };
         for (const [key, text, is_on] of LAYERS.filter(([key]) => has[key]))
