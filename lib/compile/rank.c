@@ -8,6 +8,7 @@
  * (reduce.h).
  */
 #include "compile/compile.h"
+#include "reduction/delassus.h"
 #include "reduction/levenberg_marquardt.h"
 
 #include <float.h>
@@ -258,6 +259,19 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
     return off < 64.0 * DBL_EPSILON;
 }
 
+/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted) on a tree that begins on
+ * the ground. Those of relations are no wrenches on links. */
+static bool is_of_few(const kt_model *model, const kt_group *group) {
+    bool few = group->front.used && group->parent == 0 && group->rank[KT_ROWS_ALL] > 0 &&
+               group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX &&
+               kt_delassus_count((size_t)group->v_count) <= group->front.count;
+    for (int i = 0; i < group->loop_count && few; i++)
+        few = model->loop[model->group_loop[group->loop + i]].term_count == 0;
+    for (int i = 0; i < group->link_count && few; i++)
+        few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
+    return few;
+}
+
 static void finish(kt_model *model, const kt_data *data, const samples *found) {
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
@@ -272,6 +286,8 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
                     model->weight[first + (size_t)model->slot[group->row + row]] = PREFERRED;
         }
         group->pin = is_pin(model, group);
+        group->delassus = is_of_few(model, group);
+        model->few |= group->delassus;
     }
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
         model->front_usual[i] = found->usual[i];

@@ -106,6 +106,7 @@ struct kt_model {
     double length;  /* of the longest loop, once around: the scale of lengths */
     bool ordered;   /* velocity coordinates have the order of the links */
     bool driven;    /* some loop depends on time */
+    bool few;       /* some group is solved by reduction/delassus.h */
     bool placed;    /* in the caller's memory (kt_model_copy) */
     uint32_t name;  /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
@@ -231,6 +232,7 @@ static inline size_t kt_links_as_articulated(size_t links) {
     X(int32_t, front_live, kt_where(n->front, n->front + n->loop), "slots in use: of links, then of relations")        \
     X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
+    X(bool, solved, n->group, "whether the last evaluation has found a group's multipliers (reduction/delassus.h)")    \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(bool, lost, n->group, "whether one of its directions is nearly lost (project.c)")                                \
     X(double, damping, n->group, "of each group's steps in Levenberg-Marquardt assembly")                              \

@@ -125,6 +125,7 @@ typedef struct kt_group {
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
     double least;                 /* the least size that the first direction counts as (reduction/reduce.h) */
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
+    bool delassus;                /* few equations on many links (reduction/delassus.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
     kt_front_plan front;

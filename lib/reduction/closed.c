@@ -7,6 +7,7 @@
  */
 #include "reduction/closed.h"
 
+#include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/group.h"
 #include "reduction/kernel.h"
@@ -80,12 +81,37 @@ static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data
     return true;
 }
 
-/* A group is eliminated at its first link, which the backward pass reaches last. */
+/* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
+static double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *x) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const kt_v4 n = link->motion == KT_MOTION_PRISMATIC ? none : s;
+    const kt_v4 f = link->motion == KT_MOTION_REVOLUTE ? none
+                    : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(link->pitch) * s
+                                                       : s;
+    return kt_v4_dot2(n, kt_v4_apply(x->j, n) + kt_v4_apply(x->h, f), f, kt_v4_apply(x->g, n) + kt_v4_apply(x->m, f));
+}
+
+/* A link of a group of few equations: it is one of the tree. Its inverse inertia is stored for delassus.c. */
+static kt_elimination eliminate_few(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                    kt_articulated *x) {
+    const kt_link *link = &model->link[i];
+    if (link->motion != KT_MOTION_SPHERICAL) {
+        kt_delassus d;
+        kt_delassus_find(model, data, (size_t)link->group, &d);
+        d.inverse[link->local] = 1.0 / inertia_along(link, data->motion[i].axis, x);
+    }
+    return kt_eliminate_joint(model, data, i, tau, x, NULL);
+}
+
+/* A group is eliminated at its first link, which the backward pass reaches last; `context` is not NULL if groups of few
+ * equations are not. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                    void *context) {
     const int32_t group = model->link[i].group;
     if (group < 0)
-        return kt_eliminate_joint(model, data, i, tau, x, context);
+        return kt_eliminate_joint(model, data, i, tau, x, NULL);
+    if (context && model->group[group].delassus)
+        return eliminate_few(model, data, i, tau, x);
     data->articulated[i] = *x;
     const bool first = model->group_link[model->group[group].link] == (int32_t)i;
     return first && !close_group(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
@@ -101,9 +127,9 @@ static kt_front_base front_base(const kt_data *data, const kt_group *group) {
     return (kt_front_base){{m->alpha[0], m->alpha[1], m->alpha[2], m->linear[0], m->linear[1], m->linear[2]}};
 }
 
-KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
+KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool few, double *a) {
     const kt_link *link = &model->link[i];
-    if (link->group < 0) {
+    if (link->group < 0 || (few && model->group[link->group].delassus)) {
         kt_link_respond(model, data, i, a);
         return;
     }
@@ -118,8 +144,32 @@ KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a
     kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
 }
 
-size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
+KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
+    respond_to(model, data, i, false, a);
+}
+KT_INLINE void respond_few(const kt_model *model, kt_data *data, size_t i, double *a) {
+    respond_to(model, data, i, true, a);
+}
+
+/* The same with groups of few equations, which delassus.h solves between the passes. */
+static size_t accelerate_few(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
+    bool few = true;
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &few);
+    if (failed)
+        return failed;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const int32_t link = model->group_link[model->group[g].link];
+        if (model->group[g].delassus && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
+            return (size_t)link;
+    }
+    kt_articulated_forward(model, data, end, respond_few, a);
+    return 0;
+}
+
+size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end, bool few,
                                         double *a) {
+    if (few)
+        return accelerate_few(model, data, tau, end, a);
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);
     if (!failed)
         kt_articulated_forward(model, data, end, respond, a);
@@ -153,19 +203,34 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
 }
 
-static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double *tau, const kt_wrench *external, bool regular, double *a) {
+/* Factors or prepares a group's equations for accelerations. */
+bool KT_KERNEL(kt_group_ready)(const kt_model *model, kt_data *data, size_t g, bool regular, bool few) {
+    data->solved[g] = few && model->group[g].delassus;
+    return data->solved[g] ? KT_KERNEL(kt_delassus_prepare)(model, data, g)
+                           : KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) >= 0;
+}
+
+static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                          const double *tau, const kt_wrench *external, bool regular, bool few, double *a) {
     const size_t end = model->n.link;
     KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, end);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         fill_group(model, data, g, true, q, v, t);
-        if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
+        if (!KT_KERNEL(kt_group_ready)(model, data, g, regular, few))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
         return failed;
-    return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, a);
+    return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, few, a);
+}
+
+/* If groups of few equations cannot be solved by their own method, for whatever reason, the general one decides. */
+static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double *tau, const kt_wrench *external, bool regular, double *a) {
+    if (!regular && model->few && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
+        return 0;
+    return try_forward(model, data, t, q, v, tau, external, regular, false, a);
 }
 
 /* ---- closure -------------------------------------------------------------------------------------------------------
@@ -244,7 +309,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
     KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
     KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
     data->motion[0].linear = kt_v4_splat(0.0);
-    return KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, step) == 0;
+    return KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, false, step) == 0;
 }
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
@@ -259,6 +324,8 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
+        if (data->solved[g])
+            continue;
         if (group->front.used) {
             KT_KERNEL(kt_front_multipliers)(model, data, g, w.multiplier);
             continue;

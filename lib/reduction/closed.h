@@ -12,7 +12,10 @@
  * kt_spatial_clear: sets wrenches and the inertias from children to zero.
  * kt_spatial_motion: all of these, then external wrenches (may be NULL); the ground's acceleration is minus gravity.
  * kt_spatial_accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at
- *   which the inertia is singular, or 0.
+ *   which the inertia is singular, or 0. `few`: groups of few equations are solved by delassus.h, which has prepared
+ *   them.
+ * kt_group_ready: factors a group's equations for accelerations, or prepares them for delassus.h; returns false if this
+ *   cannot be done.
  * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
  *   left out. Returns -1 if a number is not finite.
  * kt_groups_factor: factors all groups; returns false if a number is not finite.
@@ -26,8 +29,9 @@
     void kt_spatial_clear_##level(const kt_model *, kt_data *, size_t);                                                \
     void kt_spatial_motion_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,     \
                                    size_t);                                                                            \
-    size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, double *);               \
+    size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, bool, double *);         \
     int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
+    bool kt_group_ready_##level(const kt_model *, kt_data *, size_t, bool, bool);                                      \
     bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
     void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
                                     kt_violation *);                                                                   \

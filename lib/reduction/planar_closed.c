@@ -5,6 +5,7 @@
  * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).
  */
 #include "reduction/closed.h"
+#include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/kernel.h"
 #include "reduction/planar_group.h"
@@ -118,13 +119,32 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
 }
 
 /* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
- * in closed form for these velocities; otherwise they have been factored like all others. */
+ * in closed form for these velocities; otherwise they have been factored like all others. If `few`, groups of few
+ * equations are solved by delassus.h, and their links are links of the tree. */
 typedef struct closure {
     const kt_model *model;
     kt_data *data;
     const double *gravity, *v;
     double *a;
+    bool few;
 } closure;
+
+KT_INLINE bool is_few(const closure *c, const kt_planar_link *link) {
+    return c->few && c->model->group[link->group].delassus;
+}
+
+static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
+                          const kt_planar_carried *x) {
+    kt_delassus d;
+    double u[2];
+    kt_delassus_find(c->model, c->data, (size_t)link->group, &d);
+    if (link->revolute) {
+        d.inverse[link->local] = 1.0 / x->j;
+        return;
+    }
+    kt_planar_along(link, m, u);
+    d.inverse[link->local] = 1.0 / kt_v2_dot(kt_v2_load(u), kt_planar_apply(x, kt_v2_load(u)));
+}
 
 static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
     const bool pin = c->v && c->model->group[link->group].pin;
@@ -139,6 +159,10 @@ KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_m
     const closure *c = context;
     if (link->group < 0)
         return kt_planar_eliminate_joint(link, m, tau, x, response, NULL);
+    if (is_few(c, link)) {
+        store_inverse(c, link, m, x);
+        return kt_planar_eliminate_joint(link, m, tau, x, response, NULL);
+    }
     c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
     return link->first_of_group ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
 }
@@ -163,7 +187,7 @@ static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32
 KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, double *alpha, kt_v2 *linear,
                        kt_planar_motion *m, double *a, void *context) {
     const closure *c = context;
-    if (link->group < 0) {
+    if (link->group < 0 || is_few(c, link)) {
         kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
         return;
     }
@@ -176,15 +200,31 @@ KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *res
     }
 }
 
-/* `weightless`: without gravity; v: as above. */
+/* Solves the groups of few equations of a plane, between the passes; returns one that cannot be solved, or n.group. */
+static size_t solve_few(const closure *c, const kt_plane *plane) {
+    const kt_model *model = c->model;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
+        if (model->group[g].delassus && k >= plane->first && k < plane->last &&
+            !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
+            return g;
+    }
+    return model->n.group;
+}
+
+/* `weightless`: without gravity; v, few: as above. */
 static size_t accelerate(const kt_model *model, kt_data *data, const double *v, const double *tau, bool weightless,
-                         double *a) {
+                         bool few, double *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
-        closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};
+        closure c = {
+            .model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a, .few = few};
         const size_t failed = kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
+        const size_t unsolved = few ? solve_few(&c, plane) : model->n.group;
+        if (unsolved < model->n.group)
+            return (size_t)model->group_link[model->group[unsolved].link];
         kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
     }
     return 0;
@@ -204,26 +244,27 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
         KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
 }
 
-/* `pins`: groups of one pin are solved in closed form. */
+/* `special`: groups of one pin are solved in closed form, those of few equations by delassus.h. */
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                          const double *tau, const kt_wrench *external, bool regular, bool pins, double *a) {
+                          const double *tau, const kt_wrench *external, bool regular, bool special, double *a) {
     size_t failed = 0;
+    const bool few = special && model->few;
     set_motion(model, data, q, v, external);
     for (size_t g = 0; g < model->n.group; g++) {
-        if (pins && model->group[g].pin)
+        if (special && model->group[g].pin)
             continue;
         fill_moving(model, data, g, q, v, t);
-        if (KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) < 0)
+        if (!KT_KERNEL(kt_group_ready)(model, data, g, regular, few))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
         return failed;
     if (has_spatial(model))
-        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, a);
-    return failed ? failed : accelerate(model, data, pins ? v : NULL, tau, false, a);
+        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, few, a);
+    return failed ? failed : accelerate(model, data, special ? v : NULL, tau, false, few, a);
 }
 
-/* If the closed form fails, for whatever reason, the general method decides. */
+/* If one of the special forms fails, for whatever reason, the general method decides. */
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
     if (!regular && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
@@ -258,10 +299,10 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
         KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
         KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
         data->motion[0].linear = kt_v4_splat(0.0);
-        if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, step))
+        if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, false, step))
             return false;
     }
-    return accelerate(model, data, NULL, model->zero, true, step) == 0;
+    return accelerate(model, data, NULL, model->zero, true, false, step) == 0;
 }
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,

@@ -77,6 +77,14 @@ static size_t front_loops(const kt_model *model) {
     return count;
 }
 
+/* Loops whose accelerations follow from the articulated bodies and a matrix of at most four equations. */
+static size_t few_loops(const kt_model *model) {
+    size_t count = 0;
+    for (size_t g = 0; g < model->n.group; g++)
+        count += model->group[g].delassus ? (size_t)model->group[g].loop_count : 0;
+    return count;
+}
+
 static size_t outside_groups(const kt_model *model, bool planar) {
     size_t count = 0;
     for (size_t i = 1; i < model->n.link; i++)
@@ -98,6 +106,8 @@ static void add_dynamics(list *l, const kt_model *model) {
     add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", no_loops);
     add_or_drop(l, KT_PHASE_EVALUATION, "loops reduced link by link", front_loops(model), "loops",
                 model->n.loop == 0 ? "no loops" : "dense matrices take less time");
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops of few equations on many links", few_loops(model), "loops",
+                model->n.loop == 0 ? "no loops" : "no loops of one to four equations hold a long chain on the ground");
     add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups",
                 model->n.loop == 0 ? "no loops" : "no dense group of loops has 40 coordinates");
     add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "",

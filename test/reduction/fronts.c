@@ -29,7 +29,7 @@ static void other_free(pair *p) {
 }
 
 typedef struct outcome {
-    int compared, fronts, planar, carried, redundant, driven, near, ranks; /* ranks: that differ */
+    int compared, fronts, few, planar, carried, redundant, driven, near, ranks; /* ranks: that differ */
     kt_worst acceleration;
 } outcome;
 
@@ -57,6 +57,7 @@ static bool compare_accelerations(const tangle *g, const pair *fronts, const pai
     for (size_t i = 0; i < fronts->model->n.group; i++) {
         const kt_group *group = &fronts->model->group[i];
         o->fronts += group->front.used;
+        o->few += fronts->data->solved[i];
         o->carried += group->parent != 0;
         o->redundant += group->rank[KT_ROWS_ALL] < group->count[KT_ROWS_ALL];
         o->planar += (size_t)fronts->model->group_link[group->link] >= fronts->model->n.spatial;
@@ -87,8 +88,9 @@ static void run(const tangle_plan *plan, int mechanisms, outcome *o) {
         other_free(&dense);
         tangle_free(&g);
     }
-    kt_note("%d compared, %d near singular, %d groups by fronts, %d planar, %d carried, %d redundant, %d driven",
-            o->compared, o->near, o->fronts, o->planar, o->carried, o->redundant, o->driven);
+    kt_note("%d compared, %d near singular, %d groups by fronts, %d of few equations, %d planar, %d carried, %d "
+            "redundant, %d driven",
+            o->compared, o->near, o->fronts, o->few, o->planar, o->carried, o->redundant, o->driven);
     kt_check_equal_int("ranks that differ", o->ranks, 0);
     kt_check_worst(&o->acceleration);
 }

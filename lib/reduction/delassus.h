@@ -1,0 +1,67 @@
+/* A constraint group of few equations and many links (a rope that is held at both ends): its links stay links of the
+ * tree, for which the articulated-body recursion knows the inverse of M, and only the multipliers are found as a whole.
+ *
+ * The equations are A x = b'', k of them. With B = A' C such that B'B = 1 and the applied forces f = tau - h,
+ *   x = M^-1 (f + B mu),   S mu = C' b'' - B' M^-1 f,   S = B' M^-1 B,   lambda = C mu
+ * S is the Delassus matrix of the orthonormal rows B': its condition is at most that of M, while that of A M^-1 A'
+ * would be that of A squared, too (Popov & Vereshchagin 1978; Featherstone 2008, 8.5).
+ *
+ * The recursion over the group's links, tips first, needs no matrix of x. The columns of B are the joint forces of the
+ * wrenches W C, where W holds the wrenches of unit multipliers on the loops' links, as columns. Let P_i be the bias
+ * wrenches that they cause, K_i the parent gain and 1 / d_i the inertia of a joint's degree of freedom S_i, as the
+ * backward pass has found them, y_i its free acceleration, A0_p the parent's acceleration that velocities and gravity
+ * alone give. Then
+ *   u_i = -S_i . P_i,   P_parent += shift(P_i) + K_i u_i
+ *   S = sum u_i d_i u_i',   B' M^-1 f = sum u_i (y_i - K_i . A0_p)
+ * and d_i u_i' mu is added to y_i before the forward pass. A spherical joint counts as three such degrees of freedom, by
+ * the factors L D L' of its inertia. With K = 0 the same sweep gives u_i = the rows of A', of which
+ * C is the inverse of the triangular factor, loop by loop with pivoting.
+ *
+ * Rank. Positions next to singular ones, and rows that are large beside each other, are left to the fronts (front.h),
+ * as are motions along which the tree has no inertia.
+ *
+ * Dynamics alone, and groups on the ground: wrenches that reach the ground need no further treatment.
+ */
+#ifndef KT_REDUCTION_DELASSUS_H
+#define KT_REDUCTION_DELASSUS_H
+
+#include "dynamics/articulated.h"
+#include "reduction/front.h"
+
+/* The most equations: one a lane. */
+enum { KT_DELASSUS_MAX = 4 };
+
+/* What the group's arrays for the elimination by fronts hold instead: the rows of B by coordinates, 1 / D by
+ * coordinates, wrenches on links by their first coordinates, and C. */
+static inline size_t kt_delassus_count(size_t m) {
+    return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + (m + 7) / 8 * 8;
+}
+
+typedef struct kt_delassus {
+    kt_v4 *column;    /* m */
+    kt_v4 *load;      /* KT_FRONT_SPACE m */
+    kt_v4 *transform; /* C, rows */
+    double *inverse;  /* d, m */
+} kt_delassus;
+
+KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size_t g, kt_delassus *d) {
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_v4 *at = (kt_v4 *)(void *)w.front; /* groups' matrices begin at multiples of eight numbers */
+    d->column = at, at += w.m;
+    d->load = at, at += KT_FRONT_SPACE * w.m;
+    d->transform = at, at += KT_DELASSUS_MAX;
+    d->inverse = (double *)at;
+}
+
+/* kt_delassus_prepare: C and the columns of W C, of a group whose equations have been filled; false if it is left to
+ *   the fronts. Sets what kt_front_factor does.
+ * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass;
+ *   stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane. */
+#define KT_DELASSUS_DECLARE(level)                                                                                     \
+    bool kt_delassus_prepare_##level(const kt_model *, kt_data *, size_t);                                             \
+    bool kt_delassus_solve_##level(const kt_model *, kt_data *, size_t, const double *);
+KT_DELASSUS_DECLARE(baseline)
+KT_DELASSUS_DECLARE(v3)
+KT_DELASSUS_DECLARE(v4)
+
+#endif
