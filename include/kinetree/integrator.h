@@ -1,5 +1,5 @@
 /* Methods for ordinary differential equations y' = f(t, y), y in R^n: explicit, stabilised and implicit Runge-Kutta
- * methods, fixed and adaptive steps, dense output, linear stability.
+ * methods, multistep methods, fixed and adaptive steps, dense output, linear stability.
  *
  * A method is a constant struct of coefficients, kt_method. An integrator lives in the caller's memory and allocates
  * nothing; it owns the current time and state, and what the step-size control remembers. Two threads may use two
@@ -44,11 +44,15 @@ extern "C" {
     EXPLICIT(heun)                                                                                                     \
     EXPLICIT(ralston)                                                                                                  \
     IMPLICIT(crank_nicolson)                                                                                           \
+    IMPLICIT(bdf2)                                                                                                     \
+    IMPLICIT(two_step)                                                                                                 \
+    EXPLICIT(ab2)                                                                                                      \
     EXPLICIT(rkc2)                                                                                                     \
     EXPLICIT(kutta3)                                                                                                   \
     EXPLICIT(bs32)                                                                                                     \
     EXPLICIT(rk4)                                                                                                      \
     EXPLICIT(rk38)                                                                                                     \
+    EXPLICIT(ab4)                                                                                                      \
     EXPLICIT(rkc4)                                                                                                     \
     EXPLICIT(dopri5)                                                                                                   \
     EXPLICIT(tsit5)                                                                                                    \
@@ -57,8 +61,8 @@ extern "C" {
 #define KT_METHOD_LIST(X) KT_METHOD_LIST_BY_KIND(X, X)
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
- * right-hand side needs); or dirk and radau (implicit, for stiff equations). Opaque; kt_method_family_name tells which.
- */
+ * right-hand side needs); adams (explicit, multistep, predictor and corrector); or dirk, radau and two-step (implicit, for
+ * stiff equations, the last one multistep). Opaque; kt_method_family_name tells which. */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */
@@ -66,6 +70,7 @@ enum {
     KT_METHOD_STAGES_MAX = 32,     /* stages, the slope at the new point and the stages of the dense output together */
     KT_METHOD_ORDER_MAX = 12,      /* of a method */
     KT_METHOD_DENSE_TERMS_MAX = 8, /* of the dense output, beyond the cubic */
+    KT_METHOD_STEPS_MAX = 4,       /* of a multistep method */
     KT_STABILISED_STAGES_MAX = 250 /* of a stabilised method */
 };
 
@@ -116,6 +121,17 @@ typedef struct kt_method {
     const double *dense_a; /* their rows of a, each over all slopes before it: w, w + 1, ... long, w = s + !fsal */
     const double *dense_c; /* dense_stages */
     const double *dense_d; /* dense_terms x (w + dense_stages), by rows */
+
+    /* A multistep method of n steps; the table above is then that of the Runge-Kutta method which starts it:
+     *
+     *     y1 = sum_i past_i y_(1-i) + h sum_j slopes_j f_(1-j),   i = 1 .. n, j = 0 .. n
+     *
+     * An explicit one predicts y1 = y0 + h sum_j predictor_j f_(1-j), j = 1 .. n, and takes f there for f_1 (PECE). */
+    int steps;               /* n; 0: a method of one step */
+    const double *past;      /* n; NULL: explicit (1, 0, ...), or as `rho` has it */
+    const double *slopes;    /* n + 1; NULL: as `rho` has it */
+    const double *predictor; /* n; explicit */
+    double rho;              /* of the family two-step: the spectral radius at infinity, 0 to 1 */
 } kt_method;
 
 /* The number of built-in methods. */
@@ -131,7 +147,7 @@ KT_API const kt_method *kt_method_find(const char *name);
  * as many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
-/* "explicit", "stabilised", "dirk", "radau". Static storage. */
+/* "explicit", "stabilised", "adams", "dirk", "two-step", "radau". Static storage. */
 KT_API const char *kt_method_family_name(const kt_method *method);
 
 /* Whether steps solve Newton's equations, with a Jacobian of the right-hand side: for stiff equations. */
@@ -166,7 +182,9 @@ typedef struct kt_complex {
 
 /* What a method makes of y' = lambda y: y1 = R(h lambda) y0; Hairer and Wanner, Solving ODE II, IV.2 and IV.3. An
  * explicit method has the polynomial R(z) = 1 + sum_k z^k b' A^(k-1) 1, a stabilised method R(z) = a + b T_s(w0 +
- * w1 z), an implicit method a rational R = P / Q. Plain; copy it. */
+ * w1 z), an implicit method a rational R = P / Q. A multistep method has the roots xi of its characteristic polynomial
+ * sum_i c_i(z) xi^(n-i), one for each step: R is the one that stands for the motion, e^z, and the others are spurious.
+ * Plain; copy it. */
 typedef struct kt_stability {
     const kt_method_family *family;               /* of the method: which of these it is */
     int degree;                                   /* of R, or of P */
@@ -175,6 +193,8 @@ typedef struct kt_stability {
     double denominator[KT_METHOD_STAGES_MAX + 1]; /* implicit: of Q */
     double w0, w1, a, b;                          /* stabilised: P(z) = a + b T_s(w0 + w1 z) */
     int copies; /* stabilised: 1: R = P; 3: R = P(z) / 12 - 4 P(z/2)^2 / 3 + 9 P(z/3)^3 / 4 */
+    int steps;  /* multistep: n; 0 for others */
+    double characteristic[KT_METHOD_STEPS_MAX + 1][3]; /* multistep: of c_i(z), z^0 .. z^2 */
 } kt_stability;
 
 /* The stability function of a method, a caller's own table included (which kt_method_check has passed). `stages` is
@@ -188,7 +208,8 @@ KT_CHECKED KT_API kt_status kt_stability_make(const kt_method *method, int stage
  * tableau's own number. KT_STABILISED_STAGES_MAX + 1 where there are not enough. */
 KT_API int kt_stability_stages(const kt_method *method, double z);
 
-/* R(z); |R(z)|. O(degree). */
+/* R(z), of a multistep method the root that is nearest to e^z; and how much a mode grows in a step, |R(z)|, of a
+ * multistep method the largest |xi|. O(degree). */
 KT_API kt_complex kt_stability_value(const kt_stability *stability, kt_complex z);
 KT_API double kt_stability_gain(const kt_stability *stability, kt_complex z);
 
@@ -211,7 +232,9 @@ KT_API double kt_stability_imaginary_limit(const kt_stability *stability);
  * At most 1 where the method damps the mode. So an undamped mode, on the imaginary axis, is no matter of rounding: a
  * method that is not stable there (Euler, Heun, midpoint) makes it grow slowly, and whether that shows depends on how
  * long one looks. A mode that grows in truth is followed for no more than the time 1 / Re lambda in which it grows by
- * e: what comes after is no longer linear. HUGE_VAL where the factor cannot be computed. `step`, `duration` > 0. */
+ * e: what comes after is no longer linear. An implicit method's R has poles where modes grow; near them it grows faster
+ * than the motion, which is a matter of accuracy: such a mode is taken as the undamped one of its frequency, Re lambda =
+ * 0. HUGE_VAL where the factor cannot be computed. `step`, `duration` > 0. */
 KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lambda, double step, double duration);
 
 /* By how much a mode is off after one of its periods, T = 2 pi / |Im lambda|, over its amplitude at the period's begin:
@@ -315,8 +338,9 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
- * stabilised method; 4 n^2 + 21 n for radau5, 4 n^2 + 13 n for implicit-euler and
- * crank-nicolson. The memory needs no alignment. */
+ * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 21 n for radau5,
+ * 4 n^2 + 16 n for bdf2 and two-step, 4 n^2 + 13 n for implicit-euler and crank-nicolson. The memory needs no
+ * alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Initialises an integrator in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -363,12 +387,17 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations. One
  * that has not settled to a hundredth after eight is taken as it is, with the margin of all, and counted (capped).
  *
- * Implicit (implicit-euler, crank-nicolson, radau5): each try iterates at most 7 times, with fixed steps 50 times (there to rounding). An iteration that
+ * Multistep (ab2, ab4, bdf2, two-step): steps are fixed. The formula needs past steps of the same length; where there are
+ * not enough - at the start, after kt_integrator_jump, and before and after a step that is cut short by t_limit - the
+ * one-step method of the same order that the table gives takes the step (Heun's of ab2, Kutta's of order 4 of ab4, a
+ * diagonally implicit L-stable one of the others), so that the order stays.
+ *
+ * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed steps 50 times (there to rounding). An iteration that
  * does not converge asks for a new Jacobian, and with that one still not, for a shorter step; where the step is fixed
  * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be
  * computed, the old one serves on.
  *
- * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; a stabilised method's stages each O(n); an implicit
+ * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; 2 of an Adams method; a stabilised method's stages each O(n); an implicit
  * method's iterations s - 1 evaluations each and O(n^2), new factors O(n^3). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
@@ -434,9 +463,10 @@ typedef struct kt_integrator_memory {
 KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
 
 /* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method
- * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; for an
- * implicit one 6, n for the state at which its Jacobian was computed, and the slopes of the last step, 4 n of radau5 and
- * 2 n of implicit-euler and crank-nicolson. O(1). */
+ * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 2 and the
+ * past slopes, n each, for an Adams method; for an implicit one 6, n for the state at which its Jacobian was computed, and
+ * the slopes of the last step, 4 n of radau5 and 2 n of the others; 2 and 2 n more, for the state before and its slope,
+ * of bdf2 and two-step. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

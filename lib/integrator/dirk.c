@@ -17,18 +17,10 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and IV.6.
  */
-#include "integrator/newton.h"
+#include "integrator/dirk.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Rows of a try: a stage, and its base. */
-enum { ROW_STAGE, ROW_BASE, ROWS };
-
-/* The history besides Newton's: whether there was a step, and the slopes at its ends. */
-enum { HISTORY_FLAG, HISTORY_SLOPES };
-
-static double *row(const kt_integrator *it, int i) { return kt_newton_of(it)->row + (size_t)i * it->sizes.n; }
 
 static double entry(const kt_method *m, int i, int j) { return m->a[i * m->stages + j]; }
 static double gamma_of(const kt_method *m) { return entry(m, m->stages - 1, m->stages - 1); }
@@ -37,23 +29,23 @@ static double gamma_of(const kt_method *m) { return entry(m, m->stages - 1, m->s
 
 static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
     sizes->slots = (size_t)method->stages + 1; /* one more for the differences of a Jacobian */
-    kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + 2 * sizes->n);
+    kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n));
 }
 
-static void init(kt_integrator *it) {
+void kt_dirk_init(kt_integrator *it) {
     it->fresh = (size_t)it->method->stages - 1;
     it->gives_end_derivative = false;
 }
 
 static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
-    return kt_newton_prepare(it, ROWS, rejected, result);
+    return kt_newton_prepare(it, KT_DIRK_ROWS, rejected, result);
 }
 
 /* ---- a try ------------------------------------------------------------------------------------------------------- */
 
 static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     const size_t n = it->sizes.n;
-    double *base = row(it, ROW_BASE);
+    double *base = kt_dirk_row(it, KT_DIRK_BASE);
     memcpy(base, in->y, n * sizeof *base);
     for (int j = 0; j < i; j++) {
         const double weight = in->h * entry(it->method, i, j);
@@ -62,14 +54,13 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     }
 }
 
-/* One iteration of stage i; *size is the weighted norm of the correction. */
-static kt_try_result correct(kt_integrator *it, const kt_interval *in, int i, double *size, kt_try *result) {
+/* One iteration; *size is the weighted norm of the correction. */
+static kt_try_result correct(kt_integrator *it, double t, double part, size_t slot, double *size, kt_try *result) {
     const size_t n = it->sizes.n;
-    const kt_complex sigma = {1.0 / (in->h * gamma_of(it->method)), 0.0};
-    const double t = it->method->c[i] == 1.0 ? in->end : in->t + it->method->c[i] * in->h;
-    double *stage = row(it, ROW_STAGE), *r = it->k[i];
-    const double *base = row(it, ROW_BASE);
-    if (kt_evaluate(it, t, stage, (size_t)i, result) != KT_TRY_PASSED)
+    const kt_complex sigma = {1.0 / part, 0.0};
+    double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *r = it->k[slot];
+    const double *base = kt_dirk_row(it, KT_DIRK_BASE);
+    if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED)
         return result->result;
     for (size_t l = 0; l < n; l++)
         r[l] -= sigma.re * (stage[l] - base[l]);
@@ -78,77 +69,76 @@ static kt_try_result correct(kt_integrator *it, const kt_interval *in, int i, do
     for (size_t l = 0; l < n; l++)
         stage[l] += r[l];
     *size = sqrt(kt_newton_square(it, r) / (double)it->counted);
-    return kt_newton_check(it, stage, in->end, *size, result);
+    return kt_newton_check(it, stage, t, *size, result);
 }
 
-static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
-    const size_t n = it->sizes.n;
-    const double *history = kt_newton_history(it), part = in->h * gamma_of(it->method);
-    const double *slope = history[HISTORY_FLAG] > 0.0 ? history + HISTORY_SLOPES + n : it->k[0];
-    double *stage = row(it, ROW_STAGE);
-    form_base(it, in, i);
-    const double *base = row(it, ROW_BASE);
-    for (size_t l = 0; l < n; l++)
-        stage[l] = base[l] + part * slope[l];
+const double *kt_dirk_slope(const kt_integrator *it) {
+    const double *history = kt_newton_history(it);
+    return history[KT_DIRK_FLAG] > 0.0 ? history + KT_DIRK_SLOPES + it->sizes.n : it->k[0];
+}
+
+kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result) {
+    const double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *base = kt_dirk_row(it, KT_DIRK_BASE);
     kt_newton_begin(it);
     for (bool done = false; !done;) {
         double size = 0.0;
-        if (correct(it, in, i, &size, result) != KT_TRY_PASSED ||
+        if (correct(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
             kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
-    for (size_t l = 0; l < n; l++)
-        it->k[i][l] = (stage[l] - base[l]) / part;
+    for (size_t l = 0; l < it->sizes.n; l++)
+        it->k[slot][l] = (stage[l] - base[l]) / part;
     return KT_TRY_PASSED;
 }
 
-static kt_try_result solve_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+/* base + h gamma f, with the slope at the end of the last step. */
+static void predict(kt_integrator *it, double part) {
+    const double *base = kt_dirk_row(it, KT_DIRK_BASE), *slope = kt_dirk_slope(it);
+    double *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    for (size_t l = 0; l < it->sizes.n; l++)
+        stage[l] = base[l] + part * slope[l];
+}
+
+kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const kt_complex none = {0.0, 0.0};
-    if (kt_newton_factor(it, in->h, 1.0 / gamma_of(it->method), none, result) != KT_TRY_PASSED)
+    const kt_method *m = it->method;
+    const double gamma = gamma_of(m);
+    if (kt_newton_factor(it, in->h, 1.0 / gamma, none, result) != KT_TRY_PASSED)
         return result->result;
-    for (int i = 1; i < it->method->stages; i++)
-        if (solve_stage(it, in, i, result) != KT_TRY_PASSED)
+    for (int i = 1; i < m->stages; i++) {
+        const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
+        form_base(it, in, i);
+        predict(it, in->h * gamma);
+        if (kt_dirk_solve(it, t, in->h * gamma, (size_t)i, result) != KT_TRY_PASSED)
             return result->result;
+    }
     return KT_TRY_PASSED;
 }
 
 static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    while (solve_stages(it, in, result) != KT_TRY_PASSED)
+    while (kt_dirk_stages(it, in, result) != KT_TRY_PASSED)
         if (kt_newton_retry(it, result) != KT_TRY_PASSED)
             return result->result;
-    memcpy(it->trial, row(it, ROW_STAGE), it->sizes.n * sizeof *it->trial);
+    memcpy(it->trial, kt_dirk_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
     return KT_TRY_PASSED;
-}
-
-/* No method of this family estimates its error. */
-static double no_norm(const kt_integrator *it, double h) {
-    (void)it;
-    (void)h;
-    return 0.0;
-}
-
-static double no_error(const kt_integrator *it, double h, size_t i) {
-    (void)i;
-    return no_norm(it, h);
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
-static void accept(kt_integrator *it) {
+void kt_dirk_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
-    double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES, *end = start + n;
-    memcpy(start, history[HISTORY_FLAG] > 0.0 ? end : it->k[0], n * sizeof *start);
+    double *history = kt_newton_history(it), *start = history + KT_DIRK_SLOPES, *end = start + n;
+    memcpy(start, history[KT_DIRK_FLAG] > 0.0 ? end : it->k[0], n * sizeof *start);
     memcpy(end, it->k[it->method->stages - 1], n * sizeof *end);
-    history[HISTORY_FLAG] = 1.0;
+    history[KT_DIRK_FLAG] = 1.0;
     kt_newton_accept(it);
 }
 
-/* The cubic through both states with both slopes. */
-static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+kt_try_result kt_dirk_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     const size_t n = it->sizes.n;
     const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
     const double rest = 1.0 - theta, part = theta * theta * (3.0 - 2.0 * theta);
-    const double *y0 = it->previous_y, *y1 = it->y, *k0 = kt_newton_history(it) + HISTORY_SLOPES, *k1 = k0 + n;
+    const double *y0 = it->previous_y, *y1 = it->y, *k0 = kt_newton_history(it) + KT_DIRK_SLOPES, *k1 = k0 + n;
     for (size_t l = 0; l < n; l++)
         y_out[l] = y0[l] + part * (y1[l] - y0[l]) + h * theta * rest * (rest * k0[l] - theta * k1[l]);
     return result->result = KT_TRY_PASSED;
@@ -198,15 +188,15 @@ const kt_method_family kt_family_dirk = {
     .implicit = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure,
-    .init = init,
+    .init = kt_dirk_init,
     .start = kt_newton_forget,
     .prepare = prepare,
     .try_step = try_step,
-    .error = no_norm,
-    .error_at = no_error,
-    .accept = accept,
+    .error = kt_no_error,
+    .error_at = kt_no_error_at,
+    .accept = kt_dirk_accept,
     .report = kt_newton_report,
-    .interpolate = interpolate,
+    .interpolate = kt_dirk_interpolate,
     .stability = make_function,
     .value = kt_rational_value,
     .real_limit = kt_rational_limit,

@@ -39,7 +39,7 @@
 /* Rows of the compiled table, without zeros: the stages, these rows, the stages of the dense output. */
 enum { ROW_B, ROW_E, ROW_E_LOW, ROW_DENSE };
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes) {
     const size_t s = (size_t)method->stages, w = (size_t)kt_method_fresh(method) + 1, d = (size_t)method->dense_stages;
     sizes->slots = w + d;
     sizes->rows = s + ROW_DENSE + d;
@@ -58,7 +58,7 @@ static void compile_row(kt_integrator *it, size_t row, const double *weights, si
     it->row[row + 1] = at;
 }
 
-static void init(kt_integrator *it) {
+void kt_explicit_init(kt_integrator *it) {
     const kt_method *m = it->method;
     const size_t s = (size_t)m->stages;
     it->fresh = (size_t)kt_method_fresh(m);
@@ -129,8 +129,7 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_
     return KT_TRY_PASSED;
 }
 
-/* Computes all slopes, and y1 in `trial`. */
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t s = (size_t)it->method->stages;
     if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
         return result->result;
@@ -349,10 +348,11 @@ static double imaginary_limit(const kt_stability *s) {
 
 const kt_method_family kt_family_explicit = {
     .name = "explicit",
+    .open = true,
     .check_sizes = kt_table_check_sizes,
-    .measure = measure,
-    .init = init,
-    .try_step = try_step,
+    .measure = kt_explicit_measure,
+    .init = kt_explicit_init,
+    .try_step = kt_explicit_step,
     .error = error_norm,
     .error_at = error_at,
     .interpolate = kt_table_interpolate,

@@ -111,7 +111,7 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
 /* ---- initialise and start ---------------------------------------------------------------------------------------- */
 
 static kt_status check_own(const kt_method *method, kt_error *error) {
-    if (kt_method_family_of(method) != &kt_family_explicit)
+    if (!kt_method_family_of(method)->open)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "method",
                             "'%s': a %s method must be a built-in one (kt_method_find); a table of your own is that of "
                             "an explicit method: leave `family` NULL",

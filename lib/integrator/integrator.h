@@ -14,7 +14,11 @@
  *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
  *     radius.c       the spectral radius, which determines the number of stages of these
  *
+ *     multistep.c    weights, orders and characteristic polynomials of multistep methods
+ *     adams.c        the family of Adams methods, predictor and corrector
+ *
  *     dirk.c         the family of diagonally implicit Runge-Kutta methods
+ *     two_step.c     the family of implicit two-step methods with a chosen spectral radius at infinity
  *     radau.c        the family of Radau IIA methods, implicit
  *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
  *     rational.c     their stability functions
@@ -171,6 +175,10 @@ double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 /* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scales of the current state; v may be NULL (zero). */
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);
 
+/* `error` and `error_at` of families without an error estimate, whose steps are fixed: 0. */
+double kt_no_error(const kt_integrator *it, double h);
+double kt_no_error_at(const kt_integrator *it, double h, size_t i);
+
 /* Reports a failed tried step as an error: code, time and message. */
 kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const char *advice, kt_error *error);
 
@@ -187,10 +195,11 @@ size_t kt_integrator_blamed(const kt_integrator *it);
 struct kt_method_family {
     const char *name; /* as "explicit" */
     bool implicit;    /* a is the whole matrix, s x s by rows, and steps solve Newton's equations */
+    bool open;        /* a caller's own method may be of this family */
     int stages_max;   /* the largest number of stages, where it follows from the step; 0 where it is fixed */
 
-    /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is explicit and must
-     * pass `check_sizes`; before that nothing of it is read. */
+    /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is of a family that
+     * is open and must pass `check_sizes`; before that nothing of it is read. */
     kt_status (*check_sizes)(const kt_method *method, kt_error *error);
     void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
     void (*init)(kt_integrator *it);  /* sets fresh, gives_end_derivative and the table; the memory is laid out and
@@ -216,16 +225,25 @@ struct kt_method_family {
 
     /* Linear stability (kt_stability_make and the functions after it in the public header). `stages` (NULL: the number
      * is fixed) returns the number of stages of a step h with z = h max |lambda|; `reach`, defined together with it,
-     * the largest z for which there are enough stages. */
+     * the largest z for which there are enough stages. `gain` is NULL where it is |value|. */
     kt_status (*stability)(const kt_method *method, int stages, kt_stability *stability, kt_error *error);
     kt_complex (*value)(const kt_stability *stability, kt_complex z);
+    double (*gain)(const kt_stability *stability, kt_complex z);
     double (*real_limit)(const kt_stability *stability);
     double (*imaginary_limit)(const kt_stability *stability);
     int (*stages)(const kt_method *method, double z);
     double (*reach)(const kt_method *method);
 };
 
-extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_dirk, kt_family_radau;
+extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_adams;
+extern const kt_method_family kt_family_dirk, kt_family_two_step, kt_family_radau;
+
+/* For families whose table is explicit: its slots and rows, and the table compiled (explicit.c). */
+void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes);
+void kt_explicit_init(kt_integrator *it);
+
+/* All stages of the table, and y1 in `trial` (explicit.c). */
+kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
 /* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (explicit.c). */
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
@@ -243,6 +261,11 @@ kt_complex kt_rational_value(const kt_stability *stability, kt_complex z);
 
 /* The limit on either axis of an A-stable method: none. */
 double kt_rational_limit(const kt_stability *stability);
+
+/* Steps are equal where they differ by no more than the rounding of times makes: then what belongs to a step's length
+ * serves for the next one. */
+#define KT_SAME_STEP 1e-8
+static inline bool kt_is_same_step(double h, double other) { return fabs(h - other) <= KT_SAME_STEP * fabs(h); }
 
 /* kt_is_inside tells whether x lies inside a region. kt_first_exit searches outwards from 0 for the first boundary of
  * the region, between the last point inside and the first outside, to rounding; it returns HUGE_VAL if there is none up

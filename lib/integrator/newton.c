@@ -31,9 +31,6 @@
 /* A contraction slower than this asks for a new Jacobian at the next step. */
 #define KT_SLOW_RATE 0.03
 
-/* Factors serve for steps that differ by no more than this, which is what the rounding of times makes. */
-#define KT_SAME_STEP 1e-8
-
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_ARRAYS(place_arrays, kt_newton_work, KT_NEWTON_FIELDS, size_t n, size_t matrix, size_t pivots, size_t rows)
@@ -198,7 +195,7 @@ static kt_try_result factor_one(kt_integrator *it, kt_complex sigma, kt_try *res
 
 kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_complex pair, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
-    if (!(fabs(h - w->now.step) <= KT_SAME_STEP * fabs(h)))
+    if (!kt_is_same_step(h, w->now.step))
         w->now.step = h;
     h = w->now.step;
     if (w->factored == h || (int)w->now.state == KT_JACOBIAN_ZERO)

@@ -6,6 +6,8 @@
 kt_complex kt_stability_value(const kt_stability *s, kt_complex z) { return s->family->value(s, z); }
 
 double kt_stability_gain(const kt_stability *s, kt_complex z) {
+    if (s->family->gain != NULL)
+        return s->family->gain(s, z);
     const kt_complex value = kt_stability_value(s, z);
     return hypot(value.re, value.im);
 }

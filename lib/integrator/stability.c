@@ -39,13 +39,12 @@ void kt_stability_grid(const kt_stability *s, kt_complex low, kt_complex high, i
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 double kt_stability_growth(const kt_stability *s, kt_complex lambda, double step, double duration) {
-    const kt_complex z = {step * lambda.re, step * lambda.im};
-    const kt_complex value = kt_stability_value(s, z);
-    const double square = value.re * value.re + value.im * value.im;
+    const bool by_frequency = s->poles > 0 && lambda.re > 0.0;
+    const kt_complex z = {by_frequency ? 0.0 : step * lambda.re, step * lambda.im};
     const double truth = z.re > 0.0 ? z.re : 0.0; /* ln of the true growth of the mode in one step */
     const double horizon = lambda.re > 0.0 ? fmin(duration, 1.0 / lambda.re) : duration;
     const double steps = fmax(horizon / step, 1.0);
-    const double growth = exp(steps * (0.5 * log(square) - truth));
+    const double growth = exp(steps * (log(kt_stability_gain(s, z)) - truth));
     return isnan(growth) ? HUGE_VAL : growth;
 }
 

@@ -14,7 +14,8 @@ typedef struct problem {
 
 enum { PROBLEM_MAX = 4, HISTORY_MAX = 64 };
 
-/* Whether the method evaluates the stages of its table, one by one: explicit, with a fixed number of them. */
+/* Whether the method evaluates the stages of its table, one by one: explicit, of one step, with a fixed
+ * number of them. */
 bool goes_by_its_table(const kt_method *method);
 
 /* Nonlinear, not autonomous, closed form:

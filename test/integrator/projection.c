@@ -102,7 +102,7 @@ KT_TEST(renormalising_keeps_the_order) {
         }
         kt_note("%s: errors %.2g ... %.2g; %.2g without renormalising", m->name, with[0], with[2], without[2]);
         kt_check_above("slope", slope_of(h, with, 3),
-                       m->order - (kt_method_is_implicit(m) ? 0.05 : 0.01)); /* measured */
+                       m->order - (kt_method_is_implicit(m) || m->steps > 0 ? 0.05 : 0.01)); /* measured */
         kt_check_below("error, over that without", with[2] / without[2], 1.05);
     }
 }
@@ -166,7 +166,7 @@ KT_TEST(steps_after_a_projection_begin_at_the_projected_state) {
     kt_error error;
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
-        if (kt_method_is_implicit(m)) /* a fresh start forgets its Jacobian */
+        if (kt_method_is_implicit(m) || m->steps > 0) /* a fresh start forgets its Jacobian, and past slopes */
             continue;
         const kt_integrator_options options = fixed_step(0.0625);
         kt_integrator *it = rotation_begin(m, &options, renormalise), *by_hand = rotation_begin(m, &options, NULL);

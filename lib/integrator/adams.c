@@ -1,0 +1,88 @@
+/* The family of Adams methods, predictor and corrector: explicit, of fixed steps.
+ *
+ *     predict    y  = y0 + h sum_{j=1..n} p_j f_{1-j}            Adams-Bashforth
+ *     evaluate   f  = f(t1, y)
+ *     correct    y1 = y0 + h (b_0 f + sum_{j=1..n} b_j f_{1-j})  Adams-Moulton
+ *     evaluate   f_1 = f(t1, y1), with which the next step begins
+ *
+ * The last evaluation is at the state after the projection, so that slopes of the past are those of states on the
+ * manifold. Past slopes are those of equal steps. Where there are not yet n - 1 of them - at the start, after a jump,
+ * and after a step of another length, as one that ends at a given time - the Runge-Kutta method of the table takes the
+ * step: it has the same order, and its error is that of one step.
+ *
+ * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, section III.1; [MSD 5.6.1].
+ */
+#include "integrator/multistep.h"
+
+#include <string.h>
+
+/* The history: the number of past slopes, the step between them, and the slopes, the youngest first. */
+enum { HISTORY_COUNT, HISTORY_STEP, HISTORY_SLOPES };
+
+/* The slot of f(t1, y) of the prediction. */
+enum { SLOT_START, SLOT_PREDICTED };
+
+static int past_of(const kt_method *m) { return m->steps - 1; }
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    kt_explicit_measure(method, sizes);
+    sizes->history = HISTORY_SLOPES + (size_t)past_of(method) * sizes->n;
+}
+
+static void forget(kt_integrator *it) { memset(it->history, 0, it->sizes.history * sizeof(double)); }
+
+/* The state with these weights of f (0: none), f_0 and the past slopes. */
+static void advance(kt_integrator *it, const kt_interval *in, const double *weights) {
+    double *k[KT_METHOD_STEPS_MAX + 1] = {it->k[SLOT_PREDICTED], it->k[SLOT_START]};
+    kt_stage_term terms[KT_METHOD_STEPS_MAX + 1];
+    size_t count = 0;
+    for (int j = 2; j <= it->method->steps; j++)
+        k[j] = it->history + HISTORY_SLOPES + (size_t)(j - 2) * it->sizes.n;
+    for (size_t j = 0; j <= (size_t)it->method->steps; j++)
+        if (weights[j] != 0.0)
+            terms[count++] = (kt_stage_term){weights[j], j};
+    kt_combine(it->trial, in->y, in->h, terms, count, k, it->sizes.n);
+}
+
+static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const double *history = it->history;
+    if ((int)history[HISTORY_COUNT] < past_of(it->method) || !kt_is_same_step(in->h, history[HISTORY_STEP]))
+        return kt_explicit_step(it, in, result);
+    const kt_multistep w = kt_multistep_of(it->method);
+    advance(it, in, w.predictor);
+    if (kt_evaluate(it, in->end, it->trial, SLOT_PREDICTED, result) != KT_TRY_PASSED)
+        return result->result;
+    advance(it, in, w.slopes);
+    return KT_TRY_PASSED;
+}
+
+static void accept(kt_integrator *it) {
+    const size_t n = it->sizes.n;
+    double *history = it->history, *slopes = history + HISTORY_SLOPES;
+    const size_t room = (size_t)past_of(it->method);
+    const size_t count =
+        kt_is_same_step(it->memory.last_step, history[HISTORY_STEP]) ? (size_t)history[HISTORY_COUNT] : 0;
+    if (count == 0)
+        history[HISTORY_STEP] = it->memory.last_step;
+    memmove(slopes + n, slopes, (room - 1) * n * sizeof *slopes);
+    memcpy(slopes, it->k[SLOT_START], n * sizeof *slopes);
+    history[HISTORY_COUNT] = (double)(count < room ? count + 1 : room);
+}
+
+const kt_method_family kt_family_adams = {
+    .name = "adams",
+    .check_sizes = kt_multistep_check_sizes,
+    .measure = measure,
+    .init = kt_explicit_init,
+    .start = forget,
+    .try_step = try_step,
+    .error = kt_no_error,
+    .error_at = kt_no_error_at,
+    .accept = accept,
+    .interpolate = kt_table_interpolate,
+    .stability = kt_multistep_stability,
+    .value = kt_multistep_value,
+    .gain = kt_multistep_gain,
+    .real_limit = kt_multistep_real_limit,
+    .imaginary_limit = kt_multistep_imaginary_limit,
+};

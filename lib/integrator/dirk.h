@@ -1,0 +1,36 @@
+/* Stages that are solved one after the other (dirk.c): what diagonally implicit methods and implicit multistep methods
+ * share. */
+#ifndef KT_INTEGRATOR_DIRK_H
+#define KT_INTEGRATOR_DIRK_H
+
+#include "integrator/newton.h"
+
+/* Rows of a try: a stage, and its base. */
+enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_ROWS };
+
+/* The first numbers of the history besides Newton's: whether there was a step, and n slopes at each of its ends. */
+enum { KT_DIRK_FLAG, KT_DIRK_SLOPES };
+static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; }
+
+static inline double *kt_dirk_row(const kt_integrator *it, int i) {
+    return kt_newton_of(it)->row + (size_t)i * it->sizes.n;
+}
+
+/* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows and `part` of the sign of the step; Y
+ * is left in its row, and the slope (Y - base) / part in the slot. */
+kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
+
+/* The slope at the start of a step: that with which the last one was solved, or f where there is none. */
+const double *kt_dirk_slope(const kt_integrator *it);
+
+/* All stages of the table; y1 is left in the row of stages. */
+kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *interval, kt_try *result);
+
+/* After a step: keeps the slopes at its ends. And the cubic through both states with both slopes. */
+void kt_dirk_accept(kt_integrator *it);
+kt_try_result kt_dirk_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
+
+/* Of a family with the slots of the table. */
+void kt_dirk_init(kt_integrator *it);
+
+#endif

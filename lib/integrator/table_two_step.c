@@ -1,0 +1,42 @@
+/* BDF2, and the two-step family at the spectral radius 0.6 unless another one is chosen. Both start with the diagonally
+ * implicit method of two stages and order 2 that is L-stable: gamma = 1 - 1 / sqrt 2.
+ *
+ * Source: [MSD 5.31]; R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006, of the method that starts.
+ */
+#include "integrator/integrator.h"
+
+#define GAMMA 0.29289321881345247559915564
+#define REST 0.70710678118654752440084436
+
+static const double a[] = {0.0, 0.0, 0.0, 0.0, GAMMA, 0.0, 0.0, REST, GAMMA};
+static const double b[] = {0.0, REST, GAMMA}, c[] = {0.0, GAMMA, 1.0};
+
+const kt_method kt_method_bdf2 = {
+    .name = "bdf2",
+    .title = "Two-step BDF, Curtiss and Hirschfelder 1952: L-stable",
+    .source = "C. F. Curtiss, J. O. Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235",
+    .family = &kt_family_two_step,
+    .stages = 3,
+    .order = 2,
+    .fsal = true,
+    .a = a,
+    .b = b,
+    .c = c,
+    .steps = 2,
+    .rho = 0.0,
+};
+
+const kt_method kt_method_two_step = {
+    .name = "two-step",
+    .title = "Two-step method with chosen damping, 2001: A-stable, rho at infinity",
+    .source = "P. Masarati, M. Lanz, P. Mantegazza, XVI Congresso AIDAA, Palermo 2001",
+    .family = &kt_family_two_step,
+    .stages = 3,
+    .order = 2,
+    .fsal = true,
+    .a = a,
+    .b = b,
+    .c = c,
+    .steps = 2,
+    .rho = 0.6,
+};

@@ -1,0 +1,104 @@
+/* The family of implicit two-step methods of order 2 with a chosen spectral radius at infinity (multistep.c has their
+ * weights): 0 is BDF2, which is L-stable; 1 damps nothing.
+ *
+ *     Y = base + h b_0 f(t1, Y),     base = a_1 y0 + a_2 y_{-1} + h (b_1 f_0 + b_2 f_{-1})
+ *
+ * is solved as a stage of a diagonally implicit method, from the guess y_{-1} + 2 h f_0, which is off by O(h^3). Both past states are those after the projection, and their
+ * slopes are evaluated there. Where there is no past state a step of the same length before - at the start, after a
+ * jump, and before and after a step of another length - the method of the table takes the step, which is L-stable and of
+ * order 2.
+ *
+ * Source: P. Masarati, M. Lanz, P. Mantegazza, Multistep integration of ordinary, stiff and differential-algebraic
+ * problems for multibody dynamics applications, XVI Congresso AIDAA, 2001; [MSD 5.31].
+ */
+#include "integrator/dirk.h"
+#include "integrator/multistep.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The history after that of diagonally implicit methods: the last step, 0 for none; gamma of the factors in memory; the
+ * state before it, and its slope. */
+enum { HISTORY_STEP, HISTORY_GAMMA, HISTORY_STATE };
+
+static double *past_of(const kt_integrator *it) { return kt_newton_history(it) + kt_dirk_history(it->sizes.n); }
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    sizes->slots = (size_t)method->stages + 1; /* one more for the differences of a Jacobian */
+    kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n) + HISTORY_STATE + 2 * sizes->n);
+}
+
+static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+    return kt_newton_prepare(it, KT_DIRK_ROWS, rejected, result);
+}
+
+/* ---- a try ------------------------------------------------------------------------------------------------------- */
+
+static bool is_regular(const kt_integrator *it, double h) { return kt_is_same_step(h, past_of(it)[HISTORY_STEP]); }
+
+/* What the method of this step multiplies h with in its matrix. */
+static double gamma_of(const kt_integrator *it, double h) {
+    const kt_method *m = it->method;
+    return is_regular(it, h) ? kt_multistep_of(m).slopes[0] : m->a[m->stages * m->stages - 1];
+}
+
+static kt_try_result solve(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const kt_multistep w = kt_multistep_of(it->method);
+    const double *state = past_of(it) + HISTORY_STATE, *slope = state + n, h = in->h;
+    const double *last = kt_dirk_slope(it);
+    double *base = kt_dirk_row(it, KT_DIRK_BASE), *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    if (kt_newton_factor(it, h, 1.0 / w.slopes[0], (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED)
+        return result->result;
+    for (size_t l = 0; l < n; l++) {
+        base[l] =
+            w.past[1] * in->y[l] + w.past[2] * state[l] + h * (w.slopes[1] * it->k[0][l] + w.slopes[2] * slope[l]);
+        stage[l] = state[l] + 2.0 * h * last[l];
+    }
+    return kt_dirk_solve(it, in->end, h * w.slopes[0], it->fresh, result);
+}
+
+static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const bool regular = is_regular(it, in->h);
+    if (past_of(it)[HISTORY_GAMMA] != gamma_of(it, in->h))
+        kt_newton_of(it)->factored = 0.0;
+    while ((regular ? solve(it, in, result) : kt_dirk_stages(it, in, result)) != KT_TRY_PASSED)
+        if (kt_newton_retry(it, result) != KT_TRY_PASSED)
+            return result->result;
+    memcpy(it->trial, kt_dirk_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
+    return KT_TRY_PASSED;
+}
+
+static void accept(kt_integrator *it) {
+    const size_t n = it->sizes.n;
+    double *past = past_of(it);
+    past[HISTORY_GAMMA] = gamma_of(it, it->memory.last_step);
+    past[HISTORY_STEP] = it->memory.last_step;
+    memcpy(past + HISTORY_STATE, it->previous_y, n * sizeof *past); /* commit has exchanged them */
+    memcpy(past + HISTORY_STATE + n, it->k[0], n * sizeof *past);
+    kt_dirk_accept(it);
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+const kt_method_family kt_family_two_step = {
+    .name = "two-step",
+    .implicit = true,
+    .open = true,
+    .check_sizes = kt_multistep_check_sizes,
+    .measure = measure,
+    .init = kt_dirk_init,
+    .start = kt_newton_forget,
+    .prepare = prepare,
+    .try_step = try_step,
+    .error = kt_no_error,
+    .error_at = kt_no_error_at,
+    .accept = accept,
+    .report = kt_newton_report,
+    .interpolate = kt_dirk_interpolate,
+    .stability = kt_multistep_stability,
+    .value = kt_multistep_value,
+    .gain = kt_multistep_gain,
+    .real_limit = kt_rational_limit,
+    .imaginary_limit = kt_rational_limit,
+};
