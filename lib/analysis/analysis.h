@@ -69,6 +69,7 @@ typedef struct kt_system_arrays {
     X(double, stiffness, s->v * s->v, "H in the freedoms that are left")                                               \
     X(double, factor, s->v * s->v, "to be factored")                                                                   \
     X(int32_t, pivot, s->v, "of LU")                                                                                   \
+    X(int32_t, dependent, s->v, "coordinates that depend on others")                                                   \
     X(double, force, s->v, "g in the freedoms that are left")                                                          \
     X(double, step, s->v, "step in the freedoms that are left")                                                        \
     X(double, tried_q, s->q, "a position tried")                                                                       \
@@ -77,7 +78,6 @@ typedef struct kt_system_arrays {
     X(double, by_velocity, s->v * s->v, "da/dv")                                                                       \
     X(double, by_force, s->v * s->v, "da/dtau")                                                                        \
     X(double, mass, s->v * s->v, "M")                                                                                  \
-    X(double, mass_change, s->v * s->v, "d(M a)/dq at fixed a")                                                        \
     X(double, input_slope, s->v * s->inputs, "da/dtau of the inputs")                                                  \
     X(double, input_slope_error, s->v * s->inputs, "its errors")                                                       \
     X(char, work, s->work, "of the derivatives")                                                                       \
@@ -90,7 +90,7 @@ struct kt_linearization {
     kt_data *data;
     double t;
     bool differences; /* finite differences are used even where exact derivatives are known */
-    bool of_force;    /* derivatives are those of the force M a instead of the acceleration */
+    bool of_force;    /* finite differences are those of the force M a instead of the acceleration */
     kt_system_arrays arrays[2];
     int next; /* index of the array set that the next evaluation writes */
     kt_linear_system system;
@@ -134,10 +134,12 @@ kt_status kt_difference(kt_linearization *l, double first, double *slope, double
  * requested. */
 bool kt_exact_is_possible(const kt_linearization *l);
 
-/* Derivatives of the acceleration (with of_force: of M a) along `count` directions (dq, dv), columns of nv numbers; dv
- * may be NULL (zero). Writes rows 2 nv to 3 nv of slope and slope_error. Requires kt_probe_floor. Returns
- * KT_ERROR_SINGULAR near singular positions. */
+/* Derivatives of the acceleration along `count` directions (dq, dv), columns of nv numbers. Writes rows 2 nv to 3 nv of
+ * slope and slope_error. Requires kt_probe_floor. Returns KT_ERROR_SINGULAR near singular positions. */
 kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
+
+/* Likewise those of the force M a at rest along dq; and writes the mass matrix. */
+kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double *dq, kt_error *error);
 
 /* ---- linearize.c ------------------------------------------------------------------------------------------------- */
 

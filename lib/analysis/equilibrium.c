@@ -16,6 +16,7 @@
  */
 #include "analysis/analysis.h"
 #include "dynamics/dynamics.h"
+#include "reduction/dense.h"
 #include "reduction/lapack.h"
 
 #include <float.h>
@@ -25,12 +26,13 @@
 
 enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 
-#define REACH 0.3     /* initial bound of a step, in units */
-#define TURN_MOST 1.0 /* largest change of an angle in one step, rad */
-#define RUNAWAY 1e9   /* in units: the search ends when its path is this long, */
-#define FAR 50.0      /* and a failed search with a longer path than this is reported as a joint that runs away */
-#define NEUTRAL 1e-10 /* of the largest stiffness: least mu, for directions without stiffness */
-#define CLOSE 1e-6    /* in units: shorter steps are accepted if |a| falls, as Newton's, */
+#define REACH 0.3       /* initial bound of a step, in units */
+#define TURN_MOST 1.0   /* largest change of an angle in one step, rad */
+#define RUNAWAY 1e9     /* in units: the search ends when its path is this long, */
+#define FAR 50.0        /* and a failed search with a longer path than this is reported as a joint that runs away */
+#define NEUTRAL 1e-10   /* of the largest stiffness: least mu, for directions without stiffness */
+#define CLOSE 1e-6      /* in units: shorter steps are accepted if |a| falls, as Newton's, */
+#define ASYMMETRY 1e-12 /* of the largest stiffness: rounding errors */
 #define ROUNDING (4.0 * DBL_EPSILON)
 #define THERE 1e-9 /* and the search ends at steps below this that improve nothing */
 
@@ -45,8 +47,9 @@ typedef struct search {
     kt_system_arrays *out;
     bool nearest;
     int dofs;
-    double reach;    /* bound of a step */
-    double rounding; /* rounding error of forces times units, J */
+    size_t dependents; /* coordinates that depend on others */
+    double reach;      /* bound of a step */
+    double rounding;   /* rounding error of forces times units, J */
 } search;
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
@@ -58,10 +61,27 @@ static double dot(const double *a, const double *b, size_t n) {
     return sum;
 }
 
+static void find_dependents(search *s) {
+    s->dependents = 0;
+    for (size_t i = 0; i < s->l->size.v; i++)
+        if (s->l->pivot_row[i] >= 0)
+            s->l->dependent[s->dependents++] = (int32_t)i;
+}
+
+/* E_j' f. Of an independent coordinate E_j has one, of the other independent ones zeros. */
+static double along(const search *s, size_t j, const double *f) {
+    const kt_linearization *l = s->l;
+    const double *e = l->free_velocity + j * l->size.v;
+    double sum = f[s->out->velocity_coordinate[j]];
+    for (size_t d = 0; d < s->dependents; d++)
+        sum += e[l->dependent[d]] * f[l->dependent[d]];
+    return sum;
+}
+
 /* E' f */
 static void reduce_force(const search *s, const double *f, double *force) {
-    for (int j = 0; j < s->dofs; j++)
-        force[j] = dot(s->l->free_velocity + (size_t)j * s->l->size.v, f, s->l->size.v);
+    for (size_t j = 0; j < (size_t)s->dofs; j++)
+        force[j] = along(s, j, f);
 }
 
 /* E' M a at q; scratch: nv numbers. */
@@ -73,19 +93,17 @@ static kt_status force_at(const search *s, const double *q, const double *a, dou
     return status;
 }
 
-/* D, the diagonal of E' M E at q0. */
-static kt_status fill_inertia(const search *s, kt_error *error) {
+/* D, the diagonal of E' M E. */
+static void fill_inertia(const search *s) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     for (size_t j = 0; j < (size_t)s->dofs; j++) {
         const double *e = l->free_velocity + j * nv;
-        memcpy(l->ahead, e, nv * sizeof *e);
-        const kt_status status = kt_probe_force(l, l->q0, l->ahead, error);
-        if (status != KT_OK)
-            return status;
-        l->inertia[j] = dot(e, l->ahead, nv);
+        l->inertia[j] = 0.0;
+        for (size_t k = 0; k < nv; k++)
+            if (e[k] != 0.0)
+                l->inertia[j] += e[k] * along(s, j, l->mass + k * nv);
     }
-    return KT_OK;
 }
 
 /* g at q0, and the sizes to which its rounding errors are proportional. */
@@ -103,14 +121,14 @@ static kt_status fill_force(const search *s, kt_error *error) {
     return KT_OK;
 }
 
-/* d(M a)/dy along the columns of E. */
+/* d(M a)/dy along the columns of E, and M. */
 static kt_status differentiate_force(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
-    kt_status status = kt_exact_is_possible(l) ? kt_exact_slopes(l, (size_t)s->dofs, l->free_velocity, NULL, error)
+    kt_status status = kt_exact_is_possible(l) ? kt_exact_force_slopes(l, (size_t)s->dofs, l->free_velocity, error)
                                                : KT_ERROR_SINGULAR;
     if (status != KT_ERROR_SINGULAR)
         return status;
-    status = KT_OK;
+    status = kt_dynamics_mass(l->model, l->data, l->q0, l->mass, error);
     for (size_t j = 0; j < (size_t)s->dofs && status == KT_OK; j++)
         status = kt_linearization_differentiate(l, l->free_velocity + j * l->size.v, NULL, 1.0, j, error);
     return status;
@@ -136,21 +154,26 @@ static kt_status fill_stiffness(const search *s, kt_error *error) {
 static double stiffest(const search *s) {
     const size_t n = (size_t)s->dofs;
     double most = 0.0;
-    for (size_t j = 0; j < n; j++)
+    for (size_t j = 0; j < n; j++) {
+        double column = 0.0;
         for (size_t i = 0; i < n; i++)
-            most = fmax(most, fabs(s->l->stiffness[j * n + i]) / sqrt(s->l->inertia[i] * s->l->inertia[j]));
-    return most;
+            column = fmax(column, s->l->stiffness[j * n + i] * s->l->stiffness[j * n + i] / s->l->inertia[i]);
+        most = fmax(most, column / s->l->inertia[j]);
+    }
+    return sqrt(most);
 }
 
 /* factor <- H + mu D, or its symmetric part */
 static void add_up(const search *s, double mu, bool symmetric) {
     const size_t n = (size_t)s->dofs;
+    const double *h = s->l->stiffness;
+    double *to = s->l->factor;
+    memcpy(to, h, n * n * sizeof *to);
+    for (size_t j = 0; j < n && symmetric; j++)
+        for (size_t i = j + 1; i < n; i++)
+            to[j * n + i] = 0.5 * (h[j * n + i] + h[i * n + j]); /* the lower triangle */
     for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++) {
-            const double h = s->l->stiffness[j * n + i];
-            s->l->factor[j * n + i] =
-                (symmetric ? 0.5 * (h + s->l->stiffness[i * n + j]) : h) + (i == j ? mu * s->l->inertia[i] : 0.0);
-        }
+        to[j * (n + 1)] += mu * s->l->inertia[j];
 }
 
 /* The rounding error of forces, from the weights and from the force of the stiffest degree of freedom displaced by a
@@ -179,18 +202,36 @@ static bool clear_rounding(const search *s) {
     return any;
 }
 
+/* Whether H is symmetric but for rounding errors, as that of a potential energy is. */
+static bool is_symmetric(const search *s, double stiff) {
+    const size_t n = (size_t)s->dofs;
+    const double *h = s->l->stiffness, *d = s->l->inertia;
+    double most = 0.0;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = j + 1; i < n; i++) {
+            const double apart = h[j * n + i] - h[i * n + j];
+            most = fmax(most, apart * apart / (d[i] * d[j]));
+        }
+    return most <= ASYMMETRY * ASYMMETRY * stiff * stiff;
+}
+
 /* Solves for the step, into l->step; returns false if the matrix is singular. */
 static bool solve(const search *s, double stiff) {
     kt_linearization *l = s->l;
+    bool positive = false;
     double mu = NEUTRAL * (stiff > 0.0 ? stiff : 1.0);
-    for (int i = 0; i < 60 && !s->nearest; i++) {
+    memcpy(l->step, l->force, (size_t)s->dofs * sizeof *l->step);
+    for (int i = 0; i < 60 && !s->nearest && !positive; i++) {
+        if (i)
+            mu *= mu < 1e-3 * stiff ? 16.0 : 2.0;
         add_up(s, mu, true);
-        if (kt_lapack_potrf(s->dofs, l->factor) == 0)
-            break;
-        mu = fmax(2.0 * mu, 1e-3 * stiff);
+        positive = kt_lapack_potrf(s->dofs, l->factor) == 0;
+    }
+    if (positive && is_symmetric(s, stiff)) {
+        kt_dense_solve(l->factor, s->dofs, l->step);
+        return true;
     }
     add_up(s, mu, false);
-    memcpy(l->step, l->force, (size_t)s->dofs * sizeof *l->step);
     return kt_lapack_gesv(s->dofs, l->factor, l->pivot, l->step) == 0;
 }
 
@@ -347,15 +388,15 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
             return KT_OK;
         kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
         s->dofs = system.velocities;
+        find_dependents(s);
         kt_probe_floor(l);
-        if (status == KT_OK)
-            status = fill_inertia(s, error);
         if (status == KT_OK)
             status = fill_force(s, error);
         if (status == KT_OK)
             status = fill_stiffness(s, error);
         if (status != KT_OK)
             return status;
+        fill_inertia(s);
         expect_rounding(s);
         if (!clear_rounding(s))
             return KT_OK;

@@ -2,11 +2,14 @@
  *
  * Along (dq, dv)
  *
- *     da = a_q dq + a_v dv,                                                      [reduction/derivative.c]
- *     d(M a) = M da + (d(M a)/dq at fixed a) dq,
+ *     da = a_q dq + a_v dv.                                                      [reduction/derivative.c]
  *
- * where the last term is the difference of d(tau)/dq of inverse dynamics with the acceleration a and with zero
- * acceleration. Only the given state enters, and not, for example, a contact or a stop nearby.
+ * For equilibria that of the force M a at rest is enough, and needs no factor of M: with M a = tau + f - h, h the
+ * gravity forces, and the part of the multipliers that moves nothing along allowed directions left out,
+ *
+ *     d(M a) = -D_q dq                                           D_q at a = 0, [reduction/stiffness.c].
+ *
+ * Only the given state enters, and not, for example, a contact or a stop nearby.
  *
  * All derivatives are evaluated at two states a few rounding errors to either side of the given one. The result is
  * their mean; the first part of its estimated error is their difference, which shows the conditioning of the equations
@@ -15,11 +18,12 @@
  *     |a_tau| T + |da| + |a_q| |dq| + |a_v| |dv|,
  *     T_k = |M| |da| + (forces and |M_kk| times the accelerations at the state) |dq| + |M_kk| |v| |dv|,
  *
- * times a few eps, since two samples may agree by chance.
+ * or |d(M a)_k| + (forces at the state) |dq|, times a few eps, since two samples may agree by chance.
  */
 #include "analysis/analysis.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
+#include "reduction/stiffness.h"
 
 #include <float.h>
 #include <math.h>
@@ -57,32 +61,21 @@ static void add_product_of_sizes(const double *matrix, size_t n, const double *x
 
 /* ---- neighbouring states ------------------------------------------------------------------------------------------ */
 
-/* d(M a)/dq at fixed a, into mass_change. l->by_velocity is overwritten; forces at rest do not need it. */
-static kt_status fill_mass_change(kt_linearization *l, kt_error *error) {
-    const size_t nv = l->size.v;
-    kt_status status = kt_dynamics_inverse_derivatives(l->model, l->data, l->work, l->size.work, l->q, NULL, l->a0,
-                                                       NULL, l->mass_change, l->by_velocity, error);
-    if (status == KT_OK)
-        status = kt_dynamics_inverse_derivatives(l->model, l->data, l->work, l->size.work, l->q, NULL, NULL, NULL,
-                                                 l->by_force, l->by_velocity, error);
-    for (size_t i = 0; i < nv * nv && status == KT_OK; i++)
-        l->mass_change[i] -= l->by_force[i];
-    return status;
-}
-
-/* Evaluates all matrices at the neighbouring state a few rounding errors away on one side (side: -1 or 1). */
-static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
-    const size_t nv = l->size.v;
-    const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
-    for (size_t i = 0; i < nv; i++) {
+/* The neighbouring state a few rounding errors away on one side (side: -1 or 1), into q and v. */
+static void move_aside(kt_linearization *l, double side, bool rates) {
+    for (size_t i = 0; i < l->size.v; i++) {
         const double away = side * (double)(2 + i % 3) * DISTANCE;
         l->tau_moved[i] = away * l->floor[i];
-        l->v[i] = l->v0[i] + (l->of_force ? 0.0 : away * l->floor[nv + i]);
+        l->v[i] = l->v0[i] + (rates ? away * l->floor[l->size.v + i] : 0.0);
     }
     kt_position_add(l->model, l->q0, l->tau_moved, l->q);
-    kt_status status = l->of_force ? fill_mass_change(l, error) : KT_OK;
-    if (status == KT_OK)
-        status = kt_dynamics_mass(l->model, l->data, l->q, l->mass, error);
+}
+
+/* Evaluates all matrices at the neighbouring state on one side. */
+static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
+    const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
+    move_aside(l, side, true);
+    const kt_status status = kt_dynamics_mass(l->model, l->data, l->q, l->mass, error);
     if (status != KT_OK)
         return status;
     if (is_bare)
@@ -99,12 +92,6 @@ static void write_slope(kt_linearization *l, const double *dq, const double *dv,
     add_product(l->by_position, nv, dq, slope);
     if (dv)
         add_product(l->by_velocity, nv, dv, slope);
-    if (!l->of_force)
-        return;
-    memcpy(l->step, slope, nv * sizeof *slope);
-    memset(slope, 0, nv * sizeof *slope);
-    add_product(l->mass, nv, l->step, slope);
-    add_product(l->mass_change, nv, dq, slope);
 }
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
@@ -123,11 +110,6 @@ static void write_terms(const kt_linearization *l, const double *dq, const doubl
     const size_t nv = l->size.v;
     const double *speed = l->floor + nv, *pull = l->floor + 2 * nv;
     const double moved = length_of(l, dq), changed = length_of(l, dv);
-    if (l->of_force) {
-        for (size_t k = 0; k < nv; k++)
-            term[k] = fabs(slope[k]) + pull[k] * moved;
-        return;
-    }
     memset(term, 0, nv * sizeof *term);
     add_product_of_sizes(l->mass, nv, slope, term);
     for (size_t k = 0; k < nv; k++) {
@@ -141,14 +123,12 @@ static void add_rounding(kt_linearization *l, const double *dq, const double *dv
     double *term = l->step, *sum = l->behind;
     write_terms(l, dq, dv, slope, term);
     memset(sum, 0, nv * sizeof *sum);
-    if (!l->of_force) {
-        add_product_of_sizes(l->by_force, nv, term, sum);
-        add_product_of_sizes(l->by_position, nv, dq, sum);
-        if (dv)
-            add_product_of_sizes(l->by_velocity, nv, dv, sum);
-    }
+    add_product_of_sizes(l->by_force, nv, term, sum);
+    add_product_of_sizes(l->by_position, nv, dq, sum);
+    if (dv)
+        add_product_of_sizes(l->by_velocity, nv, dv, sum);
     for (size_t i = 0; i < nv; i++)
-        error[i] += ROUNDING * (l->of_force ? term[i] : sum[i] + fabs(slope[i]));
+        error[i] += ROUNDING * (sum[i] + fabs(slope[i]));
 }
 
 /* ---- slopes ------------------------------------------------------------------------------------------------------ */
@@ -164,7 +144,7 @@ static void average(const double *second, size_t n, double *slope, double *error
 /* The columns of a_tau that belong to inputs, averaged likewise. */
 static void write_inputs(kt_linearization *l, bool is_second) {
     const size_t nv = l->size.v;
-    for (size_t k = 0; k < l->size.inputs && !l->of_force; k++) {
+    for (size_t k = 0; k < l->size.inputs; k++) {
         const double *column = l->by_force + (size_t)l->input_coordinate[k] * nv;
         double most = 0.0;
         if (!is_second) {
@@ -198,5 +178,42 @@ kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, c
             add_rounding(l, step, change, slope, slope_error);
         }
     }
+    return KT_OK;
+}
+
+/* ---- forces at rest ----------------------------------------------------------------------------------------------- */
+
+/* Column j of -D_q times the directions, without terms below their rounding errors; on the second side the mean. */
+static void write_force_slope(kt_linearization *l, const double *d_q, const double *dq, bool is_second, double *slope,
+                              double *slope_error) {
+    const size_t nv = l->size.v;
+    const double *pull = l->floor + 2 * nv;
+    double *to = is_second ? l->behind : slope, moved;
+    memset(to, 0, nv * sizeof *to);
+    add_product(d_q, nv, dq, to);
+    for (size_t i = 0; i < nv; i++)
+        to[i] = -to[i];
+    if (!is_second)
+        return;
+    average(l->behind, nv, slope, slope_error);
+    moved = length_of(l, dq);
+    for (size_t i = 0; i < nv; i++)
+        slope_error[i] += ROUNDING * (fabs(slope[i]) + pull[i] * moved);
+}
+
+kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double *dq, kt_error *error) {
+    const size_t nv = l->size.v, f = l->size.f;
+    kt_linearized w;
+    (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t);
+    for (int side = 0; side < 2; side++) {
+        move_aside(l, side ? 1.0 : -1.0, false);
+        const kt_status status = kt_linearized_fill(&w, l->q, l->v0, l->tau, NULL, l->model->zero, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t j = 0; j < count; j++)
+            write_force_slope(l, w.d_q, dq + j * nv, side == 1, l->slope + j * f + 2 * nv,
+                              l->slope_error + j * f + 2 * nv);
+    }
+    memcpy(l->mass, w.mass, nv * nv * sizeof *l->mass);
     return KT_OK;
 }

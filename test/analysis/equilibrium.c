@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
@@ -138,6 +139,29 @@ KT_TEST(hanging_chain_straightens_from_anywhere) {
             for (int i = 0; i < N; i++) /* whole turns between links count for nothing */
                 kt_worst_near(&worst, remainder(q[i], 2.0 * pi), 0.0, straight(N, i), "round %d link %d", round, i);
         }
+        kt_check_worst(&worst);
+    }
+    linkage_free(&l);
+}
+
+/* From nearly horizontal; what it costs is asked in reduction/cost. */
+KT_TEST(long_chain_comes_to_hang) {
+    enum { N = 96 };
+    static linkage l;
+    static double q[N];
+    const kt_vec3 along = {1.0, 0.0, 0.0};
+    linkage_begin(&l);
+    for (int i = 0; i < N; i++) {
+        char name[8];
+        (void)snprintf(name, sizeof name, "b%d", i);
+        linkage_bar(&l, name, i ? l.body_name[i - 1] : NULL, i ? along : none, along, i ? 0.0 : 0.35, 0.0);
+    }
+    if (linkage_compile(&l)) {
+        kt_worst worst = kt_worst_make("angle from straight");
+        memcpy(q, l.q, sizeof q);
+        (void)found(&l, false, q, NULL);
+        for (int i = 0; i < N; i++)
+            kt_worst_near(&worst, remainder(q[i] + (i ? 0.0 : pi / 2.0), 2.0 * pi), 0.0, straight(N, i), "%d", i);
         kt_check_worst(&worst);
     }
     linkage_free(&l);

@@ -1,5 +1,7 @@
 /* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
- * count its instructions. WHAT: four-bars, or tree (the same without loops). */
+ * count its instructions. WHAT: four-bars, tree (the same without loops), or chain (N bodies alone, from nearly
+ * horizontal, linearised and then brought to rest). */
+#include "kinetree/analysis.h"
 #include "kinetree/reduction.h"
 
 #include <stdio.h>
@@ -33,6 +35,17 @@ static kt_end end_at(const char *body, double x) {
     return end;
 }
 
+/* Linearisation at the start, and the equilibrium from there. */
+static bool come_to_rest(const kt_model *model, double *q, const double *v) {
+    kt_linearization *l = NULL;
+    kt_error error;
+    const bool done = kt_linearization_create(model, NULL, &l, &error) == KT_OK &&
+                      kt_linearization_evaluate(l, 0.0, q, v, NULL, &error) == KT_OK &&
+                      kt_equilibrium_find(l, NULL, 0.0, q, NULL, NULL, &error) == KT_OK;
+    kt_linearization_free(l);
+    return done;
+}
+
 int main(int argc, char **argv) {
     const int n = argc > 2 ? (int)strtol(argv[2], NULL, 10) : 0;
     if (n < 1 || n > MOST)
@@ -40,7 +53,10 @@ int main(int argc, char **argv) {
     kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
     const char *link = NULL;
-    for (int i = 0; i < n; i++) {
+    const bool chain = strcmp(argv[1], "chain") == 0;
+    for (int i = 0; i < n && chain; i++)
+        link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? 0.0 : 0.35);
+    for (int i = 0; i < n && !chain; i++) {
         link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
         const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
         const char *coupler = add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
@@ -53,9 +69,9 @@ int main(int argc, char **argv) {
         loops[i].between[1] = end_at(rocker, 1.8);
     }
     d.bodies = bodies;
-    d.body_count = 4 * n;
+    d.body_count = chain ? n : 4 * n;
     d.loops = loops;
-    d.loop_count = strcmp(argv[1], "tree") == 0 ? 0 : n;
+    d.loop_count = chain || strcmp(argv[1], "tree") == 0 ? 0 : n;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
@@ -66,6 +82,8 @@ int main(int argc, char **argv) {
     if (kt_model_compile(&d, &options, &model, &error) != KT_OK || kt_data_create(model, &data, &error) != KT_OK)
         return 1;
     kt_model_initial(model, q, v);
+    if (chain && !come_to_rest(model, q, v))
+        return 1;
     const int failed = kt_state_assemble(model, data, 0.0, q, v, &error) != KT_OK ||
                        kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) != KT_OK;
     for (int i = 0; i < 4 * n; i++)
