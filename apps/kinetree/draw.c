@@ -12,12 +12,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static const double degree = 3.14159265358979323846 / 180.0;
 
 enum {
     STATES_MOST = 60,
     PATH_POINTS = 800, /* of each path */
+    SVG_BYTES = 60000, /* more would load slowly within a page */
 };
 
 typedef struct kt_draw_arguments {
@@ -264,31 +266,76 @@ static void name_states(const motion *m, const kt_draw_arguments *arguments, boo
         snprintf(text, size, "at the start; %s%s", seen, view);
 }
 
-static int write_picture(const motion *m, const kt_draw_arguments *arguments, bool is_open, const char *path) {
+/* Keeps `count` of the states, evenly, the first and the last among them. */
+static void thin_states(motion *m, int count) {
+    const int last = m->state_count - 1;
+    const size_t bodies = (size_t)kt_model_body_count(m->model);
+    for (int i = 0; i < count; i++) {
+        const int from = (int)lround((double)last * i / (count - 1));
+        m->times[i] = m->times[from];
+        memmove(m->poses + (size_t)i * bodies, m->poses + (size_t)from * bodies, bodies * sizeof *m->poses);
+    }
+    m->state_count = count;
+}
+
+/* Bytes of an SVG; 0 of other files. */
+static long long svg_size(const char *path) {
+    struct stat status;
+    const char *end = strrchr(path, '.');
+    return end != NULL && strcmp(end, ".svg") == 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
+}
+
+/* Writes the drawing. Where it is larger than a page should load, a strobe picture first has flat colours, and earlier
+ * states without symbols and edges; then there are fewer of them. view: what the subtitle says of the view. */
+static int write_small(motion *m, const kt_draw_arguments *arguments, const char *view, kt_drawing *drawing,
+                       const char *path) {
+    const int states = m->state_count;
+    char subtitle[200];
+    int code = KT_EXIT_DONE;
+    drawing->subtitle = subtitle;
+    for (bool is_small = false; !is_small && code == KT_EXIT_DONE;) {
+        drawing->state_count = m->state_count;
+        name_states(m, arguments, drawing->shows_gaps, view, subtitle, sizeof subtitle);
+        code = kt_drawing_write(drawing, path);
+        const double share = SVG_BYTES / fmax((double)svg_size(path), 1.0);
+        is_small = share >= 1.0 || !drawing->is_strobe || (drawing->is_plain && m->state_count <= 2);
+        if (!is_small && drawing->is_plain)
+            thin_states(m, (int)fmax(fmin(0.97 * share * m->state_count, m->state_count - 1), 2.0));
+        drawing->is_plain = drawing->is_plain || !is_small;
+    }
+    if (code != KT_EXIT_DONE)
+        return code;
+    if (drawing->is_plain)
+        kt_say("%s shows %d of %d states in flat colours, the earlier ones without symbols and edges, to have %d kB "
+               "(%d kB at most); a .png shows all",
+               path, m->state_count, states, (int)(svg_size(path) / 1000), SVG_BYTES / 1000);
+    else if (svg_size(path) > SVG_BYTES)
+        kt_say("%s has %d kB; a .png is smaller", path, (int)(svg_size(path) / 1000));
+    return code;
+}
+
+static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_open, const char *path) {
     kt_camera camera;
     view_words words;
-    char subtitle[200];
     const int code = choose_view(arguments->view, m->picture, m->poses, &camera, &words);
     if (code >= 0)
         return code;
-    name_states(m, arguments, is_open, words.text, subtitle, sizeof subtitle);
-    const kt_drawing drawing = {.picture = m->picture,
-                                .camera = camera,
-                                .is_diagram = m->picture->is_planar &&
-                                              fabs(kt_vec3_dot(camera.axes.z, m->picture->normal)) > 1.0 - 1e-9,
-                                .state_count = m->state_count,
-                                .poses = m->poses,
-                                .times = m->times,
-                                .is_strobe = arguments->strobe > 0,
-                                .paths = m->paths,
-                                .path_count = m->point_count > 1 ? m->marker_count : 0,
-                                .shows_axes = arguments->axes,
-                                .shows_names = arguments->names,
-                                .shows_gaps = is_open,
-                                .is_dark = arguments->dark,
-                                .title = m->name,
-                                .subtitle = subtitle};
-    return kt_drawing_write(&drawing, path);
+    kt_drawing drawing = {.picture = m->picture,
+                          .camera = camera,
+                          .is_diagram = m->picture->is_planar &&
+                                        fabs(kt_vec3_dot(camera.axes.z, m->picture->normal)) > 1.0 - 1e-9,
+                          .state_count = m->state_count,
+                          .poses = m->poses,
+                          .times = m->times,
+                          .is_strobe = arguments->strobe > 0,
+                          .paths = m->paths,
+                          .path_count = m->point_count > 1 ? m->marker_count : 0,
+                          .shows_axes = arguments->axes,
+                          .shows_names = arguments->names,
+                          .shows_gaps = is_open,
+                          .is_dark = arguments->dark,
+                          .title = m->name};
+    return write_small(m, arguments, words.text, &drawing, path);
 }
 
 /* Draws the given state of a scene whose loops cannot be closed, after the error has been printed. */

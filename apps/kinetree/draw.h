@@ -23,6 +23,7 @@ typedef struct kt_drawing {
     const kt_pose *poses; /* of all bodies in the first state, then in the second, ... */
     const double *times;  /* s; of each state */
     bool is_strobe;       /* over each other, earlier ones paler */
+    bool is_plain;        /* in flat colours, earlier states without symbols and edges */
     const kt_drawn_path *paths;
     int path_count;
     bool shows_axes, shows_names;

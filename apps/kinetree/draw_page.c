@@ -422,13 +422,53 @@ static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thin
     }
 }
 
+static bool is_alike(const kt_picture *p, int i, int k) {
+    return p->solids[k].type == KT_SOLID_ROD && p->solids[k].half.x == p->solids[i].half.x &&
+           p->colour[p->solids[k].body] == p->colour[p->solids[i].body];
+}
+
+/* Bars of one colour and width as one path, of which each takes a quarter of the bytes that it takes alone. */
+static void paint_bars(const kt_sheet *sheet, int first) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int k = first; k < p->solid_count; k++) {
+        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[k].body], p->solids[k].pose);
+        const kt_vec3 half = kt_vec3_make(0.0, 0.0, p->solids[k].half.z);
+        const kt_spot a = kt_sheet_place(sheet, kt_pose_apply(pose, kt_vec3_scale(-1.0, half)));
+        const kt_spot b = kt_sheet_place(sheet, kt_pose_apply(pose, half));
+        if (!is_alike(p, first, k))
+            continue;
+        cairo_move_to(sheet->c, a.x, a.y);
+        cairo_line_to(sheet->c, b.x, b.y);
+    }
+    kt_paper_use(sheet->c, kt_sheet_colour(sheet, p->solids[first].body));
+    cairo_set_line_width(sheet->c, 2.0 * fmax(sheet->scale * p->solids[first].half.x, 1.1));
+    cairo_set_line_cap(sheet->c, CAIRO_LINE_CAP_ROUND);
+    cairo_stroke(sheet->c);
+    cairo_set_line_cap(sheet->c, CAIRO_LINE_CAP_BUTT);
+}
+
+static void paint_all_bars(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++) {
+        bool is_first = p->solids[i].type == KT_SOLID_ROD;
+        for (int k = 0; k < i && is_first; k++)
+            is_first = !is_alike(p, i, k);
+        if (is_first)
+            paint_bars(sheet, i);
+    }
+}
+
 /* Paints what can hide and be hidden. Returns false if memory is insufficient. */
 static bool paint_things(const kt_sheet *sheet) {
+    const bool joins_bars = kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram;
+    if (joins_bars)
+        paint_all_bars(sheet);
     things t = {0};
     collect(&t, sheet);
     const bool fine = !t.is_full && kt_pieces_sort(&t.pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram);
     for (int i = 0; i < t.pieces.count && fine; i++)
-        paint_thing(sheet, &t.pieces.items[i], &t.items[t.pieces.items[i].thing]);
+        if (!joins_bars || t.pieces.items[i].solid.type != KT_SOLID_ROD)
+            paint_thing(sheet, &t.pieces.items[i], &t.items[t.pieces.items[i].thing]);
     kt_pieces_free(&t.pieces);
     free(t.items);
     return fine;
@@ -590,7 +630,8 @@ static void paint(cairo_t *c, const void *what) {
             sheet.fade = fade;
         }
         *p->fine = paint_things(&sheet) && *p->fine;
-        kt_paint_symbols(&sheet);
+        if (!kt_sheet_is_plain(&sheet))
+            kt_paint_symbols(&sheet);
         if (!d->is_strobe && d->state_count > 1)
             paint_caption(&sheet, &p->layout, i);
     }

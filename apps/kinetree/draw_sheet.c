@@ -11,6 +11,8 @@ kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point) {
     return kt_sheet_spot(sheet, kt_camera_point(&sheet->drawing->camera, point));
 }
 
+bool kt_sheet_is_plain(const kt_sheet *sheet) { return sheet->drawing->is_plain && sheet->fade > 0.0; }
+
 kt_colour kt_sheet_edge(const kt_sheet *sheet, kt_colour fill) {
     const kt_colour edge = kt_colour_mix(fill, black, sheet->drawing->is_dark ? 0.72 : 0.55);
     return kt_colour_mix(edge, sheet->palette->paper, 0.85 * sheet->fade);

@@ -21,7 +21,8 @@ static kt_colour shade(kt_colour colour, kt_vec3 n) {
 }
 
 static bool is_shaded(const kt_sheet *sheet, double radius) {
-    return radius >= 7.0 && sheet->fade == 0.0 && sheet->drawing->picture->solid_count <= SHADED_MOST;
+    return radius >= 7.0 && sheet->fade == 0.0 && !sheet->drawing->is_plain &&
+           sheet->drawing->picture->solid_count <= SHADED_MOST;
 }
 
 /* A gradient across a round bar: dark on the side that is turned from the light. `across` is the unit direction on the
@@ -80,7 +81,8 @@ static void paint_rod(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
     const kt_spot b = kt_sheet_spot(sheet, kt_pose_apply(pose, kt_vec3_make(0.0, 0.0, piece->high)));
     const bool round_a = piece->low <= -half + near, round_b = piece->high >= half - near;
     const double length = hypot(b.x - a.x, b.y - a.y);
-    if (radius >= 2.0) {
+    const bool has_edge = radius >= 2.0 && !kt_sheet_is_plain(sheet);
+    if (has_edge) {
         kt_paper_use(sheet->c, kt_sheet_edge(sheet, colour));
         stroke_bar(sheet->c, a, b, 2.0 * radius + 0.5, round_a, round_b);
     }
@@ -93,7 +95,7 @@ static void paint_rod(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
     } else if (is_shaded(sheet, radius)) {
         use_pattern(sheet->c, ball_shade(colour, middle, radius));
     }
-    stroke_bar(sheet->c, a, b, radius >= 2.0 ? 2.0 * radius - 1.5 : 2.0 * radius, round_a, round_b);
+    stroke_bar(sheet->c, a, b, has_edge ? 2.0 * radius - 1.5 : 2.0 * radius, round_a, round_b);
 }
 
 static void paint_ball(const kt_sheet *sheet, const kt_piece *piece, kt_colour colour) {

@@ -499,6 +499,80 @@ static void paint_motor(const kt_sheet *sheet, const kt_picture_joint *joint) {
     }
 }
 
+/* The spot at (x, y, z) of a joint's frame, in units of the page. */
+static kt_spot joint_spot(const kt_sheet *sheet, const kt_picture_joint *joint, double x, double y, double z) {
+    const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);
+    const kt_vec3 at = kt_vec3_scale(1.0 / sheet->scale, kt_vec3_make(x, y, z));
+    return kt_sheet_place(sheet, kt_pose_apply(frame, at));
+}
+
+/* A spiral around a joint that turns; a zigzag next to one that slides. In diagrams alone. */
+static void paint_joint_spring(const kt_sheet *sheet, const kt_picture_joint *joint) {
+    const double r = 0.9 * fmax(sheet->pin, 3.0);
+    const bool slides = joint->type == KT_JOINT_PRISMATIC;
+    const int steps = slides ? 8 : 60;
+    for (int i = 0; i <= steps; i++) {
+        const double s = (double)i / steps, angle = 5.0 * pi * s, out = (1.5 + 2.0 * s) * r;
+        const kt_spot at = slides ? joint_spot(sheet, joint, (i % 2 != 0 ? 2.6 : 1.8) * r, 0.0, (i - 4) * 0.8 * r)
+                                  : joint_spot(sheet, joint, out * cos(angle), out * sin(angle), 0.0);
+        cairo_line_to(sheet->c, at.x, at.y);
+    }
+    kt_paper_use(sheet->c, faded(sheet, sheet->palette->ink));
+    cairo_set_line_width(sheet->c, 1.1);
+    cairo_stroke(sheet->c);
+}
+
+/* The direction of what a joint carries at position 0: of the first solid of its body that is not at the joint. */
+static double lever_of(const kt_picture *p, const kt_picture_joint *joint) {
+    for (int i = 0; i < p->solid_count; i++) {
+        const kt_vec3 at = kt_mat3_apply(joint->child, p->solids[i].pose.position);
+        if (p->solids[i].body == joint->body && hypot(at.x, at.y) > 0.0)
+            return atan2(at.y, at.x);
+    }
+    return 0.0;
+}
+
+/* A bar across the way of what a joint carries where it is at a limit. In diagrams alone. */
+static void paint_stop(const kt_sheet *sheet, const kt_picture_joint *joint, double limit) {
+    const double r = fmax(sheet->pin, 3.0), z = sheet->scale * limit;
+    const double angle = lever_of(sheet->drawing->picture, joint) + limit;
+    const kt_colour ink = faded(sheet, sheet->palette->ink);
+    if (!isfinite(limit))
+        return;
+    if (joint->type == KT_JOINT_PRISMATIC)
+        kt_paint_line(sheet, joint_spot(sheet, joint, -2.5 * r, 0.0, z), joint_spot(sheet, joint, 2.5 * r, 0.0, z), 1.8,
+                      ink);
+    else
+        kt_paint_line(sheet, joint_spot(sheet, joint, 2.0 * r * cos(angle), 2.0 * r * sin(angle), 0.0),
+                      joint_spot(sheet, joint, 5.5 * r * cos(angle), 5.5 * r * sin(angle), 0.0), 1.8, ink);
+}
+
+static void paint_in_joint(const kt_sheet *sheet, const kt_picture_effect *effect) {
+    const kt_picture_joint *joint = &sheet->drawing->picture->joints[effect->joint];
+    if (effect->type == KT_EFFECT_MOTOR || effect->type == KT_EFFECT_SERVO) {
+        paint_motor(sheet, joint);
+    } else if (sheet->drawing->is_diagram && effect->type == KT_EFFECT_JOINT_SPRING) {
+        paint_joint_spring(sheet, joint);
+    } else if (sheet->drawing->is_diagram && effect->type == KT_EFFECT_JOINT_LIMIT) {
+        paint_stop(sheet, joint, effect->lower);
+        paint_stop(sheet, joint, effect->upper);
+    }
+}
+
+/* A prescribed motion as a motor; a coupling as a dashed line between its joints. In diagrams alone. */
+static void paint_relations(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->relation_count && sheet->drawing->is_diagram; i++) {
+        const kt_picture_relation *relation = &p->relations[i];
+        const kt_picture_joint *joint = &p->joints[relation->joint];
+        if (relation->other < 0)
+            paint_motor(sheet, joint);
+        else
+            paint_dashes(sheet, frame_spot(sheet, &joint->frame), frame_spot(sheet, &p->joints[relation->other].frame),
+                         faded(sheet, sheet->palette->quiet), 1.0);
+    }
+}
+
 /* A force as an arrow whose head is at its point; a torque, where it turns in the picture, as an arc. */
 static void paint_load(const kt_sheet *sheet, const kt_picture_effect *effect) {
     const kt_pose frame = kt_body_frame_pose(&effect->ends[0], sheet->poses);
@@ -522,8 +596,8 @@ static void paint_effects(const kt_sheet *sheet) {
             paint_load(sheet, effect);
         else if (effect->type == KT_EFFECT_BUSHING && sheet->drawing->is_diagram)
             paint_bushing(sheet, frame_spot(sheet, &effect->ends[0]));
-        else if ((effect->type == KT_EFFECT_MOTOR || effect->type == KT_EFFECT_SERVO) && effect->joint >= 0)
-            paint_motor(sheet, &p->joints[effect->joint]);
+        else if (effect->joint >= 0)
+            paint_in_joint(sheet, effect);
     }
 }
 
@@ -708,6 +782,7 @@ void kt_paint_symbols(const kt_sheet *sheet) {
         paint_mounts(sheet);
     paint_effects(sheet);
     paint_loops(sheet);
+    paint_relations(sheet);
     if (sheet->drawing->is_diagram)
         paint_pivots(sheet);
     for (int i = 0; i < p->joint_count && sheet->drawing->shows_axes; i++)

@@ -1,6 +1,6 @@
-"""A page with a picture of every bundled scene, light and dark, by `kinetree draw`.
+"""A page with a picture of every bundled scene, light and dark, by `kinetree draw`, each with a link to its motion, by `kinetree view`.
 
-gallery.py COMMAND SCENES OUTPUT DEPENDENCIES     OUTPUT/index.html and its pictures; what was read, as a rule for ninja
+gallery.py COMMAND SCENES OUTPUT DEPENDENCIES     OUTPUT/index.html, its pictures and views; what was read, as a rule for ninja
 """
 import concurrent.futures
 import html
@@ -30,7 +30,7 @@ code {{ font-weight: bold; }}
 <body>
 <h1>Scenes of Kinetree</h1>
 <p>The scenes that come with the command: <code>kinetree demo NAME</code> runs one, <code>kinetree view</code> shows it in motion.
-The pictures are those of <code>kinetree draw</code>.</p>
+The pictures are those of <code>kinetree draw</code>; each opens the view of its scene.</p>
 <main>
 {figures}
 </main>
@@ -39,7 +39,7 @@ The pictures are those of <code>kinetree draw</code>.</p>
 """
 
 FIGURE = """<figure>
-<a href="{name}.svg"><picture><source media="(prefers-color-scheme: dark)" srcset="{name}-dark.svg">
+<a href="{name}.html"><picture><source media="(prefers-color-scheme: dark)" srcset="{name}-dark.svg">
 <img loading="lazy" alt="{title}" src="{name}.svg"></picture></a>
 <figcaption><code>{name}</code> {words}</figcaption>
 </figure>"""
@@ -64,6 +64,9 @@ def draw(command, scene, output):
                              capture_output=True, text=True)
         if run.returncode != 0:
             raise SystemExit(f"{scene.name}: {run.stderr}")
+    run = subprocess.run([command, "view", str(scene), "--view", str(output / f"{scene.stem}.html"), "--quiet"], capture_output=True, text=True)
+    if run.returncode != 0:
+        raise SystemExit(f"{scene.name}: {run.stderr}")
 
 
 def main():

@@ -173,6 +173,8 @@ static json_t *describe_joints(const kt_picture *picture) {
         json_object_set_new(one, "body", json_integer(joint->body));
         json_object_set_new(one, "on", json_integer(joint->frame.body));
         add_pose(one, joint->frame.pose);
+        if (joint->type == KT_JOINT_REVOLUTE)
+            json_object_set_new(one, "child", describe_quaternion(joint->child));
         if (joint->type == KT_JOINT_UNIVERSAL)
             json_object_set_new(one, "axis2", describe_vector(joint->axis2));
         json_array_append_new(list, one);
@@ -193,6 +195,29 @@ static json_t *describe_loops(const kt_picture *picture) {
     return list;
 }
 
+static json_t *describe_relations(const kt_picture *picture) {
+    json_t *list = json_array();
+    for (int i = 0; i < picture->relation_count; i++) {
+        const kt_picture_relation *relation = &picture->relations[i];
+        json_t *one = json_object();
+        json_object_set_new(one, "name", kt_json_text(relation->name));
+        json_object_set_new(one, "type", json_string(kt_loop_type_name(relation->type)));
+        json_object_set_new(one, "joint", json_integer(relation->joint));
+        json_object_set_new(one, "other", json_integer(relation->other));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+/* lower, upper: null where there is no limit */
+static void describe_joint_effect(json_t *one, const kt_picture_effect *effect) {
+    json_object_set_new(one, "joint", json_integer(effect->joint));
+    if (effect->type == KT_EFFECT_JOINT_LIMIT) {
+        json_object_set_new(one, "lower", describe_number(effect->lower));
+        json_object_set_new(one, "upper", describe_number(effect->upper));
+    }
+}
+
 static json_t *describe_effects(const kt_picture *picture) {
     json_t *list = json_array();
     for (int i = 0; i < picture->effect_count; i++) {
@@ -203,6 +228,8 @@ static json_t *describe_effects(const kt_picture *picture) {
         json_object_set_new(one, "ends", describe_ends(effect->ends, effect->end_count));
         json_object_set_new(one, "radius", describe_number(effect->radius));
         json_object_set_new(one, "stiff", json_boolean(effect->has_stiffness));
+        if (effect->joint >= 0)
+            describe_joint_effect(one, effect);
         json_array_append_new(list, one);
     }
     return list;
@@ -345,6 +372,7 @@ static json_t *describe(const kt_motion *motion, const kt_view *view) {
     json_object_set_new(root, "solids", describe_solids(picture));
     json_object_set_new(root, "joints", describe_joints(picture));
     json_object_set_new(root, "loops", describe_loops(picture));
+    json_object_set_new(root, "relations", describe_relations(picture));
     json_object_set_new(root, "effects", describe_effects(picture));
     json_object_set_new(root, "planes", describe_planes(picture));
     json_object_set_new(root, "markers", describe_markers(motion, view));

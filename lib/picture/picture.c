@@ -13,13 +13,14 @@
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 typedef struct counts {
-    size_t bodies, joints, loops, effects, solids, planes;
+    size_t bodies, joints, loops, relations, effects, solids, planes;
 } counts;
 
 #define KT_PICTURE_FIELDS(X)                                                                                           \
     X(kt_solid, solids, n->solids, "what bodies look like")                                                            \
     X(kt_picture_joint, joints, n->joints, "those that move")                                                          \
     X(kt_picture_loop, loops, n->loops, "those between two ends")                                                      \
+    X(kt_picture_relation, relations, n->relations, "couplings and motions")                                           \
     X(kt_picture_effect, effects, n->effects, "all")                                                                   \
     X(kt_picture_plane, planes, n->planes, "of contacts, rolling wheels and planar joints")                            \
     X(int, part, n->bodies, "rigid part of each body")                                                                 \
@@ -31,9 +32,13 @@ KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 static counts count(const kt_description *d, const kt_model *model) {
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
                  effects = (size_t)d->effect_count;
+    size_t relations = 0;
+    for (size_t i = 0; i < loops; i++)
+        relations += 1 + (size_t)d->loops[i].term_count;
     return (counts){.bodies = bodies,
                     .joints = bodies,
                     .loops = loops,
+                    .relations = relations,
                     .effects = effects,
                     .solids = 4 * bodies + 2 * loops + 2 * effects,
                     .planes = bodies + loops + effects};
@@ -92,6 +97,7 @@ static void list_joints(maker *m) {
             .frame = {.body = parent,
                       .pose = {.rotation = along(kt_solid_rotation(&joint->rotation), has_axis ? joint->axis : none),
                                .position = joint->at}},
+            .child = kt_mat3_transpose(along(kt_mat3_identity(), has_axis ? joint->axis : none)),
             .axis2 = has_axis2 ? kt_vec3_normalize(joint->axis2) : triad.x,
             .name = kt_body_name(m->model, body)};
     }
@@ -121,6 +127,25 @@ static int joint_of(const maker *m, const char *name) {
         if (m->picture->joints[i].body == body)
             return i;
     return -1;
+}
+
+static void add_relation(maker *m, int loop, int joint, int other) {
+    kt_picture *p = m->picture;
+    const kt_loop *source = &m->description->loops[loop];
+    p->relations[p->relation_count++] = (kt_picture_relation){source->type, loop, joint, other, source->name};
+}
+
+static void list_relations(maker *m) {
+    for (int i = 0; i < m->description->loop_count; i++) {
+        const kt_loop *loop = &m->description->loops[i];
+        if (loop->type == KT_LOOP_MOTION && joint_of(m, loop->joint) >= 0)
+            add_relation(m, i, joint_of(m, loop->joint), -1);
+        for (int k = 1; k < loop->term_count && loop->type == KT_LOOP_COUPLING; k++) {
+            const int joint = joint_of(m, loop->terms[k - 1].joint), other = joint_of(m, loop->terms[k].joint);
+            if (joint >= 0 && other >= 0)
+                add_relation(m, i, joint, other);
+        }
+    }
 }
 
 /* How many ends the keys of a type fill. */
@@ -174,6 +199,8 @@ static void list_effects(maker *m) {
                                      .joint = -1,
                                      .end_count = end_count_of(effect),
                                      .radius = is_contact ? effect->radius : 0.0,
+                                     .lower = effect->lower,
+                                     .upper = effect->upper,
                                      .has_stiffness = effect->stiffness > 0.0,
                                      .has_damping = effect->damping > 0.0,
                                      .direction = direction_of(effect),
@@ -501,6 +528,7 @@ static void fill(maker *m, double *lengths) {
         m->first[i] = -1;
     list_joints(m);
     list_loops(m);
+    list_relations(m);
     list_effects(m);
     list_shapes(m);
     const kt_bounds bounds = measure(m, lengths);

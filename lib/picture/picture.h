@@ -48,10 +48,11 @@ typedef struct kt_picture_joint {
     int body;
     kt_body_frame frame; /* on the parent; z along the joint's axis (of spherical and free joints: the frame) */
     kt_vec3 axis2;       /* universal: the second axis, of unit length, in the body's frame */
+    kt_mat3 child;       /* axes of the body in this frame at position 0, as columns */
     const char *name;
 } kt_picture_joint;
 
-/* A loop between two ends; loops of joint positions (coupling, motion) are left out. */
+/* A loop between two ends; those of joint positions (coupling, motion) are relations. */
 typedef struct kt_picture_loop {
     kt_loop_type type;
     int loop;              /* in the model */
@@ -60,6 +61,15 @@ typedef struct kt_picture_loop {
     double radius;         /* rolling */
     const char *name;
 } kt_picture_loop;
+
+/* A loop of joint positions: a coupling of two joints, one for each pair of neighbouring terms, or a motion of one. */
+typedef struct kt_picture_relation {
+    kt_loop_type type;
+    int loop;  /* in the model */
+    int joint; /* in picture->joints */
+    int other; /* likewise; motion: -1 */
+    const char *name;
+} kt_picture_relation;
 
 /* An effect. Of those in a joint (end_count 0) `joint` is the body that it carries, else 0. */
 typedef struct kt_picture_effect {
@@ -70,6 +80,7 @@ typedef struct kt_picture_effect {
     kt_body_frame ends[2]; /* contact: the sphere's centre, and the plane with z along its normal; of others the frames
                                 as given */
     double radius;         /* contact */
+    double lower, upper;   /* joint_limit: positions of the joint; infinite where there is none */
     bool has_stiffness, has_damping; /* spring: what it consists of */
     kt_vec3
         direction; /* force, torque: unit direction of a typical value; zero: none. In the world, or, if is_carried, in
@@ -98,6 +109,8 @@ typedef struct kt_picture {
     int joint_count;
     kt_picture_loop *loops;
     int loop_count;
+    kt_picture_relation *relations;
+    int relation_count;
     kt_picture_effect *effects;
     int effect_count;
     kt_picture_plane *planes;

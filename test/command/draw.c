@@ -90,6 +90,39 @@ KT_TEST(states_lie_side_by_side_or_over_each_other_with_paths) {
     expect_picture("b.svg", false);
 }
 
+/* A figure in space, a rope in a plane: of twelve states some 190 and 250 kB. */
+KT_TEST(large_strobe_pictures_become_simpler_and_say_so) {
+    static const char *const scenes[] = {"humanoid", "rope"};
+    for (int i = 0; i < 2; i++) {
+        kt_expect(0, "of 12 states in flat colours", "$K draw %s/%s.yaml --strobe 12 --out s.svg", KT_SCENES,
+                  scenes[i]);
+        expect_picture("s.svg", false);
+        kt_check_equal_int("words of all states", count_of(kt_read_file("s.svg"), ">12 states"), 0);
+    }
+    kt_ran ran = kt_shell("$K draw %s/rope.yaml --strobe 12 --out s.png 2>&1", KT_SCENES);
+    kt_check_text("a PNG needs no word", ran.out, "kinetree: s.png\n");
+}
+
+/* A spring and a stop in a joint, a motor, a gear: each adds lines. */
+KT_TEST(what_acts_in_joints_has_symbols) {
+    static const char *const acts[] = {
+        "effects: [{type: joint_spring, joint: upper, stiffness: 2}]\n",
+        "effects: [{type: joint_limit, joint: upper, stiffness: 2, lower: -1, upper: 2}]\n",
+        "effects: [{type: motor, joint: upper, torque: 2}]\n",
+        "loops: [{name: gear, type: coupling, coefficients: {upper: 1, lower: 2}}]\n",
+        "loops: [{name: drive, type: motion, joint: upper, position: {polynomial: [0, 1]}}]\n"};
+    kt_write_file("pair.yaml", pair);
+    kt_expect(0, "p.svg", "$K draw pair.yaml --out p.svg");
+    const int plain = count_of(kt_read_file("p.svg"), "<path");
+    for (size_t i = 0; i < sizeof acts / sizeof *acts; i++) {
+        char text[4096];
+        snprintf(text, sizeof text, "%s%s", pair, acts[i]);
+        kt_write_file("acts.yaml", text);
+        kt_expect(0, "q.svg", "$K draw acts.yaml --out q.svg");
+        kt_check_above(acts[i], count_of(kt_read_file("q.svg"), "<path"), plain);
+    }
+}
+
 KT_TEST(views_are_read_and_refused) {
     kt_write_file("pair.yaml", pair);
     static const char *const views[][2] = {{"x", "seen along x"},

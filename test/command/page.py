@@ -206,6 +206,30 @@ effects:
           ([] if one > 0 and counts == [0, one, one, 2 * one] else [f"{counts}"]))
 
 
+# Numbers of lines, without and with what springs, stops, drives and couplings add.
+SYMBOLS = """["springs", "drives"].map((layer) => [false, true].map((is_on) => {
+    const {figure} = kinetree;
+    kinetree.pose();
+    figure.update(kinetree.time, kinetree.poses, {...kinetree.shown, springs: false, drives: false, [layer]: is_on});
+    return figure.thick.numbers.used + figure.thin.numbers.used;
+}))"""
+
+
+def check_symbols(page, folder):
+    """What acts in a joint or between joints has lines, each kind by itself."""
+    faults, bodies = [], "".join(f"  - {{name: {name}, joint: {{type: revolute, axis: z, at: [{x}, 0, 0]}}, mass: 1, shape: {{type: rod, to: [1, 0, 0]}}}}\n"
+                                 for name, x in (("a", 0), ("b", 2)))
+    for layer, text in ((0, "effects: [{type: joint_spring, joint: b, stiffness: 1}]"), (0, "effects: [{type: joint_limit, joint: b, stiffness: 1, upper: 1}]"),
+                        (1, "effects: [{type: motor, joint: b, torque: 1}]"), (1, "loops: [{name: l, type: coupling, coefficients: {a: 1, b: 1}}]"),
+                        (1, "loops: [{name: l, type: motion, joint: b, position: {polynomial: [0, 1]}}]")):
+        run = kinetree("view", "-", "--view", "s.html", "--duration", "0.1", "--quiet", folder=folder, text=f"kinetree: 1\nname: s\nbodies:\n{bodies}{text}\n")
+        page.open(f"{folder}/s.html")
+        counts = page.evaluate(SYMBOLS)
+        faults += ([run.stderr] if run.returncode else []) + page.complaints()
+        faults += [] if counts[layer][1] > counts[layer][0] and counts[1 - layer][0] == counts[1 - layer][1] else [f"{text}: {counts}"]
+    claim("what_acts_in_joints_has_symbols", faults)
+
+
 HOSTILE = "</script><img src=x onerror=document.title='taken'>"
 
 
@@ -278,6 +302,7 @@ def main():
             timed("colours", check_colours, page, f"{folder}/page.html")
             timed("time", check_time, page, f"{folder}/page.html")
             timed("arrows", check_arrows, page, folder)
+            timed("symbols", check_symbols, page, folder)
             timed("names", check_names, page, folder)
             timed("large", check_large, page, folder)
             timed("long", check_long, page, folder)

@@ -12,7 +12,7 @@ const THEMES = {
 };
 
 const LAYERS = [
-    ["joints", "Joints", true], ["axes", "Joint axes", false], ["loops", "Loops", true], ["springs", "Springs", true],
+    ["joints", "Joints", true], ["axes", "Joint axes", false], ["loops", "Loops", true], ["springs", "Springs", true], ["drives", "Drives and couplings", true],
     ["planes", "Planes", true], ["contacts", "Contact points", true], ["contact", "Contact forces", true],
     ["effect", "Forces of effects", false], ["reaction", "Reactions", false],
     ["traces", "Traces", true], ["markers", "Markers", false],
@@ -24,6 +24,8 @@ const ARROWS = {reaction: [0.75, 0.2, 0.55], contact: [0.85, 0.4, 0.1], effect: 
 
 /* Loops whose points coincide, or are held at a distance: a line joins them where they are apart. */
 const JOINED = ["spherical", "revolute", "universal", "weld", "distance"];
+
+const DRIVES = ["motor", "servo"];
 
 const PICKABLE = ["joints", "loops", "contacts", "markers"];
 
@@ -179,6 +181,12 @@ class Figure {
         if (shown.springs)
             this.data.effects.filter(({ends, type}) => ends.length === 2 && type !== "contact")
                 .forEach((effect) => this.draw_spring(poses, effect));
+        if (shown.springs)
+            this.data.effects.filter(({joint}) => joint !== undefined).forEach((effect) => this.draw_in_joint(poses, effect));
+        if (shown.drives) {
+            this.data.effects.filter(({type}) => DRIVES.includes(type)).forEach(({joint}) => this.draw_drive(poses, joint));
+            this.data.relations.forEach(({joint, other}) => (other < 0 ? this.draw_drive(poses, joint) : this.draw_coupling(poses, joint, other)));
+        }
         this.data.arrows.forEach((arrow, i) => {
             if (shown[arrow.source] && !this.hidden.has(arrow.body))
                 this.draw_force(poses, arrow, force_at(this.motion, t, i));
@@ -247,6 +255,70 @@ class Figure {
             last = p;
         }
         this.line(this.thin, last, b, colour);
+    }
+
+    /* The frame of a joint in the world: its origin and what turns x, y, z into its axes; whether it slides. */
+    joint_frame(poses, i) {
+        const {body, on, at, turn: turned, type} = this.data.joints[i];
+        return {body, o: point_of(poses, on, at), q: turn_of(poses, on, turned), slides: type === "prismatic"};
+    }
+
+    curve(points, colour) {
+        for (let i = 1; i < points.length; i++)
+            this.line(this.thick, points[i - 1], points[i], colour);
+    }
+
+    /* Points r(s) from the axis of a joint at angles from a to b. */
+    around({o, q}, a, b, r, steps = 24) {
+        return [...Array(steps + 1).keys()].map((i) => i / steps).map((s) => add(o, turn(q, [r(s) * Math.cos(a + s * (b - a)), r(s) * Math.sin(a + s * (b - a)), 0])));
+    }
+
+    /* A spiral around a joint with a spring, a zigzag along one that slides; stops at its limits. */
+    draw_in_joint(poses, {type, joint, lower, upper}) {
+        const frame = this.joint_frame(poses, joint), r = this.data.radius, colour = [...this.theme.ink, 0.9];
+        if (this.hidden.has(frame.body))
+            return;
+        if (type === "joint_spring" && frame.slides)
+            this.curve([...Array(9).keys()].map((i) => add(frame.o, turn(frame.q, [(i % 2 ? 2.6 : 1.8) * r, 0, (i - 4) * 0.8 * r]))), colour);
+        else if (type === "joint_spring")
+            this.curve(this.around(frame, 0, 5 * Math.PI, (s) => (1.5 + 2 * s) * r, 60), colour);
+        else if (type === "joint_limit")
+            [lower, upper].filter((x) => x !== null).forEach((x) => this.draw_stop(frame, x, this.lever(joint), colour));
+    }
+
+    /* The direction of what a joint carries at position 0: of the first solid of its body that is not at the joint. */
+    lever(joint) {
+        const {body, child} = this.data.joints[joint];
+        const solid = this.data.solids.find((one) => one.body === body && norm(one.at) > 0);
+        const [x, y] = turn(child ?? [1, 0, 0, 0], solid?.at ?? [0, 0, 0]);
+        return Math.hypot(x, y) > 0 ? Math.atan2(y, x) : 0;
+    }
+
+    /* A stop where the body is at the limit: a short bar across its way. */
+    draw_stop(frame, x, lever, colour) {
+        const r = this.data.radius, {o, q} = frame;
+        if (frame.slides) {
+            const at = (u) => add(o, turn(q, [u, 0, x]));
+            return this.line(this.thick, at(-3 * r), at(3 * r), colour);
+        }
+        const angle = lever + x, at = (u) => add(o, turn(q, [u * Math.cos(angle), u * Math.sin(angle), 0]));
+        this.line(this.thick, at(2 * r), at(7 * r), colour);
+    }
+
+    /* An arrow around the axis of a joint that a motor, a servo or a prescribed motion drives; along one that slides. */
+    draw_drive(poses, joint) {
+        const frame = this.joint_frame(poses, joint), {o, q} = frame, r = 4.5 * this.data.radius, colour = [...this.theme.ink, 0.9];
+        if (this.hidden.has(frame.body))
+            return;
+        const points = frame.slides ? [-1, 1].map((s) => add(o, turn(q, [0.7 * r, 0, s * r]))) : this.around(frame, 0.3, 4.4, () => r);
+        this.curve(points, colour);
+        this.arrow_head(points.at(-1), unit(sub(points.at(-1), points.at(-2))), 0.9 * this.data.radius, this.theme.ink);
+    }
+
+    draw_coupling(poses, joint, other) {
+        const a = this.joint_frame(poses, joint).o, d = sub(this.joint_frame(poses, other).o, a), steps = 20;
+        for (let i = 0; i < steps; i++)
+            this.line(this.thin, add(a, scale((i + 0.2) / steps, d)), add(a, scale((i + 0.7) / steps, d)), [...this.theme.quiet, 0.9]);
     }
 
     instance(name, at, turned, half, colour) {

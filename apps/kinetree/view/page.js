@@ -357,7 +357,8 @@ class Page {
     build_panel() {
         const {data} = this, has = {
             joints: data.joints.length, axes: data.joints.some((j) => j.type !== "free" && j.type !== "spherical"), loops: data.loops.length,
-            springs: data.effects.some((e) => e.ends.length === 2 && e.type !== "contact"), planes: data.planes.length,
+            springs: data.effects.some(({type, ends}) => (ends.length === 2 && type !== "contact") || type === "joint_spring" || type === "joint_limit"),
+            drives: data.relations.length || data.effects.some(({type}) => DRIVES.includes(type)), planes: data.planes.length,
             contacts: data.effects.some((e) => e.type === "contact"), ...Object.fromEntries(data.arrows.map((arrow) => [arrow.source, true])), traces: data.markers.length, markers: data.markers.length,
             names: true, frame: true,
         };
