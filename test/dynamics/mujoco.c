@@ -3,6 +3,8 @@
  * hangs on the world, its joint frame that of the world; its velocities are then the same numbers in both. */
 #include "tree.h"
 
+#include "kinetree/control.h"
+
 #include <float.h>
 #include <math.h>
 #include <mujoco/mujoco.h>
@@ -310,3 +312,99 @@ static void energies(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
 }
 
 KT_TEST(energies_agree_with_mujoco) { compare_all("T and V", energies); }
+
+/* ---- control.h --------------------------------------------------------------------------------------------------- */
+
+/* Rows of a Jacobian, theirs row by row in their order. */
+static void rows(const twin *t, const double *ours, int stride, const double *theirs, double bound, kt_worst *error,
+                 int n) {
+    double x[KT_TREE_NV];
+    for (int r = 0; r < 3; r++) {
+        from_twin(t, theirs + r * t->tree.nv, x);
+        for (int i = 0; i < t->tree.nv; i++)
+            kt_worst_near(error, ours[stride * i + r], x[i], bound, "tree %d row %d column %d", n, r, i);
+    }
+}
+
+static void jacobians(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
+    static double ours[6 * KT_TREE_NV], angular[3 * KT_TREE_NV], linear[3 * KT_TREE_NV];
+    const kt_vec3 at = kt_vec3_make(0.3, -0.1, 0.2);
+    if (!kt_tree_kinematics(&t->tree, s))
+        return;
+    for (int b = 1; b < t->tree.count; b++) {
+        const kt_vec3 p = kt_point_position(t->tree.model, t->tree.data, b, at);
+        mj_jac(t->m, t->d, linear, angular, (const double[]){p.x, p.y, p.z}, body_of(t, b));
+        kt_frame_jacobian(t->tree.model, t->tree.data, b, at, KT_TWIST_ALIGNED, ours);
+        rows(t, ours, 6, angular, 2e-14, error, n);
+        rows(t, ours + 3, 6, linear, 2e-14, error, n);
+    }
+}
+
+KT_TEST(jacobians_of_points_agree_with_mujoco) { compare_all("J", jacobians); }
+
+/* MuJoCo 2.2.2 has no derivative of a Jacobian, but accelerations: those at rest of all joint rates, without the gravity
+ * that it adds. */
+static void biases(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
+    const kt_vec3 g = t->tree.description.gravity;
+    if (!kt_tree_kinematics(&t->tree, s))
+        return;
+    memset(t->d->qacc, 0, (size_t)t->m->nv * sizeof(double));
+    mj_rnePostConstraint(t->m, t->d);
+    for (int b = 1; b < t->tree.count; b++) {
+        double theirs[6];
+        const kt_twist ours =
+            kt_frame_bias(t->tree.model, t->tree.data, b, kt_vec3_make(0.0, 0.0, 0.0), KT_TWIST_ALIGNED);
+        mj_objectAcceleration(t->m, t->d, mjOBJ_XBODY, body_of(t, b), theirs, 0);
+        for (int r = 0; r < 6; r++)
+            kt_worst_near(error, ((const double *)&ours)[r], theirs[r] + (r < 3 ? 0.0 : (&g.x)[r - 3]), 2e-13,
+                          "tree %d body %d row %d", n, b, r);
+    }
+}
+
+KT_TEST(bias_accelerations_agree_with_mujoco) { compare_all("J' v", biases); }
+
+static void solutions(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
+    double x[KT_TREE_NV] = {0.0}, y[KT_TREE_NV], given[KT_TREE_NV];
+    kt_mass_inverse *inverse = NULL;
+    kt_error e = {0};
+    memcpy(y, s->tau, sizeof y);
+    to_twin(t, s->tau, given);
+    mj_solveM(t->m, t->d, x, given, 1);
+    if (kt_tree_fine("inverse", kt_mass_inverse_create(t->tree.model, 0, &inverse, &e), &e) &&
+        kt_tree_fine("terms", kt_mass_inverse_compute(inverse, t->tree.data, 0.0, s->q, &e), &e) &&
+        kt_tree_fine("applies", kt_mass_inverse_apply(inverse, 1, y, &e), &e))
+        vectors(t, y, x, 3e-13, error, n);
+    kt_mass_inverse_free(inverse);
+}
+
+KT_TEST(products_with_the_inverse_mass_matrix_agree_with_mujoco) { compare_all("M^-1 x", solutions); }
+
+/* MuJoCo counts bodies that are fixed to the world, which have no momentum, into mass and centre. */
+static void momenta(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
+    static double matrix[6 * KT_TREE_NV], jacobian[3 * KT_TREE_NV], theirs[3 * KT_TREE_NV];
+    kt_vec3 center;
+    if (!kt_tree_kinematics(&t->tree, s))
+        return;
+    const double mass = kt_mass_center(t->tree.model, t->tree.data, &center), all = t->m->body_subtreemass[0];
+    kt_centroidal_matrix(t->tree.model, t->tree.data, matrix);
+    kt_mass_center_jacobian(t->tree.model, t->tree.data, jacobian);
+    mj_jacSubtreeCom(t->m, t->d, theirs, 0);
+    for (int i = 0; i < 3 * t->tree.nv; i++) {
+        theirs[i] *= all;
+        jacobian[i] *= mass;
+    }
+    rows(t, jacobian, 3, theirs, 1e-14 * all, error, n);
+    rows(t, matrix + 3, 6, theirs, 1e-14 * all, error, n);
+    mj_subtreeVel(t->m, t->d);
+    double ours[6] = {0.0};
+    for (int r = 0; r < 6; r++)
+        for (int i = 0; i < t->tree.nv; i++)
+            ours[r] += matrix[6 * i + r] * s->v[i];
+    const double *c = t->d->subtree_com;
+    const kt_vec3 arm = kt_vec3_sub(center, kt_vec3_make(c[0], c[1], c[2]));
+    const kt_vec3 shift = kt_vec3_cross(arm, kt_vec3_make(ours[3], ours[4], ours[5]));
+    for (int r = 0; r < 3; r++)
+        kt_worst_near(error, ours[r] + (&shift.x)[r], t->d->subtree_angmom[r], 1e-13 * all, "tree %d angular %d", n, r);
+}
+
+KT_TEST(momentum_as_a_function_of_rates_agrees_with_mujoco) { compare_all("momentum", momenta); }

@@ -1,0 +1,79 @@
+/* Jacobians and bias accelerations of frames. With w_p the angular velocity of the link that carries link i, u_i the
+ * linear part of the joint's velocity, r_i the offset between their origins, and x_i from link i's origin to the point, the
+ * accelerations at rest of all joint rates are
+ *     alpha = sum c_n,i                       c_n,i = w_p x (w_i - w_p)
+ *     a     = sum (c_f,i + c_n,i x x_i) + w x (w x x)       c_f,i = w_p x (w_p x r_i) + 2 w_p x u_i
+ * over the path to the root (dynamics/sweep.h); the last term is that of the body's own link.
+ */
+#include "control/control.h"
+
+void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
+                       double *jacobian) {
+    const kt_mat3 axes = kt_body_pose(model, data, body).rotation;
+    const kt_vec3 p = kt_point_position(model, data, body, at);
+    kt_point_jacobian(model, data, body, at, jacobian);
+    for (size_t k = 0; k < model->n.v && frame != KT_TWIST_ALIGNED; k++) {
+        double *column = jacobian + 6 * k;
+        kt_vec3 angular = kt_vec3_make(column[0], column[1], column[2]);
+        kt_vec3 linear = kt_vec3_make(column[3], column[4], column[5]);
+        if (frame == KT_TWIST_BODY) {
+            angular = kt_mat3_apply_transposed(axes, angular);
+            linear = kt_mat3_apply_transposed(axes, linear);
+        } else {
+            linear = kt_vec3_add(linear, kt_vec3_cross(p, angular));
+        }
+        column[0] = angular.x, column[1] = angular.y, column[2] = angular.z;
+        column[3] = linear.x, column[4] = linear.y, column[5] = linear.z;
+    }
+}
+
+/* u_i. Revolute and spherical motions have none; that of the others is what the links' velocities leave. */
+static kt_vec3 slide(const kt_link *link, const kt_link_kinematics *up, const kt_link_kinematics *m) {
+    if (link->motion == KT_MOTION_REVOLUTE || link->motion == KT_MOTION_SPHERICAL)
+        return kt_vec3_make(0.0, 0.0, 0.0);
+    return kt_vec3_sub(kt_vec3_sub(m->velocity, up->velocity), kt_vec3_cross(up->omega, m->offset));
+}
+
+kt_twist kt_link_bias(const kt_model *model, const kt_link_kinematics *links, size_t i) {
+    const kt_link *link = &model->link[i];
+    const kt_link_kinematics *m = &links[i], *up = &links[link->parent];
+    const kt_vec3 w = up->omega, twice = kt_vec3_scale(2.0, slide(link, up, m));
+    kt_twist bias;
+    bias.angular = kt_vec3_cross(w, kt_vec3_sub(m->omega, w));
+    bias.linear = kt_vec3_cross(w, kt_vec3_add(kt_vec3_cross(w, m->offset), twice));
+    return bias;
+}
+
+/* With KT_TWIST_ALIGNED. */
+static kt_twist aligned_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
+    const kt_body_record *b = &model->body[body];
+    const kt_link_kinematics *links = data->kinematics;
+    const kt_vec3 w = links[b->link].omega;
+    kt_vec3 arm = kt_mat3_apply(links[b->link].axes, kt_pose_apply(b->in_link, at));
+    kt_twist sum = {.angular = {0.0, 0.0, 0.0}, .linear = kt_vec3_cross(w, kt_vec3_cross(w, arm))};
+    for (int32_t i = b->link; i > 0; i = model->link[i].parent) {
+        const kt_twist own = kt_link_bias(model, links, (size_t)i);
+        sum.angular = kt_vec3_add(sum.angular, own.angular);
+        sum.linear = kt_vec3_add(sum.linear, kt_vec3_add(own.linear, kt_vec3_cross(own.angular, arm)));
+        arm = kt_vec3_add(arm, links[i].offset);
+    }
+    return sum;
+}
+
+/* d/dt R' omega = R' alpha, d/dt R' u = R' (a - omega x u), d/dt (u + p x omega) = a + p x alpha + u x omega. */
+kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame) {
+    kt_twist bias = aligned_bias(model, data, body, at);
+    if (frame == KT_TWIST_ALIGNED)
+        return bias;
+    const kt_vec3 w = data->kinematics[model->body[body].link].omega, u = kt_point_velocity(model, data, body, at);
+    bias.linear = kt_vec3_sub(bias.linear, kt_vec3_cross(w, u));
+    if (frame == KT_TWIST_BODY) {
+        const kt_mat3 axes = kt_body_pose(model, data, body).rotation;
+        bias.angular = kt_mat3_apply_transposed(axes, bias.angular);
+        bias.linear = kt_mat3_apply_transposed(axes, bias.linear);
+    } else {
+        const kt_vec3 p = kt_point_position(model, data, body, at);
+        bias.linear = kt_vec3_add(bias.linear, kt_vec3_cross(p, bias.angular));
+    }
+    return bias;
+}

@@ -1,0 +1,30 @@
+/* The inverse of a mass matrix, and the memory that operational-space inertia takes. */
+#ifndef KT_CONTROL_MASS_INVERSE_H
+#define KT_CONTROL_MASS_INVERSE_H
+
+#include "dynamics/mass_inverse.h"
+#include "kinetree/control.h"
+
+/* Every array: type, name, count, meaning. closed: v with loops, otherwise 0. */
+#define KT_MASS_INVERSE_FIELDS(X)                                                                                      \
+    X(char, terms, s->terms, "of a tree")                                                                              \
+    X(double, basis, s->closed * s->closed, "Z, nv x dofs")                                                            \
+    X(double, mass, s->closed * s->closed, "M")                                                                        \
+    X(double, reduced, s->closed * s->closed, "Z' M Z, factored")                                                      \
+    X(double, half, s->closed, "M z; Z' x")                                                                            \
+    X(double, size, s->closed, "what rounding errors of its diagonal are proportional to")                             \
+    X(double, column, s->rows * s->v, "M^-1 J'")                                                                       \
+    X(double, task, s->rows * s->rows, "J M^-1 J', factored")                                                          \
+    X(double, unit, s->rows, "a column of its inverse")
+
+struct kt_mass_inverse {
+    void *owned; /* memory of kt_mass_inverse_create, or NULL */
+    const kt_model *model;
+    bool ready; /* it holds terms */
+    int rows;   /* most of a Jacobian */
+    int dofs;   /* columns of Z */
+    kt_inverse_terms of_tree;
+    KT_ARENA_DECLARE(KT_MASS_INVERSE_FIELDS)
+};
+
+#endif

@@ -1,0 +1,44 @@
+/* The terms of M^-1 for a model's instruction set. */
+#include "dynamics/mass_inverse.h"
+
+#include <stdio.h>
+
+KT_ARENA_ARRAYS(place_arrays, kt_inverse_terms, KT_INVERSE_FIELDS, const kt_counts *n)
+
+size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts *n) {
+    return place_arrays(terms, memory, n);
+}
+
+kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms,
+                             kt_error *error) {
+    const kt_input input = {.q = q};
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    size_t failed;
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
+        failed = kt_inverse_compute_v4(model, data, q, terms);
+    else if (model->level == KT_ISA_V3)
+        failed = kt_inverse_compute_v3(model, data, q, terms);
+    else
+#endif
+        failed = kt_inverse_compute_baseline(model, data, q, terms);
+    if (!failed)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + model->body[model->link[failed].body].name);
+    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                        "what it carries has no inertia along one of its degrees of freedom at this position");
+}
+
+void kt_inverse_apply(const kt_model *model, const kt_inverse_terms *terms, double *x) {
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
+        kt_inverse_apply_v4(model, terms, x);
+    else if (model->level == KT_ISA_V3)
+        kt_inverse_apply_v3(model, terms, x);
+    else
+#endif
+        kt_inverse_apply_baseline(model, terms, x);
+}

@@ -1,0 +1,58 @@
+/* M^-1 of a tree as the articulated-body recursion leaves it, for any number of right-hand sides: O(n) for the terms and
+ * O(n) a column, without M.
+ *
+ * With I the articulated inertia of a link (articulated.h) and S_k its degrees of freedom, all about the link's origin,
+ * from the tips to the ground and from the last k to the first
+ *     U_k = I S_k,   d_k = 1 / S_k.U_k,   I -= U_k U_k' d_k
+ * These terms depend on q alone. A column x of joint forces then takes two passes: with F the wrench that what a link
+ * carries passes on,
+ *     backward    y_k = (x_k - S_k.F) d_k,   F += U_k y_k
+ *     forward     x_k = y_k - d_k U_k.A,     A += S_k x_k
+ * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3; that the passes are
+ * factors of M^-1: Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
+ */
+#ifndef KT_DYNAMICS_MASS_INVERSE_H
+#define KT_DYNAMICS_MASS_INVERSE_H
+
+#include "base/arena.h"
+#include "dynamics/dynamics.h"
+
+typedef struct kt_inverse_dof {
+    kt_v4 s[2];    /* S: angular, linear */
+    kt_v4 gain[2]; /* U d */
+} kt_inverse_dof;
+
+typedef struct kt_inverse_flow {
+    kt_v4 angular, linear; /* moment and force, or accelerations */
+} kt_inverse_flow;
+
+/* Every array: type, name, count, meaning. Degrees of freedom have the order of the links. */
+#define KT_INVERSE_FIELDS(X)                                                                                           \
+    X(kt_inverse_dof, dof, n->v, "terms of each degree of freedom")                                                    \
+    X(double, reciprocal, n->v, "d")                                                                                   \
+    X(kt_v4, offset, n->link, "origin minus the parent's")                                                             \
+    X(kt_inverse_flow, flow, n->link, "backward: what children pass, where links branch; forward: accelerations")
+
+typedef struct kt_inverse_terms {
+    KT_ARENA_DECLARE(KT_INVERSE_FIELDS)
+} kt_inverse_terms;
+
+/* compute: the terms at q, which is finite; returns a link without inertia along a degree of freedom, or 0.
+ * apply: x (nv) becomes M^-1 x. */
+#define KT_INVERSE_DECLARE(level)                                                                                      \
+    size_t kt_inverse_compute_##level(const kt_model *, kt_data *, const double *q, kt_inverse_terms *);               \
+    void kt_inverse_apply_##level(const kt_model *, const kt_inverse_terms *, double *x);
+KT_INVERSE_DECLARE(baseline)
+KT_INVERSE_DECLARE(v3)
+KT_INVERSE_DECLARE(v4)
+#undef KT_INVERSE_DECLARE
+
+/* Places the arrays of the terms of a model with these counts in memory (NULL: none); returns the bytes. */
+size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts *n);
+
+/* The kernels of the model's instruction set. Errors: KT_ERROR_SINGULAR names the joint; those of kt_input_check. */
+KT_CHECKED kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms,
+                                        kt_error *error);
+void kt_inverse_apply(const kt_model *model, const kt_inverse_terms *terms, double *x);
+
+#endif

@@ -1,0 +1,22 @@
+/* Random trees for the functions of control.h, and the derivative in time of what depends on positions: by differences of
+ * order eight along q (+) t v, whose joint rates are v throughout. */
+#ifndef KT_TEST_CONTROL_ALONG_H
+#define KT_TEST_CONTROL_ALONG_H
+
+#include "../dynamics/oracle.h"
+#include "../dynamics/tree.h"
+
+#include "kinetree/control.h"
+
+/* A tree of every joint type; every third one planar, in part or as a whole. */
+bool along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state);
+
+/* Some numbers (count) at positions q; false fails the test. */
+typedef bool along_function(const kt_tree *tree, const double *q, const double *v, double *out);
+
+enum { ALONG_MOST = KT_TREE_NV * KT_TREE_NV };
+
+/* Their derivatives: the error is some 1e-13 to 1e-11 of the largest, of rounding 1e-14 over the step. */
+bool along_differentiate(const kt_tree *tree, const kt_tree_state *s, along_function *f, int count, double *rate);
+
+#endif

@@ -1,0 +1,134 @@
+/* Jacobians and bias accelerations of points, against poses composed apart from the library and their derivatives. */
+#include "along.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+enum { TREES = 60, ROWS = 6 };
+static const kt_twist_frame frames[] = {KT_TWIST_ALIGNED, KT_TWIST_BODY, KT_TWIST_WORLD};
+
+static kt_vec3 vector(const long double *x) { return kt_vec3_make((double)x[0], (double)x[1], (double)x[2]); }
+
+static kt_mat3 axes_of(const kt_oracle_body *b) {
+    kt_mat3 r;
+    r.x = kt_vec3_make((double)b->r[0][0], (double)b->r[1][0], (double)b->r[2][0]);
+    r.y = kt_vec3_make((double)b->r[0][1], (double)b->r[1][1], (double)b->r[2][1]);
+    r.z = kt_vec3_make((double)b->r[0][2], (double)b->r[1][2], (double)b->r[2][2]);
+    return r;
+}
+
+/* The twist of a point, from the body's motion. */
+static kt_twist twist_of(const kt_oracle_body *b, kt_vec3 at, kt_twist_frame frame) {
+    const kt_vec3 w = vector(b->w), arm = kt_mat3_apply(axes_of(b), at);
+    kt_twist twist = {.angular = w, .linear = kt_vec3_add(vector(b->u), kt_vec3_cross(w, arm))};
+    if (frame == KT_TWIST_BODY) {
+        twist.angular = kt_mat3_apply_transposed(axes_of(b), twist.angular);
+        twist.linear = kt_mat3_apply_transposed(axes_of(b), twist.linear);
+    } else if (frame == KT_TWIST_WORLD) {
+        twist.linear = kt_vec3_add(vector(b->u), kt_vec3_cross(vector(b->p), w));
+    }
+    return twist;
+}
+
+static void multiply(const kt_tree *tree, const double *jacobian, const double *v, double out[ROWS]) {
+    for (int r = 0; r < ROWS; r++) {
+        out[r] = 0.0;
+        for (int i = 0; i < tree->nv; i++)
+            out[r] += jacobian[ROWS * i + r] * v[i];
+    }
+}
+
+static void compare(kt_worst *error, const double *x, const double *y, double size, int n, int b, int frame) {
+    for (int r = 0; r < ROWS; r++)
+        kt_worst_near(error, x[r], y[r], size, "tree %d body %d frame %d row %d", n, b, frame, r);
+}
+
+/* Bounds of this file: measured over 20 seeds, the worst of which is about half of the bound. */
+KT_TEST(jacobians_times_velocities_are_twists_in_each_frame) {
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make("J v against the twist");
+    for (int n = 0; n < TREES; n++) {
+        static double jacobian[ROWS * KT_TREE_NV];
+        kt_tree tree;
+        kt_tree_state s;
+        kt_oracle_body bodies[KT_TREE_SLOTS];
+        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
+            return;
+        kt_oracle_motion(&tree, s.q, s.v, NULL, bodies);
+        for (int b = 1; b < tree.count; b++)
+            for (int f = 0; f < 3; f++) {
+                const kt_vec3 at = kt_tree_vector(&random, -1.0, 1.0);
+                double twist[ROWS];
+                const kt_twist expected = twist_of(&bodies[b], at, frames[f]);
+                kt_frame_jacobian(tree.model, tree.data, b, at, frames[f], jacobian);
+                multiply(&tree, jacobian, s.v, twist);
+                compare(&error, twist, (const double *)&expected, 4e-14, n, b, f);
+            }
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&error);
+}
+
+/* The state's own accelerations are in the data, and must not enter. */
+KT_TEST(bias_is_the_acceleration_that_velocities_alone_give) {
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make("J' v against the acceleration at rest of all rates");
+    for (int n = 0; n < TREES; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_oracle_body bodies[KT_TREE_SLOTS];
+        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
+            return;
+        memset(s.a, 0, sizeof s.a);
+        kt_oracle_motion(&tree, s.q, s.v, s.a, bodies);
+        for (int b = 1; b < tree.count; b++) {
+            const kt_vec3 at = kt_tree_vector(&random, -1.0, 1.0), arm = kt_mat3_apply(axes_of(&bodies[b]), at);
+            const kt_vec3 w = vector(bodies[b].w), alpha = vector(bodies[b].alpha);
+            const kt_vec3 around = kt_vec3_cross(w, kt_vec3_cross(w, arm));
+            const kt_vec3 a = kt_vec3_add(kt_vec3_add(vector(bodies[b].a), kt_vec3_cross(alpha, arm)), around);
+            const kt_twist expected = {.angular = alpha, .linear = a};
+            const kt_twist bias = kt_frame_bias(tree.model, tree.data, b, at, KT_TWIST_ALIGNED);
+            compare(&error, (const double *)&bias, (const double *)&expected, 5e-14, n, b, 0);
+        }
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&error);
+}
+
+/* J v of all bodies in all frames. */
+static bool all_twists(const kt_tree *tree, const double *q, const double *v, double *out) {
+    static double jacobian[ROWS * KT_TREE_NV];
+    kt_error e;
+    if (!kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e), &e))
+        return false;
+    for (int b = 1; b < tree->count; b++)
+        for (int f = 0; f < 3; f++, out += ROWS) {
+            kt_frame_jacobian(tree->model, tree->data, b, kt_vec3_make(0.3, -0.2, 0.1 * b), frames[f], jacobian);
+            multiply(tree, jacobian, v, out);
+        }
+    return true;
+}
+
+KT_TEST(bias_is_the_derivative_of_the_jacobian_times_velocities_in_each_frame) {
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make("J' v against differences");
+    for (int n = 0; n < TREES; n++) {
+        static double rate[ALONG_MOST];
+        kt_tree tree;
+        kt_tree_state s;
+        if (!along_grow(&tree, n, &random, &s) ||
+            !along_differentiate(&tree, &s, all_twists, 3 * ROWS * (tree.count - 1), rate) ||
+            !kt_tree_kinematics(&tree, &s))
+            return;
+        for (int b = 1; b < tree.count; b++)
+            for (int f = 0; f < 3; f++) {
+                const kt_twist bias =
+                    kt_frame_bias(tree.model, tree.data, b, kt_vec3_make(0.3, -0.2, 0.1 * b), frames[f]);
+                compare(&error, (const double *)&bias, rate + ROWS * (3 * (b - 1) + f), 4e-12, n, b, f);
+            }
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&error);
+}
