@@ -49,7 +49,7 @@ static kt_status check_loops(kt_actuation_work *w, kt_data *data, double t, cons
     double largest = could_be(w, v, a);
     for (size_t i = 0; i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++) {
-            const double x = miss(w, a, (size_t)(model->loop[i].equation + r), &size);
+            const double x = miss(w, a, (size_t)model->loop[i].equation + (size_t)r, &size);
             largest = fmax(largest, size);
             if (x > worst) {
                 worst = x;

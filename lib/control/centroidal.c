@@ -67,6 +67,7 @@ static void write_column(const kt_dof *dof, void *context) {
     column[3] = p.x, column[4] = p.y, column[5] = p.z;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): it is written by way of the columns */
 void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) {
     const composite *c = compose(model, data);
     kt_vec3 center;
@@ -114,7 +115,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
     const double mass = kt_mass_center(model, data, &center), share = mass > 0.0 ? 1.0 / mass : 0.0;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        double all[6 * KT_DOF_MAX];
+        double all[6 * KT_DOF_MAX] = {0.0};
         const columns to = {.c = &c[i], .arm = {0.0, 0.0, 0.0}, .first = all};
         kt_v4 axes[3], parent[3];
         kt_v4_from_mat3(data->kinematics[i].axes, axes);

@@ -31,7 +31,7 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     double *c = (double *)w.dv;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const size_t first = (size_t)(link->v + kt_link_lengths(link));
+        const size_t first = (size_t)link->v + (size_t)kt_link_lengths(link);
         if (kt_link_facts(link).quaternions)
             add_turned((const double *)w.dtau, nv, first, v + first, c);
     }

@@ -15,13 +15,14 @@ static double momentum_of(const kt_tree *tree, const double *q, const double *v,
     const kt_oracle_wrench all = kt_oracle_momentum(tree, bodies);
     for (int b = 1; b < tree->count; b++) {
         const kt_body *body = &tree->body[kt_body_source(tree->model, b)];
-        const long double c[3] = {body->com.x, body->com.y, body->com.z};
+        const long double c[3] = {(long double)body->com.x, (long double)body->com.y, (long double)body->com.z};
+        const long double own = (long double)body->mass;
         if (!kt_oracle_moves(tree, b))
             continue;
-        mass += body->mass;
+        mass += own;
         for (int i = 0; i < 3; i++)
-            first[i] += body->mass * (bodies[b].p[i] + bodies[b].r[i][0] * c[0] + bodies[b].r[i][1] * c[1] +
-                                      bodies[b].r[i][2] * c[2]);
+            first[i] +=
+                own * (bodies[b].p[i] + bodies[b].r[i][0] * c[0] + bodies[b].r[i][1] * c[1] + bodies[b].r[i][2] * c[2]);
     }
     for (int i = 0; i < 3; i++) {
         p[i] = all.force[i];

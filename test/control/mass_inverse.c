@@ -38,7 +38,7 @@ static void compare_column(kt_worst *error, const kt_tree *tree, const long doub
     for (int i = 0; i < nv; i++) {
         long double sum = 0.0L;
         for (int k = 0; k < nv; k++)
-            sum += inverse[i * nv + k] * x[k];
+            sum += inverse[i * nv + k] * (long double)x[k];
         exact[i] = (double)sum;
     }
     for (int i = 0; i < nv; i++) {
@@ -87,7 +87,8 @@ static void project(const kt_tree *tree, const long double *inverse, const doubl
             long double sum = 0.0L;
             for (int i = 0; i < nv; i++)
                 for (int k = 0; k < nv; k++)
-                    sum += (long double)jacobian[TASK * i + r] * inverse[i * nv + k] * jacobian[TASK * k + c];
+                    sum +=
+                        (long double)jacobian[TASK * i + r] * inverse[i * nv + k] * (long double)jacobian[TASK * k + c];
             out[TASK * r + c] = sum;
         }
 }
