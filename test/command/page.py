@@ -1,6 +1,6 @@
 """page KINETREE SCENES: the page that `kinetree view` writes, in a headless Chromium: it loads in silence, draws, plays, seeks, and takes
-names for names. Of the bundled scenes it takes a dozen, which have every kind of solid, joint, symbol and plane; KT_VIEW_ALL=1 takes all (half a
-second each), of which the satellites are smaller than a pixel of this window.
+names for names. Of the bundled scenes it takes some dozen, which have every kind of solid, joint, symbol and plane; KT_VIEW_ALL=1 takes all (half a
+second each).
 
 The page's own numbers of what is under each pixel tell which bodies are seen; colours are read from a picture of the whole page.
 """
@@ -23,7 +23,7 @@ KINETREE, SCENES = sys.argv[1:]
 WIDTH, HEIGHT = 560, 420
 PAGE_BYTES = 150_000
 DOZEN = ("articulated-rotor", "bicycle", "chain", "engine-mounts", "four-bar", "humanoid", "n-four-bar-40", "puck", "rolling-ball", "rope", "stewart",
-         "trolley")
+         "tethered-satellites", "trolley")
 
 # Which bodies are seen at two times, and which have solids.
 SEEN = """(() => {

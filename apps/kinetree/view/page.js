@@ -240,11 +240,12 @@ class Page {
                     const p = point_of(poses, body, add(at, end));
                     all.push(add(p, [r, r, r]), sub(p, [r, r, r]));
                 }
-            [...this.data.loops, ...this.data.effects.filter(({type}) => type !== "contact")]
-                .forEach(({ends}) => ends.forEach((end) => all.push(point_of(poses, end.body, end.at))));
+            [...this.data.loops, ...this.data.effects.filter(({type}) => type !== "contact")].forEach(({type, ends}) =>
+                ends.filter((end) => end.body > 0 || type !== "attraction") /* whose centre may be far away */
+                    .forEach((end) => all.push(point_of(poses, end.body, end.at))));
             if (this.follows)
                 all.push(...this.under(poses));
-            this.data.joints.forEach(({on, at}) => all.push(point_of(poses, on, at)));
+            this.data.joints.filter(({type}) => type !== "free").forEach(({on, at}) => all.push(point_of(poses, on, at)));
         }
         return all.filter((p) => p.every(Number.isFinite));
     }
