@@ -4,8 +4,11 @@ const find = (id) => document.getElementById(id);
 const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000, 10000];
 const NAMES_MAX = 60, LISTED_MAX = 300;
 
-/* Steps by which drawing becomes cheaper where the machine cannot keep up: sides of circles, pixels a pixel of the page. */
-const QUALITIES = [[40, 2], [16, 1], [8, 1], [6, 0.6]];
+/* Steps by which drawing becomes cheaper where the machine cannot keep up: sides of circles, pixels a pixel of the page, whether joints
+ * are drawn; and what the page says of them. */
+const COARSE = "This machine draws slowly, so that curved surfaces and fine lines are coarser.";
+const QUALITIES = [[40, 2, true], [16, 1, true, COARSE], [8, 1, true, COARSE], [6, 0.6, true, COARSE],
+    [6, 0.6, false, "This machine draws slowly, so that curved surfaces and fine lines are coarser, and joints are left out."]];
 
 class Page {
     constructor() {
@@ -170,9 +173,8 @@ class Page {
         if (mean < 1 / 30 || document.hidden || this.quality === QUALITIES.length - 1)
             return;
         this.quality++;
-        const note = "This machine draws slowly, so that curved surfaces and fine lines are coarser.";
-        if (!this.notes.includes(note))
-            this.notes.push(note);
+        const words = QUALITIES.map(([, , , note]) => note);
+        this.notes = [...this.notes.filter((note) => !words.includes(note)), words[this.quality]];
         this.show_notes();
         this.resize();
     }
@@ -220,9 +222,10 @@ class Page {
         this.figure.update(this.time, this.poses, this.shown);
         p.begin(canvas.width, canvas.height, this.theme.paper);
         const pixels = [canvas.width / this.ratio, canvas.height / this.ratio];
-        this.figure.paint(view, this.shown, QUALITIES[this.quality][0], pixels);
+        const [sides, , has_joints] = QUALITIES[this.quality];
+        this.figure.paint(view, {...this.shown, joints: this.shown.joints && has_joints}, sides, pixels);
         if (this.ghost !== undefined)
-            p.paint_solids(this.figure.static.bodies, view, this.ghost, QUALITIES[this.quality][0], 0.3);
+            p.paint_solids(this.figure.static.bodies, view, this.ghost, sides, 0.3);
         this.place_names(view);
         this.pictures = (this.pictures ?? 0) + 1;
     }
