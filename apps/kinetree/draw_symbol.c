@@ -325,7 +325,7 @@ static reach reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot alo
     return r.low <= r.high ? r : (reach){0.0, 0.0, 0.0, 0.0};
 }
 
-/* A slider in the plane: on the ground hatched guides, one below a block, two beside a bar; else a fine line. */
+/* A slider in the plane: on the ground hatched guides, one below a block, two on both sides of a bar; else a fine line. */
 static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
     const kt_drawing *d = sheet->drawing;
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);
@@ -699,7 +699,7 @@ static bool is_clear(const labels *l, struct label one) {
     return true;
 }
 
-/* Writes a name beside a spot, on the first of some sides where no other name is. */
+/* Writes a name next to a spot, on the first of eight sides where no other name is. */
 static void paint_label(const kt_sheet *sheet, labels *l, kt_spot at, const char *text, kt_colour colour) {
     static const kt_spot sides[] = {{8.0, -8.0}, {8.0, 16.0},  {-8.0, -8.0}, {-8.0, 16.0},
                                     {10.0, 4.0}, {-10.0, 4.0}, {8.0, -20.0}, {8.0, 28.0}};
@@ -761,7 +761,7 @@ static void paint_markers(const kt_sheet *sheet, labels *l) {
         }
 }
 
-/* The names that have room: of each body beside the middle of its first solid; of each loop at its second end. */
+/* The names that have room: of each body next to the middle of its first solid; of each loop at its second end. */
 static void paint_names(const kt_sheet *sheet, labels *l) {
     const kt_picture *p = sheet->drawing->picture;
     for (int body = 1; body < p->body_count; body++)
