@@ -10,6 +10,7 @@
 #include "compile/compile.h"
 #include "reduction/delassus.h"
 #include "reduction/levenberg_marquardt.h"
+#include "reduction/planar_front.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -272,7 +273,36 @@ static bool is_of_few(const kt_model *model, const kt_group *group) {
     return few;
 }
 
+/* Whether a group is reduced by reduction/planar_front.h: a planar group on the ground with fronts of few parameters, each
+ * step with at most two equations, all of them independent. */
+static bool is_narrow(const kt_model *model, const kt_group *group) {
+    const kt_front_plan *plan = &group->front;
+    const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
+    int32_t params = 0, open = 0, rank = 0;
+    bool narrow = plan->used && !group->delassus && group->parent == 0 && kt_group_is_planar(model, group) &&
+                  plan->relations == 0 && plan->slots <= KT_NARROW_SLOTS &&
+                  kt_narrow_count((size_t)group->link_count) <= plan->count;
+    for (int32_t s = 0; s < group->link_count && narrow; s++) {
+        const kt_front_step *step = &model->front[plan->step + s];
+        int32_t rows = 0;
+        for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->front_loop[i]];
+            for (int r = 0; r < loop->row_count; r++)
+                rows += model->slot[group->row + loop->row + r] >= 0;
+        }
+        rank += rows;
+        open += 1 - step->leave_count;
+        narrow = ++params <= KT_NARROW && rows <= KT_NARROW_ROWS && rows <= params && cap[s] == rank;
+        params = open ? params - rows : 0;
+    }
+    return narrow;
+}
+
 static void finish(kt_model *model, const kt_data *data, const samples *found) {
+    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
+        model->front_usual[i] = found->usual[i];
+        model->front_cap[i] = found->cap[i];
+    }
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, found->alive);
@@ -288,10 +318,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         group->pin = is_pin(model, group);
         group->delassus = is_of_few(model, group);
         model->few |= group->delassus;
-    }
-    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
-        model->front_usual[i] = found->usual[i];
-        model->front_cap[i] = found->cap[i];
+        group->narrow = is_narrow(model, group);
     }
 }
 

@@ -126,6 +126,7 @@ typedef struct kt_group {
     double least;                 /* the least size that the first direction counts as (reduction/reduce.h) */
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     bool delassus;                /* few equations on many links (reduction/delassus.h) */
+    bool narrow;                  /* fronts of few parameters in a plane (reduction/planar_front.h) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
     kt_front_plan front;

@@ -8,6 +8,7 @@
 #include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/kernel.h"
+#include "reduction/planar_front.h"
 #include "reduction/planar_group.h"
 #include "reduction/planar_pin.h"
 
@@ -78,12 +79,14 @@ static bool close_front(const kt_model *model, kt_data *data, int32_t g, int32_t
 /* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
  * accelerations. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                        const double *tau, double *a) {
+                        bool special, const double *tau, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
     kt_planar_inertia total;
     kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
+    if (special && group->narrow)
+        return KT_KERNEL(kt_narrow_close)(model, data, (size_t)g, tau, a);
     if (group->front.used)
         return close_front(model, data, g, top, tau, a);
     kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
@@ -148,8 +151,9 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
 
 static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
     const bool pin = c->v && c->model->group[link->group].pin;
-    const bool done = pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
-                          : close_group(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
+    const bool done =
+        pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+            : close_group(c->model, c->data, link->group, link->parent, c->gravity, c->v != NULL, tau, c->a);
     return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
 }
 
@@ -244,7 +248,8 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
         KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
 }
 
-/* `special`: groups of one pin are solved in closed form, those of few equations by delassus.h. */
+/* `special`: groups of one pin are solved in closed form, those of few equations by delassus.h, those of narrow fronts
+ * by planar_front.h. */
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                           const double *tau, const kt_wrench *external, bool regular, bool special, double *a) {
     size_t failed = 0;
@@ -254,6 +259,8 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
         if (special && model->group[g].pin)
             continue;
         fill_moving(model, data, g, q, v, t);
+        if (special && model->group[g].narrow)
+            continue;
         if (!KT_KERNEL(kt_group_ready)(model, data, g, regular, few))
             failed = (size_t)model->group_link[model->group[g].link];
     }
