@@ -2,6 +2,9 @@
  *
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
+ *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
+ *     stage_adjoint.c      the adjoint of an evaluation of accelerations
+ *     rollout.c            gradients over many steps, with checkpoints
  *     projection.c         the derivative of the projection onto the loops
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
  *     product.c            products of small matrices, compiled for each instruction set
@@ -12,6 +15,7 @@
 #include "base/arena.h"
 #include "base/isa.h"
 #include "dynamics/derivative.h"
+#include "dynamics/inverse_gradient.h"
 #include "kinetree/sensitivity.h"
 #include "reduction/dual.h"
 
@@ -33,6 +37,15 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
 /* xi+ of q+ = q (+) x, where q changes by xi and x by dx: exp(-x) xi + T(x) dx; out may be xi. */
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out);
 
+/* Transposed: gradients with respect to the results become those with respect to the arguments. The second and the third
+ * add to by_q and by_v. */
+void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi);
+void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q);
+void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
+                                double *by_q, double *by_v);
+void kt_tangent_add_transposed(const kt_model *model, const double *x, const double *by_out, double *by_xi,
+                               double *by_dx);
+
 /* ---- products ---------------------------------------------------------------------------------------------------- */
 
 enum { KT_PRODUCT_TILE = 8 };
@@ -53,10 +66,11 @@ kt_product_call *kt_product_of(const kt_model *model);
 
 /* Every array: type, name, count, meaning; n coordinates, p equations, all zero without loops. */
 #define KT_PROJECTION_FIELDS(X)                                                                                        \
-    X(double, q, p ? model->n.q : 0, "positions of an iteration")                                                      \
+    X(double, q, p ? (KT_POSITION_STEPS_MAX + 1) * model->n.q : 0, "positions of all iterations")                      \
     X(double, v, n, "velocities before the projection")                                                                \
     X(double, x, n, "correction")                                                                                      \
     X(double, change, n, "its change")                                                                                 \
+    X(double, residue, n, "gradient")                                                                                  \
     X(double, lambda, p, "its multipliers")                                                                            \
     X(double, residual, p, "phi, or b'")                                                                               \
     X(double, jacobian, n *p, "p x n")                                                                                 \
@@ -87,6 +101,7 @@ typedef struct kt_projection_work {
     double t;
     size_t n, p;
     int rank;
+    uint32_t iterations; /* of the positions, by the last kt_projection_run */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)
 } kt_projection_work;
 
@@ -96,6 +111,12 @@ size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *
  * likewise. Nothing is promised about them on failure. */
 KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
                                            kt_error *error);
+
+/* Projects q, v in place and keeps the iterations; then a gradient with respect to the state after it, x (2 nv),
+ * becomes that with respect to the state before. */
+KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error);
+KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
+                                              kt_error *error);
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
@@ -115,6 +136,16 @@ KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, dou
     X(double, by_v, n *n, "a_v")                                                                                       \
     X(double, by_tau, n *n, "a_tau")                                                                                   \
     X(double, tiles, kt_product_size(n), "of a product")                                                               \
+    X(double, by_stage, s *N, "gradients by X_i")                                                                      \
+    X(double, raw, N, "state before the projection")                                                                   \
+    X(double, by_end, N, "gradient by it, of dq and dv")                                                               \
+    X(double, by_start, N, "gradient by x, likewise")                                                                  \
+    X(double, by_slope, N, "by K_i")                                                                                   \
+    X(double, by_next, 2 * n, "by x+, tangent")                                                                        \
+    X(double, by_force, n, "by tau")                                                                                   \
+    X(double, tangent, 3 * n, "gradients of a stage by xi and v, and w = M^-1 mu")                                     \
+    X(kt_gradient_link, links, model->n.link, "of kt_inverse_gradient")                                                \
+    X(char, factor, kt_mass_factor_size(model), "of M")                                                                \
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
 
@@ -145,6 +176,19 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
     const double c = step->method->c[i];
     return c == 1.0 ? step->t + step->h : step->t + c * step->h;
 }
+
+/* a_q, a_v and unless NULL a_tau (w->by_q, by_v, by_tau) at stage i. */
+KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, kt_error *error);
+
+/* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with respect
+ * to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state before
+ * (tangent), and w->by_force into that with respect to tau. */
+KT_CHECKED kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error);
+KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
+
+/* The adjoint of the accelerations of stage i: mu . da = by_xi . xi + by_v . dv + by_tau . dtau; the three are in
+ * w->tangent. */
+KT_CHECKED kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error);
 
 /* Makes quaternions unit, and unless `unprojected` closes the loops, as a simulation does after a step. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,

@@ -28,8 +28,7 @@ static void begin(kt_step_work *w, size_t columns) {
     }
 }
 
-/* a_q, a_v and, where there are columns of inputs, a_tau at stage i. */
-static kt_status differentiate(kt_step_work *w, size_t i, bool inputs, kt_error *error) {
+kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, kt_error *error) {
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const double *q = w->stage + i * (model->n.q + model->n.v), *v = q + model->n.q;
@@ -91,7 +90,7 @@ static kt_status differentiate_step(kt_step_work *w, const double *q, const doub
     begin(w, columns);
     for (size_t i = 0; i < w->stages; i++) {
         kt_step_combine(w->change, w->start, step->h, kt_step_row(step->method, i), i, w->rate, N * columns);
-        status = differentiate(w, i, inputs, error);
+        status = kt_step_differentiate(w, i, inputs, error);
         if (status != KT_OK)
             return status;
         push(w, i, columns);

@@ -47,14 +47,13 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
     }
 }
 
-/* exp(-x) xi + T(x) dx */
-static kt_vec3 add_rotation(kt_vec3 x, kt_vec3 xi, kt_vec3 dx) {
+/* T(x) dx; T(x)' = T(-x). */
+static kt_vec3 jacobian(kt_vec3 x, kt_vec3 dx) {
     const double r = kt_vec3_norm(x);
     const double first = r < 1e-3 ? 0.5 - r * r / 24.0 : (1.0 - cos(r)) / (r * r);
     const double second = r < 1e-2 ? 1.0 / 6.0 - r * r / 120.0 * (1.0 - r * r / 42.0) : (r - sin(r)) / (r * r * r);
     const kt_vec3 once = kt_vec3_cross(x, dx), twice = kt_vec3_cross(x, once);
-    const kt_vec3 turned = kt_mat3_apply_transposed(kt_matrix_from_quat(kt_quat_from_euler_vector(x)), xi);
-    return kt_vec3_add(turned, kt_vec3_add(dx, kt_vec3_add(kt_vec3_scale(-first, once), kt_vec3_scale(second, twice))));
+    return kt_vec3_add(dx, kt_vec3_add(kt_vec3_scale(-first, once), kt_vec3_scale(second, twice)));
 }
 
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out) {
@@ -66,6 +65,86 @@ void kt_tangent_add(const kt_model *model, const double *x, const double *xi, co
         if (!motion.quaternions)
             continue;
         const int at = link->v + motion.plain;
-        kt_joint_store(out + at, add_rotation(kt_joint_load(x + at), kt_joint_load(xi + at), kt_joint_load(dx + at)));
+        const kt_vec3 turn = kt_joint_load(x + at);
+        const kt_vec3 turned =
+            kt_mat3_apply_transposed(kt_matrix_from_quat(kt_quat_from_euler_vector(turn)), kt_joint_load(xi + at));
+        kt_joint_store(out + at, kt_vec3_add(turned, jacobian(turn, kt_joint_load(dx + at))));
+    }
+}
+
+/* ---- transposed -------------------------------------------------------------------------------------------------- */
+
+static void add(double *to, kt_quat a) {
+    to[0] += a.w;
+    to[1] += a.x;
+    to[2] += a.y;
+    to[3] += a.z;
+}
+
+/* 2 p o (0, x) / |p|^2 */
+static kt_quat drop_transposed(kt_quat p, kt_vec3 x) {
+    const double scale = 2.0 / kt_quat_norm_squared(p);
+    return kt_quat_multiply(p, kt_quat_make(0.0, scale * x.x, scale * x.y, scale * x.z));
+}
+
+/* vec(conj(p) o y) / 2 */
+static kt_vec3 lift_transposed(kt_quat p, kt_quat y) {
+    const kt_quat x = kt_quat_multiply(kt_quat_conjugate(p), y);
+    return kt_vec3_make(0.5 * x.x, 0.5 * x.y, 0.5 * x.z);
+}
+
+void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        for (int k = 0; k < motion.plain; k++)
+            by_xi[link->v + k] = by_q[link->q + k];
+        const int at = link->q + motion.plain;
+        if (motion.quaternions)
+            kt_joint_store(by_xi + link->v + motion.plain, lift_transposed(load(q + at), load(by_q + at)));
+    }
+}
+
+void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        for (int k = 0; k < motion.plain; k++)
+            by_q[link->q + k] += by_xi[link->v + k];
+        const int at = link->q + motion.plain;
+        if (motion.quaternions)
+            add(by_q + at, drop_transposed(load(q + at), kt_joint_load(by_xi + link->v + motion.plain)));
+    }
+}
+
+void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
+                                double *by_q, double *by_v) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        for (int k = 0; k < motion.plain; k++)
+            by_v[link->v + k] += by_rate[link->q + k];
+        if (!motion.quaternions)
+            continue;
+        const int at = link->q + motion.plain, w = link->v + motion.plain;
+        const kt_quat y = load(by_rate + at);
+        add(by_q + at, kt_quat_rate_body(y, kt_vec3_scale(-1.0, kt_joint_load(v + w))));
+        kt_joint_store(by_v + w, kt_vec3_add(kt_joint_load(by_v + w), lift_transposed(load(q + at), y)));
+    }
+}
+
+void kt_tangent_add_transposed(const kt_model *model, const double *x, const double *by_out, double *by_xi,
+                               double *by_dx) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        for (int k = 0; k < motion.plain; k++)
+            by_xi[link->v + k] = by_dx[link->v + k] = by_out[link->v + k];
+        if (!motion.quaternions)
+            continue;
+        const int at = link->v + motion.plain;
+        const kt_vec3 turn = kt_joint_load(x + at), y = kt_joint_load(by_out + at);
+        kt_joint_store(by_xi + at, kt_mat3_apply(kt_matrix_from_quat(kt_quat_from_euler_vector(turn)), y));
+        kt_joint_store(by_dx + at, jacobian(kt_vec3_scale(-1.0, turn), y));
     }
 }

@@ -1,0 +1,47 @@
+/* The gradient of w . tau, the joint forces of inverse dynamics in a direction w, with respect to positions and
+ * velocities at constant accelerations: O(n), where the whole derivatives are O(n depth). It is what the adjoint of forward
+ * dynamics needs: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
+ *     mu . da = w . dtau - (gradient of w . inverse dynamics) . (dq, dv).
+ *
+ * With the terms and letters of derivative.h, and W_l = sum w_i S_i over the degrees of freedom that carry link l, the
+ * columns of d tau / dq and d tau / dv sum up to
+ *     w . dtau/dq_k = psi''_k . H + psi'_k . N + s_k . Y + W_b . (S_k x* F^C)
+ *     w . dtau/dv_k = phi_k . H + s_k . N
+ *     H = sum I_l W_l,   N = sum 2B_l' W_l,   Y = sum X_l' W_l        over the links l that k carries
+ * where b is the frame that carries k's node. (Of the terms for i before k's node, W_b . M^C_k x, those for i after it
+ * have the opposite, since sum over l of (W_l - W_b)' M_l x has all of them.) H and F are shifted from origin to origin as
+ * wrenches, N and Y do not depend on it. About the link's own origin, W = (w', u'),
+ *     I W    = (J w' + h x u', m u' + w' x h)
+ *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
+ *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c */
+#ifndef KT_DYNAMICS_INVERSE_GRADIENT_H
+#define KT_DYNAMICS_INVERSE_GRADIENT_H
+
+#include "dynamics/dynamics.h"
+
+/* Of a link: its own motion and terms; in the backward pass those of all that it carries are added. */
+typedef struct kt_gradient_link {
+    kt_v4 velocity, linear; /* of the origin; the spatial acceleration's part, minus gravity */
+    kt_v4 w[2];             /* W */
+    kt_v4 h[2], f[2];       /* H, F */
+    kt_v4 n, y;             /* N, Y */
+} kt_gradient_link;
+
+/* From the motion of all links, accelerations without gravity (kt_links_update), which is in data. links: scratch, one for
+ * each; by_q, by_v: nv. */
+#define KT_GRADIENT_DECLARE(level)                                                                                     \
+    void kt_inverse_gradient_##level(const kt_model *model, const kt_data *data, const double *v, const double *a,     \
+                                     const kt_wrench *external, const double *w, kt_gradient_link *links,              \
+                                     double *by_q, double *by_v);
+KT_GRADIENT_DECLARE(baseline)
+KT_GRADIENT_DECLARE(v3)
+KT_GRADIENT_DECLARE(v4)
+#undef KT_GRADIENT_DECLARE
+
+/* The same by the kernel of the model's instruction set, at a state whose motion it computes first. external may be NULL.
+ * Errors: KT_ERROR_NOT_FINITE. */
+KT_CHECKED kt_status kt_inverse_gradient(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                         const double *a, const kt_wrench *external, const double *w,
+                                         kt_gradient_link *links, double *by_q, double *by_v, kt_error *error);
+
+#endif

@@ -1,0 +1,204 @@
+/* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start; as many of
+ * these as there is memory for are kept, as checkpoints, and the others are computed again from the last one before them.
+ *
+ * With c checkpoints in memory, that of the step at hand among them, and r runs over each step at most,
+ *     beta(c, r) = (c + r)! / (c! r!)
+ * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps on, r being the least that suffices: what is
+ * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther, ACM
+ * Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve). */
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+#define KT_ROLLOUT_FIELDS(X)                                                                                           \
+    X(double, state, c *N, "checkpoints: states at the start of steps")                                                \
+    X(int, index, c, "of which steps")                                                                                 \
+    X(double, here, N, "a state between checkpoints")                                                                  \
+    X(double, gradient, 2 * n, "with respect to a state")                                                              \
+    X(double, by_tau, n, "with respect to the input of a step")                                                        \
+    X(double, inputs, steps *n, "result")                                                                              \
+    X(char, step_work, kt_step_work_size(model, rollout->method), "of a step")
+
+typedef struct rollout_work {
+    const kt_model *model;
+    kt_data *data;
+    const kt_rollout *rollout;
+    kt_cost *cost;
+    void *user;
+    double value;
+    int reached; /* steps whose cost is in the value */
+    int kept;    /* checkpoints */
+    KT_ARENA_DECLARE(KT_ROLLOUT_FIELDS)
+} rollout_work;
+
+KT_ARENA_ARRAYS(place_arrays, rollout_work, KT_ROLLOUT_FIELDS, const kt_model *model, const kt_rollout *rollout,
+                size_t N, size_t n, size_t c, size_t steps)
+
+static int checkpoints_of(const kt_rollout *rollout) {
+    return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
+}
+
+static size_t place(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
+    return place_arrays(w, memory, model, rollout, model->n.q + model->n.v, model->n.v, (size_t)checkpoints_of(rollout),
+                        (size_t)rollout->steps);
+}
+
+size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
+    return rollout->steps > 0 && kt_step_work_size(model, rollout->method) > 0 ? place(NULL, NULL, model, rollout) : 0;
+}
+
+/* ---- steps and costs --------------------------------------------------------------------------------------------- */
+
+static kt_step step_at(const rollout_work *w, int k) {
+    const kt_rollout *r = w->rollout;
+    return (kt_step){.method = r->method,
+                     .t = r->t + k * r->h,
+                     .h = r->h,
+                     .tau = r->inputs ? r->inputs + (size_t)k * w->model->n.v : NULL,
+                     .unprojected = r->unprojected};
+}
+
+static kt_status call_cost(rollout_work *w, int k, const double *state, double *value, double *by_state, double *by_tau,
+                           kt_error *error) {
+    const kt_rollout *r = w->rollout;
+    const kt_cost_point at = {.step = k,
+                              .t = r->t + k * r->h,
+                              .q = state,
+                              .v = state + w->model->n.q,
+                              .tau = r->inputs && k < r->steps ? r->inputs + (size_t)k * w->model->n.v : NULL};
+    *value = 0.0;
+    const int result = w->cost(&at, value, by_state, by_tau, w->user);
+    if (result != 0)
+        return kt_error_set(error, KT_ERROR_CALLBACK, "cost", "the caller's cost of step %d returned %d", k, result);
+    return isfinite(*value)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_NOT_FINITE, "cost", "the caller's cost of step %d is %g", k, *value);
+}
+
+/* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. */
+static kt_status pass(rollout_work *w, int k, double *state, kt_error *error) {
+    const size_t nq = w->model->n.q;
+    const kt_step step = step_at(w, k);
+    if (k == w->reached) {
+        double value;
+        const kt_status status = call_cost(w, k, state, &value, NULL, NULL, error);
+        if (status != KT_OK)
+            return status;
+        w->value += value;
+        w->reached++;
+    }
+    return kt_step_evaluate(w->model, w->data, w->step_work, kt_step_work_size(w->model, step.method), &step, state,
+                            state + nq, state, state + nq, error);
+}
+
+/* The gradient with respect to the state after step k becomes that before it, with its own cost. */
+static kt_status reverse(rollout_work *w, int k, const double *state, kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v;
+    const kt_step step = step_at(w, k);
+    double value;
+    kt_step_work s;
+    kt_status status =
+        kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
+    if (status == KT_OK)
+        status = kt_adjoint_run(&s, state, state + nq, error);
+    if (status == KT_OK && k == w->rollout->steps - 1) {
+        status = call_cost(w, k + 1, s.next, &value, w->gradient, NULL, error);
+        w->value += value;
+    }
+    if (status != KT_OK)
+        return status;
+    memcpy(s.by_next, w->gradient, 2 * n * sizeof *w->gradient);
+    status = kt_adjoint_sweep(&s, error);
+    if (status != KT_OK)
+        return status;
+    memset(w->gradient, 0, 2 * n * sizeof *w->gradient);
+    memset(w->by_tau, 0, n * sizeof *w->by_tau);
+    status = call_cost(w, k, state, &value, w->gradient, w->by_tau, error);
+    for (size_t i = 0; i < 2 * n; i++)
+        w->gradient[i] += s.by_next[i];
+    for (size_t i = 0; i < n; i++)
+        w->inputs[(size_t)k * n + i] = w->by_tau[i] + s.by_force[i];
+    w->value += k == w->reached ? value : 0.0;
+    return status;
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+/* beta(c, r), or any larger number once it reaches n. */
+static double beta(int c, int r, int n) {
+    double product = 1.0;
+    for (int i = 1; i <= r && product < n; i++)
+        product *= (double)(c + i) / i;
+    return product;
+}
+
+/* How far on the next checkpoint is set, with n > 1 steps left to reverse and c checkpoints, the present one included. */
+static int distance(int n, int c) {
+    int r = 1;
+    if (c >= n)
+        return 1;
+    while (beta(c, r, n) < n)
+        r++;
+    const double most = beta(c, r - 1, n);
+    return most < n - 1 ? (int)most : n - 1;
+}
+
+static kt_status run(rollout_work *w, kt_error *error) {
+    const size_t N = w->model->n.q + w->model->n.v;
+    const int most = checkpoints_of(w->rollout);
+    kt_status status = KT_OK;
+    for (int target = w->rollout->steps - 1; target >= 0 && status == KT_OK;) {
+        const double *last = w->state + (size_t)(w->kept - 1) * N;
+        int k = w->index[w->kept - 1];
+        if (k == target) {
+            status = reverse(w, target--, last, error);
+            w->kept--;
+            continue;
+        }
+        const int free = most - w->kept, end = free > 0 ? k + distance(target - k + 1, free + 1) : target;
+        memcpy(w->here, last, N * sizeof *w->here);
+        for (; k < end && status == KT_OK; k++)
+            status = pass(w, k, w->here, error);
+        if (free > 0) {
+            memcpy(w->state + (size_t)w->kept * N, w->here, N * sizeof *w->here);
+            w->index[w->kept++] = end;
+        } else if (status == KT_OK)
+            status = reverse(w, target--, w->here, error);
+    }
+    return status;
+}
+
+/* ---- the public function ----------------------------------------------------------------------------------------- */
+
+kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                              const kt_rollout *rollout, const double *q, const double *v, kt_cost *cost, void *user,
+                              double *value, double *by_start, double *by_inputs, kt_error *error) {
+    const size_t nq = model->n.q, n = model->n.v;
+    rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
+    if (rollout->steps <= 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d steps", rollout->steps);
+    if (kt_step_work_size(model, rollout->method) == 0) { /* the words of kt_step_begin */
+        const kt_step step = {.method = rollout->method, .h = rollout->h};
+        kt_step_work s;
+        return kt_step_begin(&s, model, data, NULL, 0, &step, error);
+    }
+    kt_status status =
+        kt_arena_check("work", "kt_rollout_work_size", work, work_size, kt_rollout_work_size(model, rollout), error);
+    if (status != KT_OK)
+        return status;
+    (void)place(&w, work, model, rollout);
+    memcpy(w.state, q, nq * sizeof *q);
+    memcpy(w.state + nq, v, n * sizeof *v);
+    memset(w.gradient, 0, 2 * n * sizeof *w.gradient);
+    w.index[0] = 0;
+    status = run(&w, error);
+    if (status != KT_OK)
+        return status;
+    *value = w.value;
+    if (by_start)
+        memcpy(by_start, w.gradient, 2 * n * sizeof *by_start);
+    if (by_inputs)
+        memcpy(by_inputs, w.inputs, (size_t)rollout->steps * n * sizeof *by_inputs);
+    return KT_OK;
+}

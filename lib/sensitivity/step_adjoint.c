@@ -1,0 +1,104 @@
+/* The adjoint of a step. With a gradient y+ with respect to x+ the adjoints of slopes and stages are, from the last stage
+ * to the first,
+ *     k_i = h (b_i y+ + sum_{j > i} a_ji x_j),   x_i = (dK_i / dX_i)' k_i,   y = y+ + sum x_i
+ * (Sanz-Serna 2016, section 3), between the adjoints of the projection and of the map from rotations to quaternions. */
+#include "dynamics/dynamics.h"
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+static bool closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
+
+kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
+    const size_t nq = w->model->n.q, N = nq + w->model->n.v;
+    const kt_status status = kt_step_stages(w, q, v, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(w->raw, w->next, N * sizeof *w->raw);
+    if (closes(w))
+        return kt_projection_run(&w->projection, w->next, w->next + nq, error);
+    return kt_step_close(w->model, w->data, w->step, w->next, w->next + nq, error);
+}
+
+/* k_i */
+static void gather(kt_step_work *w, size_t i) {
+    const kt_method *method = w->step->method;
+    const size_t N = w->model->n.q + w->model->n.v;
+    for (size_t l = 0; l < N; l++)
+        w->by_slope[l] = method->b[i] * w->by_end[l];
+    for (size_t j = i + 1; j < w->stages; j++) {
+        const double a = kt_step_row(method, j)[i];
+        for (size_t l = 0; l < N && a != 0.0; l++)
+            w->by_slope[l] += a * w->by_stage[j * N + l];
+    }
+    for (size_t l = 0; l < N; l++)
+        w->by_slope[l] *= w->step->h;
+}
+
+/* x_i, and the stage's part of the gradient by tau. */
+static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    const double *q = w->stage + i * N;
+    double *by_q = w->by_stage + i * N, *by_v = by_q + nq;
+    memset(by_q, 0, N * sizeof *by_q);
+    const kt_status status = kt_stage_adjoint(w, i, w->by_slope + nq, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t j = 0; j < n; j++) {
+        by_v[j] = w->tangent[n + j];
+        w->by_force[j] += w->tangent[2 * n + j];
+    }
+    kt_tangent_drop_transposed(model, q, w->tangent, by_q);
+    kt_tangent_rate_transposed(model, q, q + nq, w->by_slope, by_q, by_v);
+    return KT_OK;
+}
+
+kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    kt_status status =
+        closes(w) ? kt_projection_transposed(&w->projection, w->next, w->next + nq, w->by_next, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
+    memset(w->by_end, 0, nq * sizeof *w->by_end);
+    memcpy(w->by_end + nq, w->by_next + n, n * sizeof *w->by_end);
+    kt_tangent_drop_transposed(model, w->raw, w->by_next, w->by_end);
+    memcpy(w->by_start, w->by_end, N * sizeof *w->by_start);
+    memset(w->by_force, 0, n * sizeof *w->by_force);
+    for (size_t i = w->stages; i-- > 0;) {
+        gather(w, i);
+        status = pull(w, i, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t l = 0; l < N; l++)
+            w->by_start[l] += w->by_stage[i * N + l];
+    }
+    kt_tangent_lift_transposed(model, w->y, w->by_start, w->by_next);
+    memcpy(w->by_next + n, w->by_start + nq, n * sizeof *w->by_next);
+    if (kt_all_finite(w->by_next, 2 * n) && kt_all_finite(w->by_force, n))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "gradient",
+                        "it overflows: look for a motion that grows without bound, or for a force that is huge");
+}
+
+kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
+                          const double *q, const double *v, const double *by_next, double *by_state, double *by_tau,
+                          kt_error *error) {
+    const size_t n = model->n.v;
+    kt_step_work w;
+    kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
+    if (status == KT_OK)
+        status = kt_adjoint_run(&w, q, v, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(w.by_next, by_next, 2 * n * sizeof *by_next);
+    status = kt_adjoint_sweep(&w, error);
+    if (status != KT_OK)
+        return status;
+    if (by_state)
+        memcpy(by_state, w.by_next, 2 * n * sizeof *by_state);
+    if (by_tau)
+        memcpy(by_tau, w.by_force, n * sizeof *by_tau);
+    return KT_OK;
+}

@@ -1,0 +1,18 @@
+/* Random trees with effects, at a random state. */
+#ifndef KT_TEST_SENSITIVITY_GROWN_H
+#define KT_TEST_SENSITIVITY_GROWN_H
+
+#include "../dynamics/tree.h"
+
+/* Points into itself: not to be copied. */
+typedef struct grown {
+    kt_tree tree;
+    kt_tree_state state;
+    kt_effect effect[4];
+} grown;
+
+/* The n-th: every second one has effects between bodies, every third floats, every fourth moves in a plane. A failure
+ * fails the test. kt_tree_free(&g->tree) may follow either way. */
+bool grown_make(grown *g, int n, kt_random *random);
+
+#endif
