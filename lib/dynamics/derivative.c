@@ -81,10 +81,9 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
     return KT_OK;
 }
 
-kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                                          const double *q, const double *v, const double *tau,
-                                          const kt_wrench *external, double *da_dq, double *da_dv, double *da_dtau,
-                                          kt_error *error) {
+kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                      const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                      double *a, double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
     const kernels kernel = kernels_of(model);
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
@@ -99,11 +98,21 @@ kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, 
                  &w);
     if (!kernel.forward(model, da_dtau != NULL, external != NULL, &w))
         return overflow(error);
+    if (a)
+        memcpy(a, w.a, model->n.v * sizeof *a);
     kernel.hand_over(model, &w, w.dq, da_dq);
     kernel.hand_over(model, &w, w.dv, da_dv);
     if (da_dtau)
         kernel.hand_over(model, &w, w.dtau, da_dtau);
     return KT_OK;
+}
+
+kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                          const double *q, const double *v, const double *tau,
+                                          const kt_wrench *external, double *da_dq, double *da_dv, double *da_dtau,
+                                          kt_error *error) {
+    return kt_forward_derivatives_fill(model, data, work, work_size, q, v, tau, external, NULL, da_dq, da_dv, da_dtau,
+                                       error);
 }
 
 /* ---- the gradient of a sum of joint forces ------------------------------------------------------------------------- */

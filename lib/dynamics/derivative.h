@@ -141,4 +141,10 @@ KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data 
                                                  const double *v, const double *a, const kt_wrench *external,
                                                  kt_derivative_work *w, kt_error *error);
 
+/* kt_dynamics_forward_derivatives, and unless a is NULL the accelerations themselves. */
+KT_CHECKED kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                                 const double *q, const double *v, const double *tau,
+                                                 const kt_wrench *external, double *a, double *da_dq, double *da_dv,
+                                                 double *da_dtau, kt_error *error);
+
 #endif

@@ -50,15 +50,10 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
 
 enum { KT_PRODUCT_TILE = 8 };
 
-/* The numbers of an n x n matrix in tiles of KT_PRODUCT_TILE rows. */
-static inline size_t kt_product_size(size_t n) {
-    return (n + KT_PRODUCT_TILE - 1) / KT_PRODUCT_TILE * KT_PRODUCT_TILE * n;
-}
-
-/* Y += M X for an n x n matrix M, which is copied in tiles to `tiles` (kt_product_size); X and Y have `columns` columns,
- * each `stride` numbers after the one before. */
-typedef void kt_product_call(size_t n, const double *m, double *tiles, size_t columns, size_t stride, const double *x,
-                             double *y);
+/* Y += A X + B Z with n x n matrices A and B; X, Z and Y have `columns` columns, each `stride` numbers after the one before.
+ * scratch: 2 KT_PRODUCT_TILE n numbers, at a multiple of 32 bytes. */
+typedef void kt_product_call(size_t n, const double *a, const double *b, double *scratch, size_t columns, size_t stride,
+                             const double *x, const double *z, double *y);
 kt_product_call kt_product_baseline, kt_product_v3, kt_product_v4;
 kt_product_call *kt_product_of(const kt_model *model);
 
@@ -135,7 +130,7 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, by_q, n *n, "a_q")                                                                                       \
     X(double, by_v, n *n, "a_v")                                                                                       \
     X(double, by_tau, n *n, "a_tau")                                                                                   \
-    X(double, tiles, kt_product_size(n), "of a product")                                                               \
+    X(double, tiles, 2 * KT_PRODUCT_TILE * n, "of a product")                                                          \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
     X(double, by_end, N, "gradient by it, of dq and dv")                                                               \
@@ -165,6 +160,12 @@ KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_da
 /* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. */
 KT_CHECKED kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 
+/* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations, which the caller
+ * computes into *a; sums up. */
+void kt_step_start(kt_step_work *w, const double *q, const double *v);
+const double *kt_step_stage(kt_step_work *w, size_t i, double **a);
+void kt_step_finish(kt_step_work *w);
+
 /* out = y + h sum_j weight_j k_j over a row of `count` weights without its zeros; k: rows of n numbers. */
 void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
@@ -177,8 +178,8 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
     return c == 1.0 ? step->t + step->h : step->t + c * step->h;
 }
 
-/* a_q, a_v and unless NULL a_tau (w->by_q, by_v, by_tau) at stage i. */
-KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, kt_error *error);
+/* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. */
+KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
 
 /* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with respect
  * to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state before

@@ -63,7 +63,7 @@ static kt_status sweep_tree(kt_step_work *w, size_t stage, const double *mu, kt_
 
 static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t n = w->model->n.v;
-    const kt_status status = kt_step_differentiate(w, stage, true, error);
+    const kt_status status = kt_step_differentiate(w, stage, true, NULL, error);
     for (size_t j = 0; j < n && status == KT_OK; j++) {
         w->tangent[j] = kt_dense_dot(w->by_q + j * n, mu, (int)n);
         w->tangent[n + j] = kt_dense_dot(w->by_v + j * n, mu, (int)n);

@@ -67,22 +67,36 @@ void kt_step_combine(double *out, const double *y, double h, const double *weigh
     kt_combine(out, y, h, terms, used, rows, n);
 }
 
+void kt_step_start(kt_step_work *w, const double *q, const double *v) {
+    memcpy(w->y, q, w->model->n.q * sizeof *q);
+    memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
+}
+
+const double *kt_step_stage(kt_step_work *w, size_t i, double **a) {
+    const size_t nq = w->model->n.q, N = nq + w->model->n.v;
+    double *y = w->stage + i * N, *k = w->slope + i * N;
+    kt_step_combine(y, w->y, w->step->h, kt_step_row(w->step->method, i), i, w->slope, N);
+    kt_position_rate(w->model, y, y + nq, k);
+    *a = k + nq;
+    return y;
+}
+
+void kt_step_finish(kt_step_work *w) {
+    kt_step_combine(w->next, w->y, w->step->h, w->step->method->b, w->stages, w->slope, w->model->n.q + w->model->n.v);
+}
+
 kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const kt_model *model = w->model;
-    const kt_step *step = w->step;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    memcpy(w->y, q, nq * sizeof *q);
-    memcpy(w->y + nq, v, n * sizeof *v);
+    kt_step_start(w, q, v);
     for (size_t i = 0; i < w->stages; i++) {
-        double *y = w->stage + i * N, *k = w->slope + i * N;
-        kt_step_combine(y, w->y, step->h, kt_step_row(step->method, i), i, w->slope, N);
-        const kt_status status = kt_acceleration_evaluate(model, w->data, kt_step_time(step, i), y, y + nq, step->tau,
-                                                          step->external, k + nq, error);
+        double *a;
+        const double *y = kt_step_stage(w, i, &a);
+        const kt_status status = kt_acceleration_evaluate(model, w->data, kt_step_time(w->step, i), y, y + model->n.q,
+                                                          w->step->tau, w->step->external, a, error);
         if (status != KT_OK)
             return status;
-        kt_position_rate(model, y, y + nq, k);
     }
-    kt_step_combine(w->next, w->y, step->h, step->method->b, w->stages, w->slope, N);
+    kt_step_finish(w);
     return KT_OK;
 }
 

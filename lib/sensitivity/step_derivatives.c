@@ -28,17 +28,22 @@ static void begin(kt_step_work *w, size_t columns) {
     }
 }
 
-kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, kt_error *error) {
+kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const double *q = w->stage + i * (model->n.q + model->n.v), *v = q + model->n.q;
+    const double t = kt_step_time(step, i);
     double *by_tau = inputs ? w->by_tau : NULL;
     if (!model->n.group && !model->n.effect)
-        return kt_dynamics_forward_derivatives(model, w->data, w->tree, kt_derivative_work_size(model), q, v, step->tau,
-                                               step->external, w->by_q, w->by_v, by_tau, error);
-    return kt_acceleration_derivatives(model, w->data, w->derivative, kt_acceleration_work_size(model),
-                                       kt_step_time(step, i), q, v, step->tau, step->external, w->by_q, w->by_v, by_tau,
-                                       error);
+        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), q, v, step->tau,
+                                           step->external, a, w->by_q, w->by_v, by_tau, error);
+    if (a) {
+        const kt_status status = kt_acceleration_evaluate(model, w->data, t, q, v, step->tau, step->external, a, error);
+        if (status != KT_OK)
+            return status;
+    }
+    return kt_acceleration_derivatives(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
+                                       step->tau, step->external, w->by_q, w->by_v, by_tau, error);
 }
 
 /* dK_i from dX_i. */
@@ -47,7 +52,6 @@ static void push(kt_step_work *w, size_t i, size_t columns) {
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
     const double *q = w->stage + i * N, *v = q + nq, *xi = w->change;
     double *rate = w->rate + i * N * columns;
-    kt_product_call *product = kt_product_of(model);
     for (size_t j = 0; j < columns; j++) {
         const double *dq = w->change + j * N, *dv = dq + nq;
         double *to = rate + j * N;
@@ -63,8 +67,7 @@ static void push(kt_step_work *w, size_t i, size_t columns) {
     }
     if (!kt_is_plain(model))
         xi = w->xi;
-    product(n, w->by_q, w->tiles, columns, N, xi, rate + nq);
-    product(n, w->by_v, w->tiles, columns, N, w->change + nq, rate + nq);
+    kt_product_of(model)(n, w->by_q, w->by_v, w->tiles, columns, N, xi, w->change + nq, rate + nq);
 }
 
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
@@ -73,7 +76,10 @@ static kt_status close(kt_step_work *w, size_t columns, kt_error *error) {
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
     for (size_t j = 0; j < columns; j++) {
         const double *change = w->change + j * N;
-        kt_tangent_drop(model, w->next, change, w->end + 2 * n * j);
+        if (kt_is_plain(model))
+            memcpy(w->end + 2 * n * j, change, n * sizeof *change);
+        else
+            kt_tangent_drop(model, w->next, change, w->end + 2 * n * j);
         memcpy(w->end + 2 * n * j + n, change + nq, n * sizeof *change);
     }
     if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected)
@@ -84,17 +90,19 @@ static kt_status close(kt_step_work *w, size_t columns, kt_error *error) {
 static kt_status differentiate_step(kt_step_work *w, const double *q, const double *v, bool inputs, kt_error *error) {
     const kt_step *step = w->step;
     const size_t n = w->model->n.v, N = w->model->n.q + n, columns = (inputs ? 3 : 2) * n;
-    kt_status status = kt_step_stages(w, q, v, error);
-    if (status != KT_OK)
-        return status;
+    kt_status status = KT_OK;
+    kt_step_start(w, q, v);
     begin(w, columns);
     for (size_t i = 0; i < w->stages; i++) {
-        kt_step_combine(w->change, w->start, step->h, kt_step_row(step->method, i), i, w->rate, N * columns);
-        status = kt_step_differentiate(w, i, inputs, error);
+        double *a;
+        (void)kt_step_stage(w, i, &a);
+        status = kt_step_differentiate(w, i, inputs, a, error);
         if (status != KT_OK)
             return status;
+        kt_step_combine(w->change, w->start, step->h, kt_step_row(step->method, i), i, w->rate, N * columns);
         push(w, i, columns);
     }
+    kt_step_finish(w);
     kt_step_combine(w->change, w->start, step->h, step->method->b, w->stages, w->rate, N * columns);
     status = close(w, columns, error);
     if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))

@@ -3,6 +3,7 @@
 #include "kinetree/joint.h"
 #include "kinetree/model.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -73,9 +74,10 @@ static bool compare_columns(work *w, const double *A, const double *B, kt_worst 
         taken = difference(w, j, w->c->reach, coarse) && difference(w, j, 0.5 * w->c->reach, fine);
         const double size = fmax(1e-3, kt_tree_largest(column, 2 * n));
         for (int i = 0; i < 2 * n && taken; i++) {
+            const double rounding = 100.0 * DBL_EPSILON / w->c->reach * (1.0 + kt_tree_largest(w->from_v, n));
             const double doubt = fmin(fabs(coarse[i] - fine[i]) / 32.0, 9e-9 * size);
-            kt_worst_near(worst, column[i], fine[i], doubt + 1e-9 * size, "%s row %d column %d of %d", name, i, j,
-                          3 * n);
+            kt_worst_near(worst, column[i], fine[i], doubt + 1e-9 * size + rounding, "%s row %d column %d of %d", name,
+                          i, j, 3 * n);
         }
     }
     free(coarse);
