@@ -79,7 +79,7 @@ KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *
 /* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the state
  * after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,
  * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives. Cost: without loops, and with
- * effects in joints alone, O(n depth) a stage: an evaluation, M^-1 mu, and a sweep for the gradient of w . inverse
+ * effects in joints alone, O(n) a stage: an evaluation, M^-1 mu, and a sweep for the gradient of w . inverse
  * dynamics, w = M^-1 mu. With loops, and effects between bodies, the derivatives at each stage. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,

@@ -16,6 +16,7 @@
 #include "base/isa.h"
 #include "dynamics/derivative.h"
 #include "dynamics/inverse_gradient.h"
+#include "dynamics/mass_inverse.h"
 #include "kinetree/sensitivity.h"
 #include "reduction/dual.h"
 
@@ -140,7 +141,7 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, by_force, n, "by tau")                                                                                   \
     X(double, tangent, 3 * n, "gradients of a stage by xi and v, and w = M^-1 mu")                                     \
     X(kt_gradient_link, links, model->n.link, "of kt_inverse_gradient")                                                \
-    X(char, factor, kt_mass_factor_size(model), "of M")                                                                \
+    X(char, inverse, kt_inverse_layout(NULL, NULL, &model->n), "M^-1, by its terms")                                   \
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
 

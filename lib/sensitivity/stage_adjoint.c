@@ -35,13 +35,12 @@ static void add_joint_effects(const kt_step_work *w, size_t stage, const double 
 
 /* w = M^-1 mu, in place. */
 static kt_status solve(kt_step_work *w, const double *q, double *x, kt_error *error) {
-    kt_mass_factor *factor = NULL;
-    kt_status status = kt_dynamics_mass(w->model, w->data, q, w->by_q, error);
+    kt_inverse_terms terms;
+    (void)kt_inverse_layout(&terms, w->inverse, &w->model->n);
+    const kt_status status = kt_inverse_compute(w->model, w->data, q, &terms, error);
     if (status == KT_OK)
-        status = kt_mass_factor_init(w->model, w->factor, kt_mass_factor_size(w->model), &factor, error);
-    if (status == KT_OK)
-        status = kt_mass_factor_compute(factor, w->by_q, error);
-    return status == KT_OK ? kt_mass_factor_solve(factor, 1, x, error) : status;
+        kt_inverse_apply(w->model, &terms, x);
+    return status;
 }
 
 static kt_status sweep_tree(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
