@@ -31,6 +31,10 @@
 /* A contraction slower than this asks for a new Jacobian at the next step. */
 #define KT_SLOW_RATE 0.03
 
+/* The fewest iterations of a try, by which its rate is known. One alone would be judged by that of the step before: where
+ * a stiff force has gone since, the matrix hides it from the correction, however large the residual. */
+#define KT_NEWTON_LEAST 2
+
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_ARRAYS(place_arrays, kt_newton_work, KT_NEWTON_FIELDS, size_t n, size_t matrix, size_t pivots, size_t rows)
@@ -340,7 +344,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     const kt_try_result judged = fixed ? judge_fixed(it, size, done, result) : judge_adaptive(it, size, result);
     if (judged != KT_TRY_PASSED)
         return judged;
-    *done = *done || w->now.ratio * size <= tolerated(it);
+    *done = *done || size == 0.0 || (w->iterations >= KT_NEWTON_LEAST && w->now.ratio * size <= tolerated(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
     return diverged(result, it->memory.t, 0.5);

@@ -252,6 +252,26 @@ KT_TEST(a_fixed_step_whose_iteration_does_not_converge_fails_with_words) {
     integrator_free(it);
 }
 
+/* The Jacobian of the stiff part makes corrections a hundred thousand times too small; judged by the rate of the step
+ * before, the first would do. */
+KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-6, 1e-6);
+    double lambda = -1e5;
+    const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
+    kt_integrator *it = integrator_make(radau(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks, &error), &error);
+    integrate_to(it, 1.0);
+    lambda = -1.0;
+    const uint64_t jacobians = kt_integrator_counts_get(it).jacobians;
+    double worst = 0.0;
+    while (kt_integrator_time(it) < 3.0 && is_ok("step", kt_integrator_step(it, 3.0, &error), &error))
+        worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
+    kt_check_above("Jacobians since", (double)(kt_integrator_counts_get(it).jacobians - jacobians), 1.0);
+    kt_check_below("error", worst, 1e-5);
+    integrator_free(it);
+}
+
 /* Linear equations with one Jacobian and one pair of factors for all steps. */
 KT_TEST(fixed_steps_of_a_linear_equation_factor_once) {
     kt_error error;
