@@ -1,5 +1,6 @@
 /* Methods for ordinary differential equations y' = f(t, y), y in R^n: explicit, stabilised and implicit Runge-Kutta
- * methods, multistep methods, fixed and adaptive steps, dense output, linear stability.
+ * methods, multistep methods, and one that chooses between explicit and implicit by itself, fixed and adaptive steps,
+ * dense output, linear stability.
  *
  * A method is a constant struct of coefficients, kt_method. An integrator lives in the caller's memory and allocates
  * nothing; it owns the current time and state, and what the step-size control remembers. Two threads may use two
@@ -56,13 +57,15 @@ extern "C" {
     EXPLICIT(rkc4)                                                                                                     \
     EXPLICIT(dopri5)                                                                                                   \
     EXPLICIT(tsit5)                                                                                                    \
+    IMPLICIT(auto)                                                                                                     \
     IMPLICIT(radau5)                                                                                                   \
     EXPLICIT(dop853)
 #define KT_METHOD_LIST(X) KT_METHOD_LIST_BY_KIND(X, X)
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
- * right-hand side needs); adams (explicit, multistep, predictor and corrector); or dirk, radau and two-step (implicit, for
- * stiff equations, the last one multistep). Opaque; kt_method_family_name tells which. */
+ * right-hand side needs); adams (explicit, multistep, predictor and corrector); dirk, radau and two-step (implicit, for stiff
+ * equations, the last one multistep); or switching (explicit until the motion is stiff, and implicit while it is). Opaque;
+ * kt_method_family_name tells which. */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */
@@ -147,10 +150,10 @@ KT_API const kt_method *kt_method_find(const char *name);
  * as many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
-/* "explicit", "stabilised", "adams", "dirk", "two-step", "radau". Static storage. */
+/* "explicit", "stabilised", "adams", "dirk", "two-step", "radau", "switching". Static storage. */
 KT_API const char *kt_method_family_name(const kt_method *method);
 
-/* Whether steps solve Newton's equations, with a Jacobian of the right-hand side: for stiff equations. */
+/* Whether all steps solve Newton's equations, with a Jacobian of the right-hand side: for stiff equations. */
 KT_API bool kt_method_is_implicit(const kt_method *method);
 
 /* Whether the method estimates its error, and so can choose its steps. */
@@ -338,7 +341,7 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
- * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 21 n for radau5,
+ * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto,
  * 4 n^2 + 16 n for bdf2 and two-step, 4 n^2 + 13 n for implicit-euler and crank-nicolson. The memory needs no
  * alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
@@ -397,6 +400,10 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be
  * computed, the old one serves on.
  *
+ * Switching (auto): steps of dopri5, to the last bit, until they are bounded by stability alone; then steps of radau5,
+ * until dopri5 would be cheaper again. The decision is made after an accepted step, from its last two stages or from the
+ * Jacobian in use, and takes no evaluation. With a fixed step it is dopri5.
+ *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; 2 of an Adams method; a stabilised method's stages each O(n); an implicit
  * method's iterations s - 1 evaluations each and O(n^2), new factors O(n^3). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
@@ -436,6 +443,7 @@ typedef struct kt_integrator_counts {
                         implicit with fixed steps: iterations that ended above rounding, where f is not that exact */
     uint64_t jacobians;   /* implicit: computed */
     uint64_t factorizations; /* implicit: of Newton's matrices, real and complex ones */
+    uint64_t switches;       /* auto: from the explicit method to the implicit one, and back */
 } kt_integrator_counts;
 
 /* What has been done since the start. */
@@ -466,7 +474,7 @@ KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator 
  * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 2 and the
  * past slopes, n each, for an Adams method; for an implicit one 6, n for the state at which its Jacobian was computed, and
  * the slopes of the last step, 4 n of radau5 and 2 n of the others; 2 and 2 n more, for the state before and its slope,
- * of bdf2 and two-step. O(1). */
+ * of bdf2 and two-step; for auto those of radau5, n for a vector, and 11 of the detection. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

@@ -59,7 +59,7 @@ static void compile_row(kt_integrator *it, size_t row, const double *weights, si
 }
 
 void kt_explicit_init(kt_integrator *it) {
-    const kt_method *m = it->method;
+    const kt_method *m = it->table;
     const size_t s = (size_t)m->stages;
     it->fresh = (size_t)kt_method_fresh(m);
     it->gives_end_derivative = m->fsal;
@@ -114,7 +114,7 @@ void kt_combine(double *restrict out, const double *restrict y, double h, const 
 }
 
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
-    const kt_method *m = it->method;
+    const kt_method *m = it->table;
     for (size_t i = first; i < last; i++) {
         const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
         const double *y = in->y;
@@ -130,10 +130,10 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_
 }
 
 kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    const size_t s = (size_t)it->method->stages;
+    const size_t s = (size_t)it->table->stages;
     if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
         return result->result;
-    if (!it->method->fsal) /* with fsal the last stage was at y1 */
+    if (!it->table->fsal) /* with fsal the last stage was at y1 */
         kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, it->sizes.n);
     return KT_TRY_PASSED;
 }
@@ -169,15 +169,15 @@ static double mean_square(const kt_integrator *it, const kt_stage_term *terms, s
 }
 
 static double error_at(const kt_integrator *it, double h, size_t i) {
-    const size_t *row = it->row + it->method->stages;
+    const size_t *row = it->row + it->table->stages;
     return h * sum_one(it->terms + row[ROW_E], row[ROW_E + 1] - row[ROW_E], it->k, i);
 }
 
 /* err, or where there are two estimates HNW (II.10.17): h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2). */
 static double error_norm(const kt_integrator *it, double h) {
-    const size_t *row = it->row + it->method->stages;
+    const size_t *row = it->row + it->table->stages;
     const double high = mean_square(it, it->terms + row[ROW_E], row[ROW_E + 1] - row[ROW_E]);
-    if (it->method->e_low == NULL || high == 0.0)
+    if (it->table->e_low == NULL || high == 0.0)
         return fabs(h) * sqrt(high);
     const double low = mean_square(it, it->terms + row[ROW_E_LOW], row[ROW_E_LOW + 1] - row[ROW_E_LOW]);
     return fabs(h) * high / sqrt(high + 0.01 * low);
@@ -189,7 +189,7 @@ static double error_norm(const kt_integrator *it, double h) {
  * not fsal or a projection changed y1 (the next step then uses it), the stages of the dense output, and, after a failed
  * step or a restore, the stages of the last step itself. */
 static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
-    const kt_method *m = it->method;
+    const kt_method *m = it->table;
     const kt_integrator_memory *memory = &it->memory;
     const size_t fresh = it->fresh;
     const kt_interval in = {memory->previous_t, memory->last_step, memory->t, it->previous_y};
@@ -222,7 +222,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
 
 /* The nonzero weights of the slopes at theta; returns their number. */
 static size_t weigh_slopes(const kt_integrator *it, double theta, kt_stage_term *terms) {
-    const kt_method *m = it->method;
+    const kt_method *m = it->table;
     const double rest = 1.0 - theta, bubble = theta * theta * rest * rest;
     size_t count = 0;
     for (size_t i = 0; i < it->sizes.slots; i++) {

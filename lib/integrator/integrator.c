@@ -23,7 +23,7 @@ static size_t bytes(const kt_method *method, size_t n, bool owns_matrices) {
         SIZE_MAX / (sizeof(double) * 2 * (KT_METHOD_STAGES_MAX + 8)); /* twice the largest number of arrays */
     if (n < 1 || n > most || kt_method_check_sizes(method, NULL) != KT_OK)
         return 0;
-    if (kt_method_family_of(method)->implicit && owns_matrices && n > most / n)
+    if (kt_method_needs_newton(method) && owns_matrices && n > most / n)
         return 0;
     const kt_integrator_sizes sizes = measure(method, n, owns_matrices);
     return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
@@ -153,13 +153,12 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     memset(it, 0, sizeof *it);
     it->method = method;
     it->family = kt_method_family_of(method);
+    it->table = method;
     it->options = *options;
     it->sizes = measure(method, n, options->newton == NULL);
     it->counted = n - options->quadratures;
     it->derivative_slot = -1;
-    it->error_order = method->embedded_order_low > 0
-                          ? 2 * method->embedded_order - method->embedded_order_low + 1
-                          : 1 + (method->embedded_order < method->order ? method->embedded_order : method->order);
+    it->error_order = kt_method_error_order(method);
     (void)lay_out(it, &it->sizes);
     for (size_t slot = 0; slot < it->sizes.slots; slot++)
         it->k[slot] = it->slopes + slot * it->sizes.stride;
@@ -308,6 +307,8 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     it->memory = *memory;
     for (size_t i = 0; i < it->sizes.history; i++)
         it->history[i] = history[i];
+    if (it->family->restore != NULL)
+        it->family->restore(it);
     set_state(it, y);
     it->memory.has_previous = memory->has_previous && previous_y != NULL;
     if (it->memory.has_previous)

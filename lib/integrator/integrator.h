@@ -23,6 +23,8 @@
  *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
  *     rational.c     their stability functions
  *
+ *     switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
+ *
  * A family is one const struct of functions, kt_method_family. Only its own file knows its algorithm; the others call
  * it through the struct.
  */
@@ -41,6 +43,9 @@
 KT_METHOD_LIST(KT_METHOD_EXTERN)
 #undef KT_METHOD_EXTERN
 
+/* The coefficients of dopri5, which are those of auto, too (table_dormand_prince.c). */
+extern const double kt_dopri5_a[], kt_dopri5_b[], kt_dopri5_c[], kt_dopri5_e[], kt_dopri5_d[];
+
 /* Whether the method is one of the built-in list, whose tables the tests check. */
 bool kt_method_is_built_in(const kt_method *method);
 
@@ -53,6 +58,12 @@ kt_status kt_table_refuse(const kt_method *method, kt_error *error, const char *
 
 /* The family of a method: explicit if it names none. */
 const kt_method_family *kt_method_family_of(const kt_method *method);
+
+/* Whether steps solve Newton's equations, all or some of them. */
+bool kt_method_needs_newton(const kt_method *method);
+
+/* k of err ~ h^k, for the error estimate of a method. */
+double kt_method_error_order(const kt_method *method);
 
 /* For tests: the number of rooted trees, and so of order conditions, with 1 <= nodes <= KT_METHOD_ORDER_MAX nodes. */
 int kt_tree_count(int nodes);
@@ -105,6 +116,7 @@ size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integ
 struct kt_integrator {
     const kt_method *method;
     const kt_method_family *family; /* the family of the method */
+    const kt_method *table;         /* the method, or of one that switches the one that takes the present step */
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
     kt_integrator_memory memory;
@@ -196,15 +208,17 @@ struct kt_method_family {
     const char *name; /* as "explicit" */
     bool implicit;    /* a is the whole matrix, s x s by rows, and steps solve Newton's equations */
     bool open;        /* a caller's own method may be of this family */
+    bool switches;    /* a is that of an explicit method, and steps solve Newton's equations where that is cheaper */
     int stages_max;   /* the largest number of stages, where it follows from the step; 0 where it is fixed */
 
     /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is of a family that
      * is open and must pass `check_sizes`; before that nothing of it is read. */
     kt_status (*check_sizes)(const kt_method *method, kt_error *error);
     void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
-    void (*init)(kt_integrator *it);  /* sets fresh, gives_end_derivative and the table; the memory is laid out and
+    void (*init)(kt_integrator *it);    /* sets fresh, gives_end_derivative and the table; the memory is laid out and
                                          zeroed */
-    void (*start)(kt_integrator *it); /* NULL: no history. Sets the history of a motion that begins or jumps */
+    void (*start)(kt_integrator *it);   /* NULL: no history. Sets the history of a motion that begins or jumps */
+    void (*restore)(kt_integrator *it); /* NULL: nothing to do. What follows from a history that was put back */
 
     /* One step. `prepare` (NULL: nothing to do) computes what all tries of the step need in addition to f(t, y), which
      * is in slot 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and
@@ -236,7 +250,7 @@ struct kt_method_family {
 };
 
 extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_adams;
-extern const kt_method_family kt_family_dirk, kt_family_two_step, kt_family_radau;
+extern const kt_method_family kt_family_dirk, kt_family_two_step, kt_family_radau, kt_family_switching;
 
 /* For families whose table is explicit: its slots and rows, and the table compiled (explicit.c). */
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes);

@@ -101,7 +101,7 @@ static double integral_of_basis(const double *c, int j, double s) {
 /* z_i = u(1 + c_i r) - u(1), with u the polynomial of the last step and r = h / h_last. */
 static void predict(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
-    const double *c = it->method->c + 1, *history = kt_newton_history(it), last = it->memory.last_step;
+    const double *c = it->table->c + 1, *history = kt_newton_history(it), last = it->memory.last_step;
     double *z = row(it, ROW_Z);
     memset(z, 0, STAGES * n * sizeof *z);
     for (int i = 0; i < STAGES && history[HISTORY_FLAG] > 0.0; i++)
@@ -133,7 +133,7 @@ static kt_try_result evaluate_stages(kt_integrator *it, const kt_interval *in, k
     const size_t n = it->sizes.n;
     for (int i = 0; i < STAGES; i++) {
         const double *z = row(it, ROW_Z + i);
-        const double t = i == STAGES - 1 ? in->end : in->t + it->method->c[1 + i] * in->h;
+        const double t = i == STAGES - 1 ? in->end : in->t + it->table->c[1 + i] * in->h;
         for (size_t l = 0; l < n; l++)
             it->trial[l] = in->y[l] + z[l];
         if (kt_evaluate(it, t, it->trial, SLOT_FIRST + (size_t)i, result) != KT_TRY_PASSED)
@@ -289,7 +289,7 @@ static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_
     const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
     const double rest = 1.0 - theta, cubic = theta * theta * (3.0 - 2.0 * theta),
                  *k = kt_newton_history(it) + HISTORY_SLOPES;
-    const double *y0 = it->previous_y, *y1 = it->y, *d = it->method->dense_d;
+    const double *y0 = it->previous_y, *y1 = it->y, *d = it->table->dense_d;
     double weight[1 + STAGES];
     for (int j = 0; j <= STAGES; j++)
         weight[j] = theta * theta * rest * rest * d[j];

@@ -3,6 +3,12 @@
 
 bool kt_method_is_adaptive(const kt_method *method) { return method->embedded_order > 0; }
 
+double kt_method_error_order(const kt_method *method) {
+    if (method->embedded_order_low > 0)
+        return 2 * method->embedded_order - method->embedded_order_low + 1;
+    return 1 + (method->embedded_order < method->order ? method->embedded_order : method->order);
+}
+
 /* The cubic through both states and slopes is exact to theta^3, but its order is at most that of the states it joins.
  */
 int kt_method_dense_order(const kt_method *method) {

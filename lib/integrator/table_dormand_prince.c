@@ -7,7 +7,7 @@
 #include "integrator/integrator.h"
 
 /* clang-format off */
-static const double a[] = {
+const double kt_dopri5_a[] = {
     1.0 / 5.0,
     3.0 / 40.0,       9.0 / 40.0,
     44.0 / 45.0,      -56.0 / 15.0,      32.0 / 9.0,
@@ -15,14 +15,14 @@ static const double a[] = {
     9017.0 / 3168.0,  -355.0 / 33.0,     46732.0 / 5247.0, 49.0 / 176.0,  -5103.0 / 18656.0,
     35.0 / 384.0,     0.0,               500.0 / 1113.0,   125.0 / 192.0, -2187.0 / 6784.0,  11.0 / 84.0,
 };
-static const double b[] = {
+const double kt_dopri5_b[] = {
     35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0, 0.0,
 };
-static const double c[] = {0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0};
-static const double e[] = {
+const double kt_dopri5_c[] = {0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0};
+const double kt_dopri5_e[] = {
     71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0,
 };
-static const double d[] = {
+const double kt_dopri5_d[] = {
     -12715105075.0 / 11282082432.0,
     0.0,
     87487479700.0 / 32700410799.0,
@@ -42,11 +42,11 @@ const kt_method kt_method_dopri5 = {
     .order = 5,
     .embedded_order = 4,
     .fsal = true,
-    .a = a,
-    .b = b,
-    .c = c,
-    .e = e,
+    .a = kt_dopri5_a,
+    .b = kt_dopri5_b,
+    .c = kt_dopri5_c,
+    .e = kt_dopri5_e,
     .dense_order = 4,
     .dense_terms = 1,
-    .dense_d = d,
+    .dense_d = kt_dopri5_d,
 };

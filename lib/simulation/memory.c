@@ -46,7 +46,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
  * library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
     const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0;
-    return KT_HAS_JACOBIAN && kt_method_is_implicit(settings->method) && own ? &kt_simulation_newton : NULL;
+    return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
 static void measure(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {

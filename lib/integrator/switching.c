@@ -1,0 +1,327 @@
+/* The family of methods that are explicit until the motion is stiff, and implicit while it is: dopri5 and radau5.
+ *
+ * Stiff. Steps of dopri5 are bounded by its stability, near h rho = 3.3 on the real axis, where rho is the spectral
+ * radius of J = f_y. Its last two stages are both at the end of the step, Y_7 = y1 and Y_6; where the fastest mode is at
+ * its limit, it prevails in their difference, so that
+ *
+ *     h rho = |f(Y_7) - f(Y_6)| / |(Y_7 - Y_6) / h|,     (Y_7 - Y_6) / h = sum_j (b_j - a_6j) k_j
+ *
+ * which takes no evaluation. The motion counts as stiff after KT_STIFF_SIGNS steps above KT_STIFF_LIMIT that were not
+ * interrupted by KT_CALM_STEPS others. Until a first one is found, only every KT_WATCH_PERIOD-th step is looked at.
+ *
+ * Back. dopri5 takes over again
+ *   - after the first step, if h rho was not above the limit in truth;
+ *   - when h rho has been below KT_CALM_LIMIT for KT_WINDOW steps of radau5: dopri5 would take these, too, or two for
+ *     one;
+ *   - when a window of so many steps, the first apart, has cost more for each second of the motion than the last step
+ *     of dopri5 did.
+ * If the implicit phase was short, the next one takes twice as many signs, so that a motion between the two does not
+ * switch for ever.
+ *
+ * rho is that of the Jacobian in use, found where that is new by the power method with its factors: the eigenvalues of
+ *
+ *     B = J (sigma - J)^-1 = sigma (sigma - J)^-1 - 1,     sigma = gamma / h,
+ *
+ * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) where lambda decays, and less where it oscillates. The
+ * iteration goes on with the vector that it ended with at the Jacobian before.
+ *
+ * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has the very bits of dopri5. With a
+ * fixed step all are dopri5's. Which method took the last step, whose dense output may be asked for, and which takes the
+ * next one, belong to the history, with what the detection has counted: they change after an accepted step only.
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2 for the detection.
+ */
+#include "integrator/newton.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define KT_STIFF_LIMIT 2.5
+#define KT_CALM_LIMIT 4.0
+
+enum {
+    KT_STIFF_SIGNS = 15,
+    KT_SIGNS_MOST = 960,
+    KT_CALM_STEPS = 6,
+    KT_WATCH_PERIOD = 8,
+    KT_WINDOW = 10,
+    KT_LONG_PHASE = 50, /* steps of radau5 */
+    KT_POWER_STEPS = 4
+};
+
+/* What linear equations cost in evaluations, measured on mechanisms of 2 to 20 degrees of freedom: those of one
+ * evaluation of radau5, that included; a Jacobian and its factors. */
+#define KT_IMPLICIT_EVALUATION 1.5
+#define KT_JACOBIAN_EVALUATIONS 10.0
+
+/* gamma of radau5: 1 / gamma is the real eigenvalue of A (radau.c). */
+static const double gamma_real = 3.6378342527444957322084185;
+
+/* What is known after a step: the last part of the history, after that of radau5 and the vector of the power method. */
+typedef struct watch {
+    double last_stiff; /* 1: the last step was one of radau5 */
+    double next_stiff; /* 1: the next one is */
+    double signs;      /* steps that spoke for the other method */
+    double wanted;     /* so many of them it takes to leave dopri5 */
+    double calm;       /* dopri5: steps since, that did not */
+    double unseen;     /* dopri5: steps since one was looked at */
+    double age;        /* radau5: steps since it took over */
+    double radius;     /* radau5: rho of the Jacobian in use */
+    double price;      /* radau5: evaluations a second that dopri5 took */
+    double time;       /* radau5: where the window of its steps began */
+    double spent;      /* radau5: what the run had cost there, in evaluations */
+} watch;
+
+enum { WATCH_NUMBERS = sizeof(watch) / sizeof(double) };
+
+static watch *watch_of(const kt_integrator *it) {
+    return (watch *)(void *)(it->history + it->sizes.history - WATCH_NUMBERS);
+}
+
+static double *vector_of(const kt_integrator *it) {
+    return it->history + it->sizes.history - WATCH_NUMBERS - it->sizes.n;
+}
+
+/* ---- which of the two -------------------------------------------------------------------------------------------- */
+
+static const kt_method_family *acting(const kt_integrator *it) { return kt_method_family_of(it->table); }
+
+static bool is_stiff(const kt_integrator *it) { return it->table == &kt_method_radau5; }
+
+static void become(kt_integrator *it, bool stiff) {
+    const size_t before = it->fresh;
+    if (stiff == is_stiff(it))
+        return;
+    it->table = stiff ? &kt_method_radau5 : &kt_method_dopri5;
+    it->error_order = kt_method_error_order(it->table);
+    it->fresh = (size_t)kt_method_fresh(it->table);
+    it->gives_end_derivative = !stiff;
+    if (it->derivative_slot == (int)before) { /* left there by kt_integrator_derivative after a failed step */
+        double *k = it->k[before];
+        it->k[before] = it->k[it->fresh];
+        it->k[it->fresh] = k;
+        it->derivative_slot = (int)it->fresh;
+    }
+}
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    kt_integrator_sizes implicit = *sizes;
+    kt_family_radau.measure(&kt_method_radau5, &implicit);
+    kt_family_explicit.measure(method, sizes);
+    sizes->history = implicit.history + sizes->n + WATCH_NUMBERS;
+    sizes->scratch = implicit.scratch;
+}
+
+static void init(kt_integrator *it) {
+    kt_family_explicit.init(it);
+    it->table = &kt_method_dopri5;
+}
+
+/* A jump leaves the motion as stiff as it was; a motion that begins, which has no steps yet, is not. */
+static void start(kt_integrator *it) {
+    watch w = {.wanted = KT_STIFF_SIGNS};
+    if (it->memory.counts.steps > 0)
+        w = *watch_of(it);
+    kt_family_radau.start(it);
+    w.last_stiff = w.next_stiff;
+    *watch_of(it) = w;
+    become(it, w.last_stiff > 0.0);
+}
+
+static void restore(kt_integrator *it) { become(it, watch_of(it)->last_stiff > 0.0); }
+
+/* ---- one step ---------------------------------------------------------------------------------------------------- */
+
+static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+    if (!rejected)
+        become(it, watch_of(it)->next_stiff > 0.0);
+    if (is_stiff(it))
+        return kt_family_radau.prepare(it, rejected, result);
+    return result->result = KT_TRY_PASSED;
+}
+
+static kt_try_result try_step(kt_integrator *it, const kt_interval *interval, kt_try *result) {
+    return acting(it)->try_step(it, interval, result);
+}
+
+static double error_norm(const kt_integrator *it, double h) { return acting(it)->error(it, h); }
+static double error_at(const kt_integrator *it, double h, size_t i) { return acting(it)->error_at(it, h, i); }
+
+static double control(const kt_integrator *it, double h, double error) {
+    return is_stiff(it) ? kt_newton_control(it, h, error) : kt_control_accepted(it, error);
+}
+
+static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    become(it, watch_of(it)->last_stiff > 0.0);
+    return acting(it)->interpolate(it, t, y_out, result);
+}
+
+/* ---- is it stiff? ------------------------------------------------------------------------------------------------ */
+
+/* h rho, from the last two stages of the step that was accepted. */
+static double explicit_rate(const kt_integrator *it) {
+    const kt_method *m = it->table;
+    const double *last = m->b, *before = m->a + 10; /* row 6: 5 * 4 / 2 */
+    double rise = 0.0, run = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        double apart = last[5] * it->k[5][i];
+        for (size_t j = 0; j < 5; j++)
+            apart += (last[j] - before[j]) * it->k[j][i];
+        const double scale = kt_error_scale(it, i, it->y[i], it->y[i]);
+        const double slope = (it->k[6][i] - it->k[5][i]) / scale;
+        apart /= scale;
+        rise += slope * slope;
+        run += apart * apart;
+    }
+    return run > 0.0 ? sqrt(rise / run) : 0.0;
+}
+
+/* The cost of all steps so far, in evaluations. */
+static double spent(const kt_integrator *it) {
+    const kt_integrator_counts *counts = &it->memory.counts;
+    return KT_IMPLICIT_EVALUATION * (double)counts->evaluations + KT_JACOBIAN_EVALUATIONS * (double)counts->jacobians;
+}
+
+static void to_implicit(kt_integrator *it) {
+    const watch before = *watch_of(it);
+    kt_family_radau.start(it);
+    *watch_of(it) = (watch){.next_stiff = 1.0,
+                            .wanted = before.wanted,
+                            .price = (double)(kt_method_fresh(it->table)) / fabs(it->memory.last_step),
+                            .time = it->memory.t,
+                            .spent = spent(it)};
+    it->memory.counts.switches++;
+}
+
+static void watch_explicit(kt_integrator *it) {
+    watch *w = watch_of(it);
+    if (w->signs == 0.0 && (w->unseen += 1.0) < KT_WATCH_PERIOD)
+        return;
+    w->unseen = 0.0;
+    if (explicit_rate(it) > KT_STIFF_LIMIT) {
+        w->signs += 1.0;
+        w->calm = 0.0;
+    } else if (w->signs > 0.0 && (w->calm += 1.0) >= KT_CALM_STEPS) {
+        w->signs = 0.0;
+    }
+    if (w->signs >= w->wanted)
+        to_implicit(it);
+}
+
+/* ---- is it no longer? -------------------------------------------------------------------------------------------- */
+
+/* A vector with a component in every mode: fractional parts of multiples of the golden ratio, in the scales of the
+ * norm. */
+static void begin_vector(const kt_integrator *it, double *x) {
+    for (size_t i = 0; i < it->counted; i++) {
+        const double part = 0.61803398874989485 * (double)(i + 1);
+        x[i] = (part - floor(part) - 0.5) * kt_newton_of(it)->scale[i];
+    }
+}
+
+/* x becomes B x over its norm, which is returned. */
+static double power_step(kt_integrator *it, double sigma, double *x) {
+    double *z = it->trial;
+    kt_try ignored;
+    memcpy(z, x, it->sizes.n * sizeof *x);
+    if (kt_newton_solve(it, (kt_complex){sigma, 0.0}, z, NULL, &ignored) != KT_TRY_PASSED)
+        return HUGE_VAL;
+    for (size_t i = 0; i < it->counted; i++)
+        x[i] = sigma * z[i] - x[i];
+    const double norm = sqrt(kt_newton_square(it, x));
+    for (size_t i = 0; i < it->counted; i++)
+        x[i] = norm > 0.0 ? x[i] / norm : 0.0;
+    return norm;
+}
+
+/* rho of the Jacobian in use. Where two modes rotate into each other, norms alternate: the mean of the last two. */
+static double jacobian_radius(kt_integrator *it) {
+    const kt_newton_work *w = kt_newton_of(it);
+    const double sigma = gamma_real / fabs(w->factored);
+    double *x = vector_of(it), last = 0.0, norm = 0.0;
+    if (!(kt_newton_square(it, x) > 0.0))
+        begin_vector(it, x);
+    for (int i = 0; i < KT_POWER_STEPS; i++) {
+        last = norm;
+        norm = power_step(it, gamma_real / w->factored, x);
+    }
+    const double mean = sqrt(last * norm);
+    if (!isfinite(mean))
+        memset(x, 0, it->sizes.n * sizeof *x);
+    return mean < 1.0 ? sigma * mean / (1.0 - mean) : DBL_MAX;
+}
+
+static void to_explicit(kt_integrator *it) {
+    watch *w = watch_of(it);
+    const double wanted = w->age > KT_LONG_PHASE ? KT_STIFF_SIGNS : fmin(2.0 * w->wanted, KT_SIGNS_MOST);
+    *w = (watch){.last_stiff = 1.0, .wanted = wanted};
+    it->memory.counts.switches++;
+}
+
+/* At the end of each window but the first, in which steps grow: whether it cost more than dopri5 would have. */
+static bool is_dear(const kt_integrator *it, watch *w) {
+    if (fmod(w->age, KT_WINDOW) != 0.0)
+        return false;
+    const bool first = w->age == KT_WINDOW;
+    const double price = (spent(it) - w->spent) / fabs(it->memory.t - w->time);
+    w->time = it->memory.t;
+    w->spent = spent(it);
+    return !first && price > w->price;
+}
+
+static void watch_implicit(kt_integrator *it) {
+    const kt_newton_work *newton = kt_newton_of(it);
+    watch *w = watch_of(it);
+    if ((int)newton->now.state == KT_JACOBIAN_ZERO)
+        w->radius = 0.0;
+    else if (newton->is_of_now || w->age == 0.0)
+        w->radius = jacobian_radius(it);
+    const double rate = fabs(it->memory.last_step) * w->radius;
+    w->last_stiff = 1.0;
+    w->age += 1.0;
+    w->signs = rate < KT_CALM_LIMIT ? w->signs + 1.0 : 0.0;
+    if (w->signs >= KT_WINDOW || (w->age == 1.0 && rate < KT_STIFF_LIMIT) || is_dear(it, w))
+        to_explicit(it);
+}
+
+static void accept(kt_integrator *it) {
+    if (is_stiff(it)) {
+        kt_family_radau.accept(it);
+        watch_implicit(it);
+        return;
+    }
+    watch_of(it)->last_stiff = 0.0;
+    if (it->options.step == 0.0)
+        watch_explicit(it);
+}
+
+/* ---- linear stability: that of dopri5, with which fixed steps are made ------------------------------------------- */
+
+static kt_status make_stability(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
+    out->family = &kt_family_explicit;
+    return kt_family_explicit.stability(method, stages, out, error);
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+const kt_method_family kt_family_switching = {
+    .name = "switching",
+    .switches = true,
+    .check_sizes = kt_table_check_sizes,
+    .measure = measure,
+    .init = init,
+    .start = start,
+    .restore = restore,
+    .prepare = prepare,
+    .try_step = try_step,
+    .error = error_norm,
+    .error_at = error_at,
+    .accept = accept,
+    .control = control,
+    .report = kt_newton_report,
+    .interpolate = interpolate,
+    .stability = make_stability,
+};

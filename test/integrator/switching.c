@@ -1,0 +1,251 @@
+/* auto: dopri5 until the motion is stiff, radau5 while it is. */
+#include "check.h"
+
+#include "interpose.h"
+#include "problems.h"
+
+#include "integrator/integrator.h"
+
+#include <math.h>
+#include <string.h>
+
+static const kt_method *automatic(void) { return kt_method_find("auto"); }
+
+/* ---- motions that are not stiff ---------------------------------------------------------------------------------- */
+
+KT_TEST(motions_that_are_not_stiff_have_the_bits_of_dopri5) {
+    static const double tolerances[] = {1e-3, 1e-6, 1e-10};
+    const problem *const problems[] = {&problem_kepler, &problem_chirp};
+    for (int i = 0; i < 6; i++) {
+        const problem *p = problems[i % 2];
+        const kt_integrator_options options = tolerance(tolerances[i / 2], tolerances[i / 2]);
+        kt_integrator *it = integrator_begin(automatic(), p, &options);
+        kt_integrator *other = integrator_begin(kt_method_find("dopri5"), p, &options);
+        double between[2][PROBLEM_MAX];
+        kt_error error;
+        integrate_to(it, p->end);
+        integrate_to(other, p->end);
+        const double t = 0.3 * kt_integrator_time(it) + 0.7 * kt_integrator_previous_time(it);
+        is_ok("between", kt_integrator_interpolate(it, t, between[0], &error), &error);
+        is_ok("between", kt_integrator_interpolate(other, t, between[1], &error), &error);
+        const kt_integrator_counts a = kt_integrator_counts_get(it), b = kt_integrator_counts_get(other);
+        kt_check_equal_bits(p->name, kt_integrator_state(it), kt_integrator_state(other), p->n);
+        kt_check_equal_bits("between", between[0], between[1], p->n);
+        kt_check_equal_int("counts", memcmp(&a, &b, sizeof a), 0);
+        integrator_free(it);
+        integrator_free(other);
+    }
+}
+
+/* ---- motions that are -------------------------------------------------------------------------------------------- */
+
+static double rise(double t, double from, double to) {
+    const double u = fmin(1.0, fmax(0.0, (t - from) / (to - from)));
+    return u * u * (3.0 - 2.0 * u);
+}
+
+/* y' = lambda(t) (y - sin t) + cos t, y = sin t (Prothero and Robinson): lambda goes from -1 to -1e5 between t = 1 and
+ * t = 2, and back between t = 3 and t = 4. */
+static int stiff_for_a_while(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    dydt[0] = (-1.0 - 1e5 * (rise(t, 1.0, 2.0) - rise(t, 3.0, 4.0))) * (y[0] - sin(t)) + cos(t);
+    return 0;
+}
+
+static kt_integrator *begin_with(const kt_method *method, double tol, const kt_integrator_callbacks *callbacks) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(tol, tol);
+    kt_integrator *it = integrator_make(method, 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, callbacks, &error), &error);
+    return it;
+}
+
+static kt_integrator *begin(double tol, const kt_integrator_callbacks *callbacks) {
+    return begin_with(automatic(), tol, callbacks);
+}
+
+static const kt_integrator_callbacks for_a_while = {stiff_for_a_while, NULL, NULL};
+
+/* What a run to t = 20 shows. */
+typedef struct course {
+    double end, between; /* the largest errors at the ends of steps, and within them */
+    double first[3];     /* the end of the first step after so many switches */
+    kt_integrator_counts counts;
+} course;
+
+static course follow(const kt_method *method, double tol) {
+    kt_error error;
+    kt_integrator *it = begin_with(method, tol, &for_a_while);
+    course c = {.first = {0.0, (double)NAN, (double)NAN}};
+    while (kt_integrator_time(it) < 20.0 && is_ok("step", kt_integrator_step(it, 20.0, &error), &error)) {
+        const double t0 = kt_integrator_previous_time(it), t1 = kt_integrator_time(it);
+        c.counts = kt_integrator_counts_get(it);
+        if (c.counts.switches < 3 && isnan(c.first[c.counts.switches]))
+            c.first[c.counts.switches] = t1;
+        c.end = fmax(c.end, fabs(kt_integrator_state(it)[0] - sin(t1)));
+        for (int part = 1; part < 4; part++) {
+            const double t = t0 + 0.25 * part * (t1 - t0);
+            double y = (double)NAN;
+            is_ok("between", kt_integrator_interpolate(it, t, &y, &error), &error);
+            c.between = fmax(c.between, fabs(y - sin(t)));
+        }
+    }
+    integrator_free(it);
+    return c;
+}
+
+/* It goes over once the steps show that it is stiff, and comes back. Dense output is asked for in every step, those at
+ * the switches among them: it is not worse than that of radau5, whose order is lower within a stiff step. */
+KT_TEST(it_goes_over_where_it_is_stiff_and_comes_back) {
+    static const double tolerances[] = {1e-6, 1e-7, 1e-8};
+    for (int i = 0; i < 3; i++) {
+        const course c = follow(automatic(), tolerances[i]),
+                     all_implicit = follow(kt_method_find("radau5"), tolerances[i]);
+        kt_note("tolerance %g: %d steps, %d evaluations; over at %.6f, back at %.6f", tolerances[i],
+                (int)c.counts.steps, (int)c.counts.evaluations, c.first[1], c.first[2]);
+        kt_check_equal_int("switches", (long long)c.counts.switches, 2);
+        kt_check_near("over, after t = 1", c.first[1], 1.1, 0.1);
+        kt_check_near("back, after t = 4", c.first[2], 5.0, 1.0); /* ten steps of radau5 later */
+        kt_check_below("error", c.end, 3.0 * tolerances[i]);
+        kt_check_below("error between", c.between, 3.0 * all_implicit.between);
+        kt_check_below("evaluations", (double)c.counts.evaluations, 3000.0); /* dopri5: 360,000 */
+    }
+}
+
+/* Van der Pol's oscillator, mu = 1e6 (radau.c has the source of y(2)). */
+static int van_der_pol(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
+    return 0;
+}
+
+KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps_and_no_allocation) {
+    kt_error error;
+    const kt_integrator_options options = tolerance(1e-6, 1e-6);
+    const kt_integrator_callbacks callbacks = {van_der_pol, NULL, NULL};
+    kt_integrator *it = integrator_make(automatic(), 2, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0, 0.0}, &callbacks, &error), &error);
+    kt_interpose_start();
+    integrate_to(it, 2.0);
+    kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    kt_note("%d steps, %d evaluations, %d switches", (int)counts.steps, (int)counts.evaluations, (int)counts.switches);
+    kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 1e-5);
+    kt_check_below("evaluations", (double)counts.evaluations, 12000.0); /* radau5: 6,000; dopri5: 6e6 */
+    integrator_free(it);
+}
+
+/* ---- what it remembers ------------------------------------------------------------------------------------------- */
+
+/* From a checkpoint of any step, by an integrator whose scratch is garbage: the detection, too, goes on as it was. */
+KT_TEST(a_checkpoint_of_any_step_is_resumed_to_the_last_bit) {
+    kt_error error;
+    kt_integrator *it = begin(1e-6, &for_a_while), *other = begin(1e-6, &for_a_while);
+    double history[HISTORY_MAX], y, previous, here[3], there[3];
+    int steps = 0, differ = 0;
+    while (kt_integrator_time(it) < 10.0) {
+        kt_integrator_memory memory;
+        kt_integrator_save(it, &memory, &y, &previous, history);
+        is_ok("restore",
+              kt_integrator_restore(other, &memory, &y, memory.has_previous ? &previous : NULL, history, &for_a_while,
+                                    &error),
+              &error);
+        kt_integrator_poison(other, 0xA5);
+        const double t = 0.5 * (memory.t + memory.previous_t);
+        if (memory.has_previous) {
+            is_ok("between", kt_integrator_interpolate(it, t, &here[0], &error), &error);
+            is_ok("between", kt_integrator_interpolate(other, t, &there[0], &error), &error);
+        } else {
+            here[0] = there[0] = 0.0;
+        }
+        is_ok("step", kt_integrator_step(it, 10.0, &error), &error);
+        is_ok("step", kt_integrator_step(other, 10.0, &error), &error);
+        here[1] = kt_integrator_time(it), there[1] = kt_integrator_time(other);
+        here[2] = kt_integrator_state(it)[0], there[2] = kt_integrator_state(other)[0];
+        differ += !same_bits(here, there, 3) ||
+                  kt_integrator_counts_get(it).switches != kt_integrator_counts_get(other).switches;
+        steps++;
+    }
+    kt_check_equal_int("switches", (long long)kt_integrator_counts_get(it).switches, 2);
+    kt_check_above("steps", steps, 60);
+    kt_check_equal_int("steps that differ", differ, 0);
+    integrator_free(it);
+    integrator_free(other);
+}
+
+/* A right-hand side that stops when it is told to. */
+typedef struct stopper {
+    int calls, stop_at;
+} stopper;
+
+static int stiff_and_stopped(double t, const double *y, double *dydt, void *user) {
+    stopper *s = user;
+    return s->calls++ == s->stop_at ? -1 : stiff_for_a_while(t, y, dydt, NULL);
+}
+
+/* Every step is stopped once, in its second evaluation, those at the switches, too: the last one can be interpolated as
+ * before, and the motion goes on as if nothing had been. */
+KT_TEST(a_stopped_step_changes_nothing_at_a_switch_either) {
+    kt_error error;
+    stopper s = {0, -1}, free_running = {0, -1};
+    const kt_integrator_callbacks stopped = {stiff_and_stopped, NULL, &s};
+    const kt_integrator_callbacks undisturbed = {stiff_and_stopped, NULL, &free_running};
+    kt_integrator *it = begin(1e-6, &stopped), *other = begin(1e-6, &undisturbed);
+    int differ = 0, stops = 0;
+    while (kt_integrator_time(it) < 10.0) {
+        const double t = 0.5 * (kt_integrator_time(it) + kt_integrator_previous_time(it));
+        double y[2] = {0.0, 0.0};
+        s.stop_at = s.calls + 1;
+        stops += kt_integrator_step(it, 10.0, &error) == KT_ERROR_CALLBACK;
+        s.stop_at = -1;
+        is_ok("between", kt_integrator_interpolate(it, t, &y[0], &error), &error);
+        is_ok("between", kt_integrator_interpolate(other, t, &y[1], &error), &error);
+        differ += !same_bits(&y[0], &y[1], 1);
+        is_ok("step", kt_integrator_step(it, 10.0, &error), &error);
+        is_ok("step", kt_integrator_step(other, 10.0, &error), &error);
+        differ += !same_bits(kt_integrator_state(it), kt_integrator_state(other), 1);
+    }
+    kt_check_equal_int("switches", (long long)kt_integrator_counts_get(it).switches, 2);
+    kt_check_above("stops", stops, 60);
+    kt_check_equal_int("differences", differ, 0);
+    integrator_free(it);
+    integrator_free(other);
+}
+
+/* An input that changes now and then (kt_integrator_jump) does not make a stiff motion begin anew. */
+KT_TEST(a_jump_leaves_a_stiff_motion_stiff) {
+    kt_error error;
+    kt_integrator *it = begin(1e-6, &for_a_while);
+    integrate_to(it, 2.2);
+    kt_check_equal_int("switches", (long long)kt_integrator_counts_get(it).switches, 1);
+    for (int i = 1; i <= 20; i++) {
+        double y = kt_integrator_state(it)[0];
+        is_ok("jump", kt_integrator_jump(it, &y, &error), &error);
+        integrate_to(it, 2.2 + 0.01 * i);
+    }
+    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    kt_check_equal_int("switches", (long long)counts.switches, 1);
+    kt_check_below("steps", (double)counts.steps, 400.0); /* dopri5 takes 6000 for these 0.2 s */
+    kt_check_near("state", kt_integrator_state(it)[0], sin(2.4), 1e-5);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &for_a_while, &error), &error);
+    kt_integrator *fresh = begin(1e-6, &for_a_while);
+    integrate_to(it, 1.5);
+    integrate_to(fresh, 1.5);
+    kt_check_equal_bits("started again", kt_integrator_state(it), kt_integrator_state(fresh), 1);
+    integrator_free(fresh);
+    integrator_free(it);
+}
+
+/* With a fixed step there is no choice: dopri5. */
+KT_TEST(fixed_steps_are_those_of_dopri5) {
+    const kt_integrator_options options = fixed_step(0.05);
+    kt_integrator *it = integrator_begin(automatic(), &problem_kepler, &options);
+    kt_integrator *other = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
+    integrate_to(it, 5.0);
+    integrate_to(other, 5.0);
+    kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 4);
+    integrator_free(it);
+    integrator_free(other);
+}
