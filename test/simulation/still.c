@@ -1,10 +1,11 @@
 /* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
- * mechanisms of bench/realtime under Linux' strict seccomp, where any system call but read, write, exit and sigreturn
- * ends the process; and nothing is allocated.
+ * mechanisms of bench/realtime, and every tenth step all that control laws ask (control.h), under Linux' strict seccomp,
+ * where any system call but read, write, exit and sigreturn ends the process; and nothing is allocated.
  */
 #include "scenes.h"
 
 #include "interpose.h"
+#include "kinetree/control.h"
 #include "kinetree/scene.h"
 #include "leg.h"
 
@@ -43,14 +44,93 @@ static kt_status make_model(const char *file, kt_model **model, kt_error *error)
     return status;
 }
 
+/* ---- control.h --------------------------------------------------------------------------------------------------- */
+
+/* Objects and memory for its calls. */
+typedef struct controls {
+    const kt_model *model;
+    kt_data *data;
+    kt_mass_inverse *inverse;
+    void *work, *derivative_work;
+    size_t size, derivative_size;
+    double *matrix, *other, *vector; /* 6 nv and nv^2; nv^2; 4 nv */
+    int index[JOINTS];
+} controls;
+
+static void *memory_of(size_t size) {
+    return aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+}
+
+static kt_status make_controls(const kt_model *model, controls *c, kt_error *error) {
+    const size_t nv = (size_t)kt_model_nv(model), square = (nv + 6) * (nv + 6) * sizeof(double);
+    *c = (controls){
+        .model = model, .size = kt_actuation_work_size(model), .derivative_size = kt_derivative_work_size(model)};
+    c->work = memory_of(c->size);
+    c->derivative_work = memory_of(c->derivative_size);
+    c->matrix = memory_of(square);
+    c->other = memory_of(square);
+    c->vector = memory_of(4 * nv * sizeof(double));
+    for (int i = 0; i < JOINTS; i++)
+        c->index[i] = i;
+    const kt_status status = kt_data_create(model, &c->data, error);
+    return status == KT_OK ? kt_mass_inverse_create(model, 1, &c->inverse, error) : status;
+}
+
+/* Coordinates that are independent: of a tree all, of the leg those of its motors, which come first. */
+static kt_coordinate_list independent_of(controls *c) {
+    return (kt_coordinate_list){c->index, kt_model_mobility(c->model).minimal};
+}
+
+/* Every call of the header. */
+static kt_status ask(controls *c, double t, const double *q, const double *v, kt_error *error) {
+    const kt_model *model = c->model;
+    const int nv = kt_model_nv(model), body = kt_model_body_count(model) - 1;
+    const kt_vec3 at = {0.1, 0.0, 0.2};
+    double *rates = c->vector, *a = rates + nv, *forces = a + nv, *row = forces + nv, inertia;
+    const kt_coordinate_list list = independent_of(c), all = {c->index, nv};
+    kt_status status = kt_kinematics_update(model, c->data, q, v, NULL, error);
+    if (status != KT_OK)
+        return status;
+    for (int frame = KT_TWIST_ALIGNED; frame <= KT_TWIST_WORLD; frame++) {
+        kt_frame_jacobian(model, c->data, body, at, (kt_twist_frame)frame, c->matrix);
+        a[0] = kt_frame_bias(model, c->data, body, at, (kt_twist_frame)frame).linear.x;
+    }
+    for (int i = 0; i < nv; i++)
+        row[i] = c->matrix[6 * i + 3] + c->matrix[6 * i];
+    kt_mass_center_jacobian(model, c->data, c->other);
+    kt_centroidal_matrix(model, c->data, c->other);
+    a[0] += kt_mass_center_bias(model, c->data).x + kt_centroidal_bias(model, c->data).force.x;
+    status = kt_coriolis_evaluate(model, c->data, c->derivative_work, c->derivative_size, q, v, c->other, error);
+    if (status == KT_OK)
+        status = kt_mass_inverse_compute(c->inverse, c->data, t, q, error);
+    memcpy(rates, v, (size_t)nv * sizeof *rates);
+    if (status == KT_OK)
+        status = kt_mass_inverse_apply(c->inverse, 1, rates, error);
+    if (status == KT_OK)
+        status = kt_operational_inertia(c->inverse, 1, row, &inertia, a, error);
+    if (status == KT_OK)
+        status = kt_independent_basis(model, c->data, c->work, c->size, t, q, list, c->matrix, error);
+    kt_loop_jacobian(model, 1, row, list.count, c->matrix, forces);
+    memcpy(rates, v, (size_t)nv * sizeof *rates);
+    if (status == KT_OK)
+        status = kt_velocity_complete(model, c->data, c->work, c->size, t, q, list, rates, error);
+    if (status == KT_OK)
+        status = kt_acceleration_complete(model, c->data, c->work, c->size, t, q, v, list, a, error);
+    if (status == KT_OK)
+        status = kt_actuation_evaluate(model, c->data, c->work, c->size, t, q, v, a, NULL, all, NULL, forces, error);
+    return status;
+}
+
 /* A step of a control loop: torques from what was measured, the step, sensors, a checkpoint. */
-static kt_status take_step(kt_simulation *simulation, int nv, int k, void *block, kt_error *error) {
+static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, int k, void *block, kt_error *error) {
     double torque[JOINTS];
     kt_record record;
     const double *v = kt_simulation_velocities(simulation);
     for (int i = 0; i < nv; i++)
         torque[i] = 1e-2 * sin(0.1 * k + i) - 1e-3 * v[i];
     kt_status status = kt_simulation_set_torque(simulation, torque, error);
+    if (status == KT_OK && k % 10 == 0)
+        status = ask(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, 1e-3 * (k + 1), error);
     if (status == KT_OK)
@@ -71,6 +151,9 @@ static void step_confined(const char *file, bool disturbed, int out) {
     r.status = (int)make_model(file, &model, &error);
     if (r.status == KT_OK)
         r.status = (int)kt_simulation_create(model, &run, NULL, &simulation, &error);
+    controls asked = {.model = NULL};
+    if (r.status == KT_OK)
+        r.status = (int)make_controls(model, &asked, &error);
     void *block = r.status == KT_OK ? malloc(kt_simulation_state_size(simulation)) : NULL;
     const int nv = r.status == KT_OK ? kt_model_nv(model) : 0;
     if (block == NULL || nv > JOINTS)
@@ -80,7 +163,7 @@ static void step_confined(const char *file, bool disturbed, int out) {
     kt_interpose_start();
     r.confined = prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) == 0;
     for (; r.status == KT_OK && r.steps < STEPS; r.steps++) {
-        r.status = (int)take_step(simulation, nv, r.steps, block, &error);
+        r.status = (int)take_step(simulation, &asked, nv, r.steps, block, &error);
         if (disturbed && r.steps == STEPS / 2)
             (void)syscall(SYS_getppid);
     }
