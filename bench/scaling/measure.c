@@ -1,12 +1,14 @@
 /* Chains of one length: made, run there and back, timed. */
 #include "interpose.h"
+#include "kinetree/control.h"
 #include "scaling.h"
 #include "stepper.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA", "ABA", "RK4", "CRBA", "dABA"};
+const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA", "ABA", "RK4", "CRBA", "dABA", "bias", "terms", "column"};
 
 static kt_status first_failure(const kt_chain *chain, kt_error *error) {
     if (chain->error.code != KT_OK && error)
@@ -121,6 +123,92 @@ kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_l
         status = first_failure(&chain, error);
     }
     kt_chain_free(&chain);
+    return status;
+}
+
+/* ---- operational space ------------------------------------------------------------------------------------------- */
+
+typedef struct control {
+    kt_chain chain;
+    kt_mass_inverse *inverse;
+    kt_twist bias;
+} control;
+
+static const kt_vec3 end_of_link = {0.1, 0.2, -0.3};
+
+static void run_bias(void *user, long repetitions) {
+    control *c = user;
+    for (long k = 0; k < repetitions; k++)
+        c->bias = kt_frame_bias(c->chain.model, c->chain.data, c->chain.n, end_of_link, KT_TWIST_ALIGNED);
+}
+
+static void run_terms(void *user, long repetitions) {
+    control *c = user;
+    for (long k = 0; k < repetitions && c->chain.error.code == KT_OK; k++)
+        if (kt_mass_inverse_compute(c->inverse, c->chain.data, 0.0, c->chain.q, &c->chain.error) != KT_OK)
+            return;
+}
+
+static void run_column(void *user, long repetitions) {
+    control *c = user;
+    for (long k = 0; k < repetitions && c->chain.error.code == KT_OK; k++) {
+        memcpy(c->chain.x, c->chain.tau, (size_t)c->chain.n * sizeof *c->chain.x);
+        if (kt_mass_inverse_apply(c->inverse, 1, c->chain.x, &c->chain.error) != KT_OK)
+            return;
+    }
+}
+
+/* The larger of max |M x - tau| over the largest sum of its terms, and of the difference of J' v from the acceleration at
+ * rest of all joint rates. Leaves kinematics and terms. */
+static double control_error(control *c) {
+    kt_chain *chain = &c->chain;
+    const int n = chain->n;
+    double worst = 0.0, most = 0.0;
+    kt_chain_mass(chain, 1);
+    run_terms(c, 1);
+    run_column(c, 1);
+    if (chain->error.code != KT_OK ||
+        kt_kinematics_update(chain->model, chain->data, chain->q, chain->v, NULL, &chain->error) != KT_OK)
+        return (double)NAN;
+    run_bias(c, 1);
+    for (int i = 0; i < n; i++) {
+        double sum = -chain->tau[i], size = fabs(sum);
+        for (int k = 0; k < n; k++) {
+            sum += chain->mass[k * n + i] * chain->x[k];
+            size += fabs(chain->mass[k * n + i] * chain->x[k]);
+        }
+        worst = isfinite(sum) ? fmax(worst, fabs(sum)) : (double)INFINITY;
+        most = fmax(most, size);
+    }
+    const kt_vec3 a = kt_point_acceleration(chain->model, chain->data, n, end_of_link);
+    return fmax(worst / most, kt_chain_difference(&c->bias.linear.x, &a.x, &a.x, 3));
+}
+
+static kt_status measure_control(control *c, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
+    static const int calls[] = {KT_SCALING_ABA, KT_SCALING_BIAS, KT_SCALING_TERMS, KT_SCALING_COLUMN};
+    const kt_bench_task tasks[] = {{kt_chain_forward, &c->chain}, {run_bias, c}, {run_terms, c}, {run_column, c}};
+    kt_bench_times times[4];
+    *line = (kt_scaling_line){.integrator = 0};
+    describe(&c->chain, line);
+    line->error = control_error(c);
+    line->allocations = count_allocations(tasks, 4);
+    kt_bench_measure(tasks, 4, options->seconds, times);
+    for (int i = 0; i < 4; i++) {
+        line->measured[calls[i]] = true;
+        line->times[calls[i]] = times[i];
+    }
+    return first_failure(&c->chain, error);
+}
+
+kt_status kt_scaling_control(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
+    control c = {.inverse = NULL};
+    kt_status status = kt_chain_make(n, options->level, true, &c.chain, error);
+    if (status == KT_OK)
+        status = kt_mass_inverse_create(c.chain.model, 0, &c.inverse, error);
+    if (status == KT_OK)
+        status = measure_control(&c, options, line, error);
+    kt_mass_inverse_free(c.inverse);
+    kt_chain_free(&c.chain);
     return status;
 }
 

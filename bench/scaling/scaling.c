@@ -1,5 +1,6 @@
 /* What a chain costs as it grows: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a step of RK4;
- * and the derivatives of forward dynamics with respect to positions and velocities (dABA).
+ * the derivatives of forward dynamics with respect to positions and velocities (dABA); and what operational space takes:
+ * J' v of a point (bias), the terms of M^-1, and M^-1 x (column).
  *
  * A line is trusted if nothing was allocated after set-up and if inverse dynamics gives back the torques that forward
  * dynamics was given: error = max |tau' - tau| / max |h|, where the bias force h is what cancels in tau' = M a + h, at
@@ -24,8 +25,12 @@ static const double exponent_most = 1.1;
 /* Time of both derivatives over that of forward dynamics, 32 links. */
 static const double derivatives_most = 5.0;
 
+/* Time of J' v after kinematics, and of M^-1 x, over that of forward dynamics, at every length. */
+static const double bias_most = 0.4, column_most = 0.8;
+
 static const char about[] =
-    "Times RNEA, CRBA, ABA and a step of RK4 for chains of 1 to --max links, and the derivatives of ABA.\n";
+    "Times RNEA, CRBA, ABA and a step of RK4 for chains of 1 to --max links, the derivatives of ABA, and what"
+    " operational space takes.\n";
 
 static const char columns[] =
     "n,call," KT_CSV_TIMES ",model_bytes,data_bytes,integrator_bytes,set_up_s,allocations,error," KT_CSV_ORIGIN;
@@ -168,6 +173,30 @@ static int run_derivatives(const kt_bench_options *options, kt_csv *csv, bool *t
     return KT_BENCH_DONE;
 }
 
+/* What operational space takes, as ratios to forward dynamics. */
+static int run_control(const kt_bench_options *options, kt_csv *csv, bool *trusted, bool *cheap) {
+    static const int lengths[] = {7, 32, 100, 1000};
+    printf("\nOperational space: J' v, the terms of M^-1 and M^-1 x a column, over ABA (error: M x, and J' v):\n\n"
+           "%7s |%10s |%8s%8s%8s%7s%9s\n",
+           "n", "ABA us", "J' v", "terms", "column", "alloc.", "error");
+    *cheap = true;
+    for (int i = 0; i < 4 && (lengths[i] <= options->max || i == 0); i++) {
+        kt_scaling_line line;
+        kt_error error;
+        if (kt_scaling_control(lengths[i], options, &line, &error) != KT_OK)
+            return kt_bench_tell(&error);
+        const double aba = line.times[KT_SCALING_ABA].low, bias = line.times[KT_SCALING_BIAS].low / aba;
+        const double terms = line.times[KT_SCALING_TERMS].low / aba, column = line.times[KT_SCALING_COLUMN].low / aba;
+        printf("%7d |%10.4g |%8.3f%8.3f%8.3f%7ld%9.1e%s\n", line.n, 1e6 * aba, bias, terms, column, line.allocations,
+               line.error, is_trusted(&line) ? "" : "  NOT TO BE TRUSTED");
+        write_line(csv, &line);
+        *trusted &= is_trusted(&line);
+        *cheap &= bias <= bias_most && column <= column_most;
+    }
+    printf("\n%s %g and %g times forward dynamics\n", *cheap ? "at most" : "MORE THAN", bias_most, column_most);
+    return KT_BENCH_DONE;
+}
+
 static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *csv) {
     int lengths[LINES_MAX];
     const int count = chain_lengths(options->max, lengths);
@@ -185,12 +214,13 @@ static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *
         trusted &= is_trusted(&lines[i]);
     }
     const bool linear = conclude(lines, count);
-    bool cheap = false;
-    if (run_derivatives(options, csv, &trusted, &cheap) != KT_BENCH_DONE)
+    bool cheap = false, spare = false;
+    if (run_derivatives(options, csv, &trusted, &cheap) != KT_BENCH_DONE ||
+        run_control(options, csv, &trusted, &spare) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
     if (options->levels && run_levels(lengths, count, options, csv) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
-    return !trusted ? KT_BENCH_FAILED : options->check && !(linear && cheap) ? KT_BENCH_MISSED : KT_BENCH_DONE;
+    return !trusted ? KT_BENCH_FAILED : options->check && !(linear && cheap && spare) ? KT_BENCH_MISSED : KT_BENCH_DONE;
 }
 
 int main(int argc, char **argv) {

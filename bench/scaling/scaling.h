@@ -5,7 +5,17 @@
 #include "chain.h"
 #include "report.h"
 
-enum { KT_SCALING_RNEA, KT_SCALING_ABA, KT_SCALING_RK4, KT_SCALING_CRBA, KT_SCALING_DERIVATIVES, KT_SCALING_CALLS };
+enum {
+    KT_SCALING_RNEA,
+    KT_SCALING_ABA,
+    KT_SCALING_RK4,
+    KT_SCALING_CRBA,
+    KT_SCALING_DERIVATIVES,
+    KT_SCALING_BIAS,   /* J' v of the last link's end, after kinematics */
+    KT_SCALING_TERMS,  /* of M^-1 */
+    KT_SCALING_COLUMN, /* M^-1 x */
+    KT_SCALING_CALLS
+};
 extern const char *const kt_scaling_call[KT_SCALING_CALLS]; /* names */
 
 enum { KT_SCALING_MASS_MAX = 2000 }; /* longest chain whose mass matrix is filled: nv^2 numbers, 32 MB */
@@ -32,5 +42,8 @@ KT_CHECKED kt_status kt_scaling_compare_isas(int n, const kt_bench_options *opti
 
 /* Fills a line with ABA and its derivatives, da/dq and da/dv together, timed in turns. */
 KT_CHECKED kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
+
+/* Fills a line with ABA and what operational space takes of it, timed in turns. */
+KT_CHECKED kt_status kt_scaling_control(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
 
 #endif
