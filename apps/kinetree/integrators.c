@@ -12,10 +12,10 @@ const kt_usage kt_usage_integrators = {
     .operands = "",
     .about =
         "Lists the methods. A stabilised one takes more stages than those listed where the motion decays fast; an\n"
-        "implicit one (dirk, two-step, radau) solves equations in each step, for stiff motions. Multistep ones\n"
-        "(adams, two-step) use past steps, and start by a method of one step and their order. Adaptive ones choose\n"
-        "their steps by a tolerance and can also be given a fixed step; the others need one. Dense is the order of\n"
-        "the records between steps.\n",
+        "implicit one (dirk, two-step, rosenbrock, radau) solves equations in each step, for stiff motions.\n"
+        "Multistep ones (adams, two-step) use past steps, and start by a method of one step and their order. Adaptive\n"
+        "ones choose their steps by a tolerance and can also be given a fixed step; the others need one. Dense is the\n"
+        "order of the records between steps.\n",
 };
 
 int kt_command_integrators(int argc, char **argv) {

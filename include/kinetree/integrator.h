@@ -58,14 +58,15 @@ extern "C" {
     EXPLICIT(dopri5)                                                                                                   \
     EXPLICIT(tsit5)                                                                                                    \
     IMPLICIT(auto)                                                                                                     \
+    IMPLICIT(rodas5p)                                                                                                  \
     IMPLICIT(radau5)                                                                                                   \
     EXPLICIT(dop853)
 #define KT_METHOD_LIST(X) KT_METHOD_LIST_BY_KIND(X, X)
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
- * right-hand side needs); adams (explicit, multistep, predictor and corrector); dirk, radau and two-step (implicit, for stiff
- * equations, the last one multistep); or switching (explicit until the motion is stiff, and implicit while it is). Opaque;
- * kt_method_family_name tells which. */
+ * right-hand side needs); adams (explicit, multistep, predictor and corrector); dirk, radau, rosenbrock and two-step
+ * (implicit, for stiff equations, the last one multistep); or switching (explicit until the motion is stiff, and implicit
+ * while it is). Opaque; kt_method_family_name tells which. */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */
@@ -125,6 +126,12 @@ typedef struct kt_method {
     const double *dense_c; /* dense_stages */
     const double *dense_d; /* dense_terms x (w + dense_stages), by rows */
 
+    /* A Rosenbrock method has, besides a_ij = alpha_ij and c_i = alpha_i, s x s by rows,
+     *     k_i = f(t0 + alpha_i h, y0 + h sum_j alpha_ij k_j) + h f_y sum_j gamma_ij k_j + h f_t sum_j gamma_ij
+     * and no `dense_terms`: its dense output is a quartic of its own. */
+    const double *gamma;                     /* s x s by rows; NULL for others */
+    const struct kt_rosenbrock *transformed; /* the same table as steps compute with it; opaque */
+
     /* A multistep method of n steps; the table above is then that of the Runge-Kutta method which starts it:
      *
      *     y1 = sum_i past_i y_(1-i) + h sum_j slopes_j f_(1-j),   i = 1 .. n, j = 0 .. n
@@ -150,7 +157,7 @@ KT_API const kt_method *kt_method_find(const char *name);
  * as many of them as fit, a NUL included, and returns the length of all, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
-/* "explicit", "stabilised", "adams", "dirk", "two-step", "radau", "switching". Static storage. */
+/* "explicit", "stabilised", "adams", "dirk", "two-step", "rosenbrock", "radau", "switching". Static storage. */
 KT_API const char *kt_method_family_name(const kt_method *method);
 
 /* Whether all steps solve Newton's equations, with a Jacobian of the right-hand side: for stiff equations. */
@@ -296,12 +303,15 @@ typedef struct kt_integrator_callbacks {
  * factor: factors sigma - J with the J that is kept; for a sigma with im = 0 and for others separately: a method may use
  * one of each. > 0: singular.
  *
+ * autonomous (NULL: it may depend): whether f does not depend on t, so that a Rosenbrock method need not find its slope.
+ *
  * solve: re + i im becomes (sigma - J)^-1 (re + i im), n values less the quadratures, with the last sigma of its kind;
  * `im` is NULL for the real one. */
 typedef struct kt_newton {
     int (*jacobian)(double t, const double *y, const double *dydt, void *user); /* J at (t, y) */
     int (*factor)(kt_complex sigma, void *user);                                /* of sigma - J */
     int (*solve)(double *re, double *im, void *user);                           /* with these factors */
+    bool (*autonomous)(void *user); /* Rosenbrock: whether f does not depend on t; NULL: it may */
 } kt_newton;
 
 /* A relative tolerance below this, the rounding of numbers (2^-52), is refused: no step could meet it. */
@@ -330,8 +340,8 @@ typedef struct kt_integrator_options {
      * bit of the others. Less than n. */
     size_t quadratures;
 
-    /* Implicit methods: who solves Newton's equations. NULL: the integrator, with finite differences of f and dense
-     * matrices. Must outlive the integrator. */
+    /* Implicit methods: who solves Newton's equations. NULL: the integrator, with finite differences of f (central
+     * ones for a Rosenbrock method, 2 n evaluations) and dense matrices. Must outlive the integrator. */
     const kt_newton *newton;
 } kt_integrator_options;
 
@@ -341,8 +351,9 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
- * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto,
- * 4 n^2 + 16 n for bdf2 and two-step, 4 n^2 + 13 n for implicit-euler and crank-nicolson. The memory needs no
+ * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 23 n for rodas5p,
+ * 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto, 4 n^2 + 16 n for bdf2 and two-step, 4 n^2 + 13 n for implicit-euler and
+ * crank-nicolson. The memory needs no
  * alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
@@ -395,6 +406,12 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * one-step method of the same order that the table gives takes the step (Heun's of ab2, Kutta's of order 4 of ab4, a
  * diagonally implicit L-stable one of the others), so that the order stays.
  *
+ * Rosenbrock (rodas5p): a step solves eight linear systems with one matrix and iterates nothing. Its order depends on an
+ * exact Jacobian, which is computed at every step; where it cannot be, the old one serves on and the step is counted
+ * (capped). Where f depends on time its slope is found by two more evaluations: off by 1e-7 h^4 f_ttt in a step. With
+ * quadratures there are two more, too; these have order 4. A matrix that is singular asks for a shorter step, and where
+ * the step is fixed that is KT_ERROR_STEP.
+ *
  * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed steps 50 times (there to rounding). An iteration that
  * does not converge asks for a new Jacobian, and with that one still not, for a shorter step; where the step is fixed
  * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be
@@ -404,7 +421,8 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * until dopri5 would be cheaper again. The decision is made after an accepted step, from its last two stages or from the
  * Jacobian in use, and takes no evaluation. With a fixed step it is dopri5.
  *
- * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; 2 of an Adams method; a stabilised method's stages each O(n); an implicit
+ * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; 2 of an Adams method; of rodas5p 8, a Jacobian and new
+ * factors a step; a stabilised method's stages each O(n); an implicit
  * method's iterations s - 1 evaluations each and O(n^2), new factors O(n^3). */
 KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
@@ -440,7 +458,8 @@ typedef struct kt_integrator_counts {
     uint64_t rejected;    /* tries */
     uint64_t evaluations; /* of the right-hand side, rejected tries and interpolation included */
     uint64_t capped;      /* stabilised: estimates of the decay that had not settled when they had taken all they may;
-                        implicit with fixed steps: iterations that ended above rounding, where f is not that exact */
+                        implicit with fixed steps: iterations that ended above rounding, where f is not that exact;
+                        Rosenbrock: steps with an old Jacobian */
     uint64_t jacobians;   /* implicit: computed */
     uint64_t factorizations; /* implicit: of Newton's matrices, real and complex ones */
     uint64_t switches;       /* auto: from the explicit method to the implicit one, and back */
@@ -473,8 +492,8 @@ KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator 
 /* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method
  * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 2 and the
  * past slopes, n each, for an Adams method; for an implicit one 6, n for the state at which its Jacobian was computed, and
- * the slopes of the last step, 4 n of radau5 and 2 n of the others; 2 and 2 n more, for the state before and its slope,
- * of bdf2 and two-step; for auto those of radau5, n for a vector, and 11 of the detection. O(1). */
+ * the slopes of the last step, 4 n of radau5, 3 n of rodas5p and 2 n of the others; 2 and 2 n more, for the state before
+ * and its slope, of bdf2 and two-step; for auto those of radau5, n for a vector, and 11 of the detection. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

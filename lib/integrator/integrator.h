@@ -20,6 +20,7 @@
  *     dirk.c         the family of diagonally implicit Runge-Kutta methods
  *     two_step.c     the family of implicit two-step methods with a chosen spectral radius at infinity
  *     radau.c        the family of Radau IIA methods, implicit
+ *     rosenbrock.c   the family of Rosenbrock methods, linearly implicit
  *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
  *     rational.c     their stability functions
  *
@@ -207,6 +208,7 @@ size_t kt_integrator_blamed(const kt_integrator *it);
 struct kt_method_family {
     const char *name; /* as "explicit" */
     bool implicit;    /* a is the whole matrix, s x s by rows, and steps solve Newton's equations */
+    bool exact;       /* implicit: the order depends on an exact Jacobian */
     bool open;        /* a caller's own method may be of this family */
     bool switches;    /* a is that of an explicit method, and steps solve Newton's equations where that is cheaper */
     int stages_max;   /* the largest number of stages, where it follows from the step; 0 where it is fixed */
@@ -250,7 +252,8 @@ struct kt_method_family {
 };
 
 extern const kt_method_family kt_family_explicit, kt_family_stabilised, kt_family_adams;
-extern const kt_method_family kt_family_dirk, kt_family_two_step, kt_family_radau, kt_family_switching;
+extern const kt_method_family kt_family_dirk, kt_family_two_step, kt_family_radau, kt_family_rosenbrock;
+extern const kt_method_family kt_family_switching;
 
 /* For families whose table is explicit: its slots and rows, and the table compiled (explicit.c). */
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes);

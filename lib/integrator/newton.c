@@ -57,18 +57,25 @@ static double *remembered_state(const kt_integrator *it) { return it->history + 
 
 /* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
 
-/* Column j of J is (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch. */
+/* Column j of J is (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch; an exact one, to 1e-10 or
+ * so, (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta, and slot 1 as scratch, too. */
 static kt_try_result difference(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     const size_t n = it->sizes.n, counted = it->counted, other = it->sizes.slots - 1;
     kt_newton_work *w = kt_newton_of(it);
+    const bool exact = it->family->exact;
     memcpy(it->trial, y, n * sizeof *y);
     for (size_t j = 0; j < counted; j++) {
-        it->trial[j] = y[j] + sqrt(DBL_EPSILON * fmax(1e-5, fabs(y[j])));
-        const double delta = it->trial[j] - y[j];
+        const double step = exact ? 6e-6 * fmax(1e-2, fabs(y[j])) : sqrt(DBL_EPSILON * fmax(1e-5, fabs(y[j])));
+        it->trial[j] = y[j] + step;
+        const double above = it->trial[j];
         if (kt_evaluate(it, t, it->trial, other, result) != KT_TRY_PASSED)
             return result->result;
+        it->trial[j] = exact ? y[j] - step : y[j];
+        const double delta = above - it->trial[j], *below = exact ? it->k[1] : it->k[slot];
+        if (exact && kt_evaluate(it, t, it->trial, 1, result) != KT_TRY_PASSED)
+            return result->result;
         for (size_t i = 0; i < counted; i++)
-            w->jacobian[j * counted + i] = (it->k[other][i] - it->k[slot][i]) / delta;
+            w->jacobian[j * counted + i] = (it->k[other][i] - below[i]) / delta;
         it->trial[j] = y[j];
     }
     return KT_TRY_PASSED;
@@ -126,7 +133,8 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
 
 /* Adaptive: as the error estimate is weighted. That is of order 3, so that the error would be far below the tolerance
  * where this is small: the tolerances of a try are 0.1 r^(2/3) instead of r, and the absolute ones larger by the same
- * factor, as in Hairer's RADAU5. Fixed: by rounding; the part of the largest component is for those that are 0. */
+ * factor, as in Hairer's RADAU5. Fixed: by rounding, of the state or of what a step makes of it; the part of the largest
+ * component is for those that are 0, and where all are and rest, it is 1. */
 static void set_scales(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     const double relative = it->options.relative_tolerance;
@@ -134,7 +142,8 @@ static void set_scales(kt_integrator *it) {
     const size_t n = it->counted;
     double most = 0.0;
     for (size_t i = 0; i < n; i++)
-        most = fmax(most, fabs(it->y[i]));
+        most = fmax(most, fmax(fabs(it->y[i]), it->options.step * fabs(it->k[0][i])));
+    most = most > 0.0 ? most : 1.0;
     for (size_t i = 0; i < n; i++)
         w->scale[i] = it->options.step > 0.0
                           ? 4.0 * DBL_EPSILON * (fabs(it->y[i]) + 1e-3 * most) + DBL_MIN / DBL_EPSILON
@@ -370,6 +379,11 @@ void kt_newton_accept(kt_integrator *it) {
     if (w->is_of_now)
         memcpy(remembered_state(it), it->previous_y, it->sizes.n * sizeof(double)); /* commit has exchanged them */
     it->matrices_known = w->factored == w->now.step || (int)w->now.state == KT_JACOBIAN_ZERO;
+}
+
+void kt_newton_want(kt_integrator *it) {
+    kt_newton_memory *m = (kt_newton_memory *)(void *)it->history;
+    m->wanted = 1.0;
 }
 
 void kt_newton_forget(kt_integrator *it) {

@@ -89,8 +89,10 @@ kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t
 /* How a try that did not converge goes on: with J as of now and the same step (KT_TRY_PASSED), or not at all. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);
 
-/* After a step, and before the first one of a motion. */
+/* After a step, and before the first one of a motion. kt_newton_want, after the first: the next step begins with a new
+ * Jacobian. */
 void kt_newton_accept(kt_integrator *it);
+void kt_newton_want(kt_integrator *it);
 void kt_newton_forget(kt_integrator *it);
 
 /* h_new / h after an accepted step, with the predictive control of Gustafsson: Hairer and Wanner IV.8 (8.20, 8.21). */

@@ -5,7 +5,8 @@
  *
  *     Phi_i(t) = product over the children u of the root of sum_j a_ij Phi_j(u),    Phi_i(.) = 1.
  *
- * Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13); for a
+ * Of a Rosenbrock method a node with one child has a_ij + gamma_ij in place of a_ij (Hairer and Wanner, Solving ODE II,
+ * IV.7, theorem 7.5). Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13); for a
  * difference of two such weights the sum is 0; and for weights that depend on theta it is theta^rho(t) / gamma(t), for
  * every theta (HNW II.6). The last is an identity between polynomials of degree 3 + dense_terms that both vanish at 0:
  * it is checked at as many further points.
@@ -23,6 +24,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 enum { SLOTS = KT_METHOD_STAGES_MAX, NODES = KT_METHOD_ORDER_MAX, THETAS = 3 + KT_METHOD_DENSE_TERMS_MAX };
 
@@ -37,6 +39,7 @@ typedef struct extended {
     bool implicit; /* a is a whole matrix */
     int slots, thetas;
     long double a[SLOTS][SLOTS];
+    long double beta[SLOTS][SLOTS]; /* what a node with one child is weighed by: a, of a Rosenbrock method a + gamma */
     weights b, e, e_low, dense[THETAS];
 } extended;
 
@@ -65,6 +68,7 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
     const int s = m->stages, w = kt_method_fresh(m) + 1, d = m->dense_stages;
     const bool finite = all_finite(m->a, is_implicit(m) ? s * s : s * (s - 1) / 2) && all_finite(m->b, s) &&
                         all_finite(m->c, s) && all_finite(m->e, s) && all_finite(m->e_low, s) &&
+                        all_finite(m->gamma, s * s) &&
                         (d == 0 || (all_finite(m->dense_a, d * w + d * (d - 1) / 2) && all_finite(m->dense_c, d))) &&
                         (m->dense_terms == 0 || all_finite(m->dense_d, m->dense_terms * (w + d)));
     if (!finite)
@@ -134,6 +138,9 @@ static void extend(const kt_method *m, extended *x) {
     for (int i = fresh + 1; i < x->slots; row += i, i++)
         for (int j = 0; j < i; j++)
             x->a[i][j] = (long double)row[j];
+    memcpy(x->beta, x->a, sizeof x->beta);
+    for (int i = 0; m->gamma != NULL && i < s * s; i++)
+        x->beta[i / s][i % s] += (long double)m->gamma[i];
     set_weights(&x->b, m->b, s, NULL);
     set_weights(&x->e, m->e, s, m->b); /* e = b minus the embedded weights has the rounding of b */
     set_weights(&x->e_low, m->e_low, s, m->b);
@@ -178,11 +185,20 @@ static bool next_tree(tree *t) {
     return true;
 }
 
+static int parent_of(const tree *t, int v) {
+    int parent = v - 1;
+    while (t->level[parent] != t->level[v] - 1)
+        parent--;
+    return parent;
+}
+
 /* Computes Phi, its absolute values and gamma, from the leaves to the root: each node multiplies A Phi(node) into its
  * parent. */
 static void weigh_tree(const extended *x, tree *t) {
     long double phi[NODES][SLOTS], size[NODES][SLOTS];
-    int count[NODES];
+    int count[NODES], children[NODES] = {0};
+    for (int v = 1; v < t->nodes; v++)
+        children[parent_of(t, v)]++;
     for (int v = 0; v < t->nodes; v++) {
         count[v] = 1;
         for (int i = 0; i < x->slots; i++)
@@ -190,14 +206,13 @@ static void weigh_tree(const extended *x, tree *t) {
     }
     t->gamma = 1.0L;
     for (int v = t->nodes - 1; v > 0; v--) {
-        int parent = v - 1;
-        while (t->level[parent] != t->level[v] - 1)
-            parent--;
+        const int parent = parent_of(t, v);
         for (int i = 0; i < x->slots; i++) {
+            const long double *weight = children[parent] == 1 ? x->beta[i] : x->a[i];
             long double value = 0.0L, absolute = 0.0L;
             for (int j = 0; j < (x->implicit ? x->slots : i); j++) {
-                value += x->a[i][j] * phi[v][j];
-                absolute += fabsl(x->a[i][j]) * size[v][j];
+                value += weight[j] * phi[v][j];
+                absolute += fabsl(weight[j]) * size[v][j];
             }
             phi[parent][i] *= value;
             size[parent][i] *= absolute;
@@ -255,7 +270,8 @@ static kt_status check_tree(const extended *x, const tree *t, kt_error *error) {
         status = check_condition(x, t, &x->e, 0.0L, "error weights e", error);
     if (status == KT_OK && n <= m->embedded_order_low)
         status = check_condition(x, t, &x->e_low, 0.0L, "error weights e_low", error);
-    for (int i = 0; status == KT_OK && n <= kt_method_dense_order(m) && i < x->thetas; i++) {
+    const int dense_order = m->gamma == NULL ? kt_method_dense_order(m) : 0; /* a Rosenbrock method has its own */
+    for (int i = 0; status == KT_OK && n <= dense_order && i < x->thetas; i++) {
         const long double theta = (long double)(i + 1) / (long double)x->thetas;
         status = check_condition(x, t, &x->dense[i], powl(theta, (long double)n) / t->gamma, "dense output", error);
     }

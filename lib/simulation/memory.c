@@ -67,7 +67,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->data = kt_data_size(model);
     const kt_integrator_options solver = {.newton = newton_of(settings)};
     if (KT_HAS_JACOBIAN && solver.newton != NULL)
-        kt_simulation_newton_measure(model, size);
+        kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
     size->seen = transformed ? size->user_nq + size->user_nv : 0;

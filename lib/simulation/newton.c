@@ -20,6 +20,9 @@
  *
  *     (sigma M + C + K Z'P S E Z) x = M Z'r_v - K Z'(P S r_q + P S E x_0)
  *
+ * A Rosenbrock method, whose order depends on an exact J, has the matrices without reduction, M = 1, K = -da/dq and C =
+ * -da/dv in all directions, also those that violate the loops (kt_acceleration_derivatives).
+ *
  * Matrices are real but for sigma, vectors complex; where sigma is real, `im` is NULL throughout.
  */
 #include "algebra/lu.h"
@@ -29,13 +32,14 @@
 #include <math.h>
 #include <string.h>
 
-void kt_simulation_newton_measure(const kt_model *model, kt_simulation_sizes *size) {
-    const bool loops = kt_loop_group_count(model) > 0;
+void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size) {
+    size->all_directions = exact && kt_loop_group_count(model) > 0;
+    const bool loops = kt_loop_group_count(model) > 0 && !exact;
     size->free = loops ? (size_t)kt_model_mobility(model).minimal : size->nv;
     size->basis = loops ? size->nv * size->free : 0;
     size->turning = size->quaternion;
     size->vectors = 4 * 2 * size->nq;
-    size->stiffness_work = kt_stiffness_work_size(model);
+    size->stiffness_work = size->all_directions ? kt_acceleration_work_size(model) : kt_stiffness_work_size(model);
 }
 
 /* ---- complex vectors --------------------------------------------------------------------------------------------- */
@@ -248,6 +252,22 @@ static void keep_turning(kt_simulation *s, const double *y) {
     }
 }
 
+/* M = 1, K = -da/dq and C = -da/dv in all directions. */
+static kt_status differentiate_all(kt_simulation *s, double t, const double *q, const double *v, const double *tau,
+                                   const kt_wrench *external, kt_error *error) {
+    const size_t nv = s->size.nv;
+    const kt_status status = kt_acceleration_derivatives(s->model, s->data, s->stiffness_work, s->size.stiffness_work,
+                                                         t, q, v, tau, external, s->stiffness, s->damping, NULL, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < nv * nv; i++) {
+        s->stiffness[i] = -s->stiffness[i];
+        s->damping[i] = -s->damping[i];
+        s->mass[i] = i % (nv + 1) == 0 ? 1.0 : 0.0;
+    }
+    return KT_OK;
+}
+
 static int jacobian(double t, const double *y, const double *dydt, void *user) {
     kt_simulation *s = user;
     const double *q = y, *v = y + s->size.nq, *tau = s->tau;
@@ -257,9 +277,12 @@ static int jacobian(double t, const double *y, const double *dydt, void *user) {
         kt_simulation_inputs(s, q, &tau, &external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
-    const kt_status status = kt_stiffness_evaluate(
-        s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external, dydt + s->size.nq,
-        s->size.basis > 0 ? s->basis : NULL, s->mass, s->stiffness, s->damping, &error);
+    const kt_status status =
+        s->size.all_directions
+            ? differentiate_all(s, t, q, v, tau, external, &error)
+            : kt_stiffness_evaluate(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau,
+                                    external, dydt + s->size.nq, s->size.basis > 0 ? s->basis : NULL, s->mass,
+                                    s->stiffness, s->damping, &error);
     if (status != KT_OK && !kt_simulation_is_recoverable(status))
         s->cause = error;
     if (status != KT_OK)
@@ -396,4 +419,19 @@ static int solve(double *re, double *im, void *user) {
     return 0;
 }
 
-const kt_newton kt_simulation_newton = {jacobian, factor, solve};
+/* Whether neither a loop nor an effect depends on time; a caller's own effect may. */
+static bool autonomous(void *user) {
+    const kt_simulation *s = user;
+    const kt_model *model = s->model;
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        if (effect->type == KT_EFFECT_CUSTOM)
+            return false;
+        for (int k = 0; k < 3; k++)
+            if (!kt_curve_rests(&effect->curve[k]))
+                return false;
+    }
+    return !model->driven;
+}
+
+const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous};

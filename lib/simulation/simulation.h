@@ -65,7 +65,7 @@ typedef enum kt_cached {
     X(int, pivot, 2 * size->free, "implicit: of the real and the complex factors")                                     \
     X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
     X(double, vectors, size->vectors, "implicit: complex vectors of nq")                                               \
-    X(char, stiffness_work, size->stiffness_work, "implicit: of kt_stiffness_evaluate")                                \
+    X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")                                      \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
 
@@ -77,7 +77,8 @@ typedef struct kt_simulation_sizes {
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t free, basis, turning, vectors, stiffness_work; /* 0 except with an implicit method */
-    size_t rate;                                          /* 0 without a right-hand side of the caller's */
+    bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
+    size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t seen, shown, pushed, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
 
@@ -136,7 +137,7 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
 /* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
 extern const kt_newton kt_simulation_newton;
-void kt_simulation_newton_measure(const kt_model *model, kt_simulation_sizes *size);
+void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size);
 
 /* Computes the accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns the values of a
  * callback. */

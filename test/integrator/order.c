@@ -84,7 +84,8 @@ KT_TEST(no_built_in_table_fulfils_more_than_it_claims) {
             m.embedded_order_low--;
         }
         m.dense_order = kt_method_dense_order(&m) + 1;
-        kt_check_equal_int("dense order + 1", kt_method_check(&m, NULL), KT_ERROR_ARGUMENT);
+        if (m.gamma == NULL) /* see rosenbrock.c */
+            kt_check_equal_int("dense order + 1", kt_method_check(&m, NULL), KT_ERROR_ARGUMENT);
     }
 }
 
@@ -129,7 +130,7 @@ KT_TEST(a_change_of_any_coefficient_is_refused) {
 KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {
     for (int k = 0; k < kt_method_count(); k++) {
         const kt_method *m = kt_method_at(k);
-        if (m->order < 4)
+        if (m->order < 4 || m->gamma != NULL) /* see rosenbrock.c */
             continue;
         const int s = m->stages;
         double sum[8] = {0.0};

@@ -144,7 +144,7 @@ static int own_solve(double *re, double *im, void *user) {
     return s->solve_code;
 }
 
-static const kt_newton own = {own_jacobian, own_factor, own_solve};
+static const kt_newton own = {own_jacobian, own_factor, own_solve, NULL};
 
 static kt_integrator *solver_begin(solver *s, double tol) {
     kt_error error;
@@ -217,7 +217,7 @@ KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
 
 KT_TEST(half_a_solver_is_refused) {
     kt_error error;
-    const kt_newton half = {own_jacobian, NULL, own_solve};
+    const kt_newton half = {own_jacobian, NULL, own_solve, NULL};
     kt_integrator_options options = tolerance(1e-6, 1e-6);
     options.newton = &half;
     kt_integrator *it = NULL;
@@ -270,6 +270,27 @@ KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
     kt_check_above("Jacobians since", (double)(kt_integrator_counts_get(it).jacobians - jacobians), 1.0);
     kt_check_below("error", worst, 1e-5);
     integrator_free(it);
+}
+
+/* y' = t and y' = cos t from 0: nothing there tells how large y will be, nor does the slope of the first. */
+static int from_rest(double t, const double *y, double *dydt, void *user) {
+    (void)y;
+    dydt[0] = *(const int *)user == 0 ? t : cos(t);
+    return 0;
+}
+
+KT_TEST(fixed_steps_begin_at_a_state_of_zeros) {
+    for (int i = 0; i < kt_method_count(); i++)
+        for (int k = 0; k < 2 && kt_method_is_implicit(kt_method_at(i)); k++) {
+            kt_error error;
+            const kt_integrator_options options = fixed_step(0.0625);
+            const kt_integrator_callbacks callbacks = {from_rest, NULL, &k};
+            kt_integrator *it = integrator_make(kt_method_at(i), 1, &options);
+            is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks, &error), &error);
+            integrate_to(it, 1.0);
+            kt_check_near(kt_method_at(i)->name, kt_integrator_state(it)[0], k == 0 ? 0.5 : sin(1.0), 0.04);
+            integrator_free(it);
+        }
 }
 
 /* Linear equations with one Jacobian and one pair of factors for all steps. */

@@ -41,6 +41,7 @@ static const struct {
     double step, duration;
 } cases[] = {{"slider-crank", 0.01, 0.5},  /* a loop in the plane */
              {"stewart", 0.05, 0.5},       /* loops in space */
+             {"bricard", 0.2, 1.0},        /* a loop of which one equation depends on the others */
              {"spinning-top", 0.02, 0.5},  /* a quaternion */
              {"rolling-disc", 0.1, 1.0},   /* non-holonomic equations */
              {"sleeve", 0.01, 0.2},        /* driven by a function of time */
@@ -64,6 +65,8 @@ static void check_order(const char *method, double factor, double least) {
 }
 
 KT_TEST(radau5_has_its_order_with_loops_quaternions_and_rolling) { check_order("radau5", 1.0, 4.5); }
+
+KT_TEST(rodas5p_has_its_order_with_loops_quaternions_and_rolling) { check_order("rodas5p", 1.0, 4.5); }
 
 KT_TEST(multistep_methods_have_their_order_with_loops_quaternions_and_rolling) {
     check_order("bdf2", 0.025,

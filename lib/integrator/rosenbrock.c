@@ -1,0 +1,297 @@
+/* The family of Rosenbrock methods: linearly implicit, for stiff equations. A step solves eight linear systems with one
+ * matrix, and iterates nothing:
+ *
+ *     k_i = f(t0 + alpha_i h, y0 + h sum_{j<i} alpha_ij k_j) + h J sum_{j<=i} gamma_ij k_j + gamma_i h f_t
+ *     y1  = y0 + h sum_i b_i k_i
+ *
+ * with J = f_y and f_t at (t0, y0), and all gamma_ii = gamma. With U_i = h sum_j gamma_ij k_j no product with J is left:
+ *
+ *     (1 / (h gamma) - J) U_i = f(t0 + alpha_i h, y0 + sum_{j<i} a_ij U_j) + sum_{j<i} C_ij U_j / h + gamma_i h f_t
+ *     y1 = y0 + sum_i m_i U_i
+ *
+ * Error estimate: the difference to the embedded method is U_8, a solution of such a system, and so decays where the
+ * motion is stiff.
+ *
+ * J. The order depends on an exact one: it is computed at every step, and by central differences where the caller gives
+ * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which an
+ * adaptive step sees in its estimate.
+ *
+ * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or it is the difference over 2 delta, delta =
+ * h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within the step: off by delta^2 f_ttt / 3, which
+ * makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13 h f.
+ *
+ * Quadratures, on which f does not depend, have no part in J: they are integrated by Simpson's rule over the dense
+ * output, with two more evaluations, to order 4.
+ *
+ * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends, which are those of
+ * the published continuous output and not evaluated: f would magnify what little y1 is off a stiff motion. The slope at
+ * the start is the last one of the step before.
+ *
+ * Linear stability. With B = alpha + gamma, lower triangular, Y = (1 - z B)^-1 1 has Y_i = N_i / (1 - gamma z)^i,
+ *
+ *     N_i = (1 - gamma z)^(i-1) + z sum_{j<i} B_ij N_j (1 - gamma z)^(i-1-j)
+ *
+ * and R = Y_8, since b is the last row of B; its numerator is of degree 7, so that R goes to 0.
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7.
+ */
+#include "integrator/rosenbrock.h"
+#include "integrator/newton.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { STAGES = KT_ROSENBROCK_STAGES };
+
+/* Slots: f(t0, y0), that of a stage, and one more for differences. */
+enum { SLOT_START, SLOT_STAGE, SLOT_OTHER, SLOTS };
+
+/* Rows of a try: U, f_t, the slope at the end, and the state in the middle less the mean of both ends. */
+enum { ROW_U, ROW_TIME = ROW_U + STAGES, ROW_END, ROW_MIDDLE, ROWS };
+
+/* The history besides Newton's: whether there was a step; the slopes at both ends, and the middle. */
+enum { HISTORY_FLAG, HISTORY_SLOPES };
+
+static double *row(const kt_integrator *it, int i) { return kt_newton_of(it)->row + (size_t)i * it->sizes.n; }
+
+static const kt_rosenbrock *table_of(const kt_integrator *it) { return it->method->transformed; }
+
+static double gamma_of(const kt_method *m) { return m->gamma[0]; }
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+    (void)method;
+    sizes->slots = SLOTS;
+    kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + 3 * sizes->n);
+}
+
+static void init(kt_integrator *it) {
+    it->fresh = SLOT_OTHER;
+    it->gives_end_derivative = false;
+}
+
+static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+    return kt_newton_prepare(it, ROWS, rejected, result);
+}
+
+/* ---- the time ---------------------------------------------------------------------------------------------------- */
+
+/* h f_t into its row. */
+static kt_try_result find_time_slope(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const kt_newton *newton = it->options.newton;
+    double *slope = row(it, ROW_TIME);
+    const double *f = it->k[SLOT_START], *next = it->k[SLOT_STAGE];
+    memset(slope, 0, n * sizeof *slope);
+    if (newton != NULL && newton->autonomous != NULL && newton->autonomous(it->callbacks.user))
+        return KT_TRY_PASSED;
+    for (int k = 1; k <= 2; k++) {
+        const double t = in->t + (double)k / 1024.0 * in->h, weight = k == 1 ? 2048.0 : -512.0;
+        const double part = in->h / (t - in->t) * (double)k / 1024.0; /* what rounding has made of the difference */
+        if (kt_evaluate(it, t, in->y, SLOT_STAGE, result) != KT_TRY_PASSED)
+            return result->result;
+        for (size_t l = 0; l < n; l++)
+            slope[l] += weight * part * (next[l] - f[l]);
+    }
+    return KT_TRY_PASSED;
+}
+
+/* ---- the stages -------------------------------------------------------------------------------------------------- */
+
+/* out = y + sum_{j < count} weights_j U_j */
+static void combine(const kt_integrator *it, const double *y, const double *weights, int count, double *out) {
+    const size_t n = it->sizes.n;
+    memcpy(out, y, n * sizeof *out);
+    for (int j = 0; j < count; j++) {
+        const double *u = row(it, ROW_U + j), weight = weights[j];
+        for (size_t l = 0; l < n && weight != 0.0; l++)
+            out[l] += weight * u[l];
+    }
+}
+
+static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const kt_rosenbrock *table = table_of(it);
+    const kt_complex sigma = {1.0 / (in->h * gamma_of(it->method)), 0.0};
+    const double *f = it->k[SLOT_START], *slope = row(it, ROW_TIME);
+    double *u = row(it, ROW_U + i);
+    if (i > 0) {
+        const double t = it->method->c[i] == 1.0 ? in->end : in->t + it->method->c[i] * in->h;
+        combine(it, in->y, table->a[i], i, it->trial);
+        if (kt_evaluate(it, t, it->trial, SLOT_STAGE, result) != KT_TRY_PASSED)
+            return result->result;
+        f = it->k[SLOT_STAGE];
+    }
+    memset(u, 0, n * sizeof *u);
+    for (int j = 0; j < i; j++)
+        for (size_t l = 0; l < n; l++)
+            u[l] += table->coupling[i][j] * row(it, ROW_U + j)[l];
+    for (size_t l = 0; l < n; l++)
+        u[l] = f[l] + u[l] / in->h + table->gamma_sum[i] * slope[l];
+    return kt_newton_solve(it, sigma, u, NULL, result);
+}
+
+/* The slope at the end and the middle, for the dense output. */
+static void set_dense(kt_integrator *it, double h) {
+    const size_t n = it->sizes.n;
+    const kt_rosenbrock *table = table_of(it);
+    double *end = row(it, ROW_END), *middle = row(it, ROW_MIDDLE);
+    memset(end, 0, n * sizeof *end);
+    memset(middle, 0, n * sizeof *middle);
+    for (int j = 0; j < STAGES; j++) {
+        const double *u = row(it, ROW_U + j);
+        for (size_t l = 0; l < n; l++) {
+            end[l] += table->end[j] * u[l] / h;
+            middle[l] += (table->middle[j] - 0.5 * table->m[j]) * u[l];
+        }
+    }
+}
+
+/* Simpson's rule for the quadratures g, from their slopes at t0, in the middle and at the end; and their dense output:
+ * z(1/2) = z0 + h (5 g0 + 8 g_m - g1) / 24. Of `trial` only quadratures change. */
+static kt_try_result integrate_quadratures(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t n = it->sizes.n, first = it->counted;
+    const double *g0 = it->k[SLOT_START], *g1 = it->k[SLOT_STAGE], *gm = it->k[SLOT_OTHER];
+    double *end = row(it, ROW_END), *middle = row(it, ROW_MIDDLE), *state = row(it, ROW_TIME);
+    for (size_t l = 0; l < n; l++)
+        state[l] = 0.5 * (in->y[l] + it->trial[l]) + middle[l];
+    if (kt_evaluate(it, in->t + 0.5 * in->h, state, SLOT_OTHER, result) != KT_TRY_PASSED ||
+        kt_evaluate(it, in->end, it->trial, SLOT_STAGE, result) != KT_TRY_PASSED)
+        return result->result;
+    for (size_t l = first; l < n; l++) {
+        it->trial[l] = in->y[l] + in->h / 6.0 * (g0[l] + 4.0 * gm[l] + g1[l]);
+        end[l] = g1[l];
+        middle[l] = in->h / 24.0 * (5.0 * g0[l] + 8.0 * gm[l] - g1[l]) - 0.5 * (it->trial[l] - in->y[l]);
+    }
+    return KT_TRY_PASSED;
+}
+
+static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    w->factored = w->now.step = 0.0; /* those of another step, however near, are not exact */
+    if (kt_newton_factor(it, in->h, 1.0 / gamma_of(it->method), (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED ||
+        find_time_slope(it, in, result) != KT_TRY_PASSED)
+        return result->result;
+    for (int i = 0; i < STAGES; i++)
+        if (solve_stage(it, in, i, result) != KT_TRY_PASSED)
+            return result->result;
+    combine(it, in->y, table_of(it)->m, STAGES, it->trial);
+    set_dense(it, in->h);
+    if (it->counted < it->sizes.n && kt_first_not_finite(it->trial, it->counted) == it->counted)
+        return integrate_quadratures(it, in, result);
+    return KT_TRY_PASSED;
+}
+
+/* ---- the error --------------------------------------------------------------------------------------------------- */
+
+static double error_at(const kt_integrator *it, double h, size_t i) {
+    (void)h;
+    return row(it, ROW_U + STAGES - 1)[i];
+}
+
+static double error_norm(const kt_integrator *it, double h) {
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double u = error_at(it, h, i) / kt_error_scale(it, i, it->y[i], it->trial[i]);
+        sum += u * u;
+    }
+    return sqrt(sum / (double)it->counted);
+}
+
+static kt_status report(const kt_integrator *it, const char *where, kt_error *error) {
+    (void)it;
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "the matrix of a linearly implicit step is singular; take a smaller step");
+}
+
+/* ---- after a step ------------------------------------------------------------------------------------------------ */
+
+static void accept(kt_integrator *it) {
+    const size_t n = it->sizes.n;
+    double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES, *end = start + n, *middle = end + n;
+    memcpy(start, history[HISTORY_FLAG] > 0.0 ? end : it->k[SLOT_START], n * sizeof *start);
+    memcpy(end, row(it, ROW_END), n * sizeof *end);
+    memcpy(middle, row(it, ROW_MIDDLE), n * sizeof *middle);
+    history[HISTORY_FLAG] = 1.0;
+    it->memory.counts.capped += !kt_newton_of(it)->is_of_now;
+    kt_newton_accept(it);
+    kt_newton_want(it);
+}
+
+/* Beyond the cubic of the ends, theta^2 theta'^2 Q meets the middle: Q = 16 (middle - h (s0 - s1) / 8). */
+static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    const size_t n = it->sizes.n;
+    const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
+    const double rest = 1.0 - theta, cubic = theta * theta * (3.0 - 2.0 * theta);
+    const double *y0 = it->previous_y, *y1 = it->y;
+    const double *s0 = kt_newton_history(it) + HISTORY_SLOPES, *s1 = s0 + n, *middle = s1 + n;
+    for (size_t l = 0; l < n; l++) {
+        const double bubble = 16.0 * middle[l] - 2.0 * h * (s0[l] - s1[l]);
+        y_out[l] = y0[l] + cubic * (y1[l] - y0[l]) +
+                   theta * rest * (h * (rest * s0[l] - theta * s1[l]) + theta * rest * bubble);
+    }
+    return result->result = KT_TRY_PASSED;
+}
+
+/* ---- linear stability -------------------------------------------------------------------------------------------- */
+
+typedef struct polynomial {
+    long double c[STAGES + 1];
+} polynomial;
+
+/* p (1 - gamma z)^power */
+static polynomial raise(polynomial p, long double gamma, int power) {
+    for (int k = 0; k < power; k++)
+        for (int i = STAGES; i > 0; i--)
+            p.c[i] -= gamma * p.c[i - 1];
+    return p;
+}
+
+static kt_status make_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
+    const polynomial one = {{1.0L}};
+    const long double gamma = (long double)gamma_of(m);
+    polynomial n[STAGES];
+    (void)stages;
+    (void)error;
+    for (int i = 0; i < STAGES; i++) {
+        n[i] = raise(one, gamma, i);
+        for (int j = 0; j < i; j++) {
+            const long double b = (long double)m->a[i * STAGES + j] + (long double)m->gamma[i * STAGES + j];
+            const polynomial term = raise(n[j], gamma, i - 1 - j);
+            for (int k = 0; k < STAGES; k++)
+                n[i].c[k + 1] += b * term.c[k];
+        }
+    }
+    out->poles = STAGES;
+    out->degree = STAGES - 1;
+    const polynomial q = raise(one, gamma, STAGES);
+    for (int k = 0; k <= STAGES; k++) {
+        out->coefficient[k] = k < STAGES ? (double)n[STAGES - 1].c[k] : 0.0;
+        out->denominator[k] = (double)q.c[k];
+    }
+    return KT_OK;
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+const kt_method_family kt_family_rosenbrock = {
+    .name = "rosenbrock",
+    .implicit = true,
+    .exact = true,
+    .check_sizes = kt_table_check_sizes,
+    .measure = measure,
+    .init = init,
+    .start = kt_newton_forget,
+    .prepare = prepare,
+    .try_step = try_step,
+    .error = error_norm,
+    .error_at = error_at,
+    .accept = accept,
+    .report = report,
+    .interpolate = interpolate,
+    .stability = make_function,
+    .value = kt_rational_value,
+    .real_limit = kt_rational_limit,
+    .imaginary_limit = kt_rational_limit,
+};

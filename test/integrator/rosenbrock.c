@@ -1,0 +1,333 @@
+/* What Rosenbrock methods do that others do not: their conditions and transformed table, an exact Jacobian, the slope in
+ * time, stiff equations, quadratures. */
+#include "check.h"
+
+#include "problems.h"
+
+#include "integrator/rosenbrock.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { S = KT_ROSENBROCK_STAGES };
+
+static const kt_method *rodas(void) { return kt_method_find("rodas5p"); }
+
+/* ---- the table --------------------------------------------------------------------------------------------------- */
+
+/* The eight conditions of order 4 written out by hand (Hairer and Wanner IV.7, (7.11)), of b and of the embedded b - e,
+ * against what the trees give: beta = alpha + gamma, beta_i and alpha_i its and alpha's row sums. */
+KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {
+    const kt_method *m = rodas();
+    for (int embedded = 0; embedded < 2; embedded++) {
+        double sum[8] = {0.0}, beta[S] = {0.0};
+        for (int i = 0; i < S; i++)
+            for (int j = 0; j < S; j++)
+                beta[i] += m->a[i * S + j] + m->gamma[i * S + j];
+        for (int i = 0; i < S; i++) {
+            double tall = 0.0, bushy = 0.0, tallest = 0.0, mixed = 0.0;
+            for (int j = 0; j < S; j++) {
+                const double alpha = m->a[i * S + j], both = alpha + m->gamma[i * S + j];
+                tall += both * beta[j];
+                bushy += both * m->c[j] * m->c[j];
+                mixed += alpha * beta[j];
+                for (int k = 0; k < S; k++)
+                    tallest += both * (m->a[j * S + k] + m->gamma[j * S + k]) * beta[k];
+            }
+            const double b = m->b[i] - (embedded ? m->e[i] : 0.0), c = m->c[i];
+            const double terms[8] = {b,         b * beta[i], b * c * c, b * tall, b * c * c * c, b * c * mixed,
+                                     b * bushy, b * tallest};
+            for (int j = 0; j < 8; j++)
+                sum[j] += terms[j];
+        }
+        static const double expected[8] = {1.0,       1.0 / 2.0, 1.0 / 3.0,  1.0 / 6.0,
+                                           1.0 / 4.0, 1.0 / 8.0, 1.0 / 12.0, 1.0 / 24.0};
+        for (int j = 0; j < 8; j++) /* sums of terms of up to 20 */
+            kt_check_near(embedded ? "embedded" : "method", sum[j], expected[j], 64.0 * DBL_EPSILON);
+    }
+}
+
+/* U = Gamma k: a Gamma = alpha, (1 / gamma - C) Gamma = 1, m Gamma = b, and the row sums of Gamma. */
+KT_TEST(the_transformed_table_is_that_of_the_method) {
+    const kt_method *m = rodas();
+    const kt_rosenbrock *r = m->transformed;
+    kt_worst worst = kt_worst_make("defect over terms");
+    for (int i = 0; i < S; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < S; j++) {
+            double alpha = 0.0, unit = 0.0, size = 1.0;
+            for (int k = 0; k < S; k++) {
+                const double gamma = m->gamma[k * S + j],
+                             inverse = (i == k ? 1.0 / m->gamma[0] : 0.0) - r->coupling[i][k];
+                alpha += r->a[i][k] * gamma;
+                unit += inverse * gamma;
+                size += fabs(inverse * gamma) + fabs(r->a[i][k] * gamma);
+            }
+            sum += m->gamma[i * S + j];
+            kt_worst_near(&worst, alpha / size, m->a[i * S + j] / size, 4.0 * DBL_EPSILON, "a, %d %d", i, j);
+            kt_worst_near(&worst, unit / size, (i == j ? 1.0 : 0.0) / size, 4.0 * DBL_EPSILON, "C, %d %d", i, j);
+        }
+        kt_worst_near(&worst, r->gamma_sum[i], sum, 16.0 * DBL_EPSILON, "gamma, %d", i);
+        double b = 0.0, size = 1.0;
+        for (int k = 0; k < S; k++) {
+            b += r->m[k] * m->gamma[k * S + i];
+            size += fabs(r->m[k] * m->gamma[k * S + i]);
+        }
+        kt_worst_near(&worst, b / size, m->b[i] / size, 4.0 * DBL_EPSILON, "m, %d", i);
+        kt_worst_near(&worst, i == S - 1 ? 1.0 : 0.0, r->m[i] - (i < S - 1 ? r->a[S - 1][i] : 0.0), 0.0,
+                      "stiffly accurate, %d", i);
+    }
+    kt_check_worst(&worst);
+}
+
+KT_TEST(any_change_of_gamma_is_refused) {
+    kt_error error;
+    double gamma[S * S];
+    kt_method m = *rodas();
+    m.gamma = gamma;
+    kt_worst worst = kt_worst_make("refused");
+    for (int i = 0; i < S * S; i++) {
+        memcpy(gamma, rodas()->gamma, sizeof gamma);
+        gamma[i] += 1e-12;
+        kt_worst_near(&worst, kt_method_check(&m, &error), KT_ERROR_ARGUMENT, 0.0, "gamma[%d]", i);
+    }
+    kt_check_worst(&worst);
+    gamma[3] = (double)NAN;
+    kt_check_equal_int("not finite", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "a coefficient is not finite");
+}
+
+/* ---- stiff equations --------------------------------------------------------------------------------------------- */
+
+/* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
+static int forced(double t, const double *y, double *dydt, void *user) {
+    const double lambda = *(const double *)user;
+    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
+    return 0;
+}
+
+static double forced_error(double lambda, int steps) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(1.5 / steps);
+    const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
+    kt_integrator *it = integrator_make(rodas(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &error), &error);
+    double worst = 0.0;
+    while (kt_integrator_time(it) < 1.75 && is_ok("step", kt_integrator_step(it, 1.75, &error), &error))
+        worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
+    integrator_free(it);
+    return worst;
+}
+
+/* Steinebach's condition of order 4 for this equation: the order falls by one only, and over lambda not at all. */
+KT_TEST(the_order_falls_by_one_where_the_equation_is_stiff) {
+    static const struct {
+        double lambda, order, bound;
+        int first;
+    } cases[] = {{-1.0, 5.0, 0.2, 4}, {-1e3, 4.0, 0.6, 24}};
+    for (int i = 0; i < 2; i++) {
+        double h[3], error[3];
+        for (int l = 0; l < 3; l++) {
+            h[l] = 1.5 / (cases[i].first << l);
+            error[l] = forced_error(cases[i].lambda, cases[i].first << l);
+        }
+        kt_note("lambda = %g: errors %.2g ... %.2g", cases[i].lambda, error[0], error[2]);
+        kt_check_near("order", slope_of(h, error, 3), cases[i].order, cases[i].bound);
+    }
+}
+
+/* Van der Pol's oscillator, mu = 1e6; y(2) = 1.7061677321702..., published in Hairer and Wanner IV.10, (10.3). */
+static int van_der_pol(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
+    return 0;
+}
+
+KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps) {
+    static const double tolerances[] = {1e-4, 1e-6};
+    for (int i = 0; i < 2; i++) {
+        kt_error error;
+        const kt_integrator_options options = tolerance(tolerances[i], tolerances[i]);
+        const kt_integrator_callbacks callbacks = {van_der_pol, NULL, NULL};
+        kt_integrator *it = integrator_make(rodas(), 2, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0, 0.0}, &callbacks, &error), &error);
+        integrate_to(it, 2.0);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_note("tolerance %g: %d steps, %d rejected, %d evaluations", tolerances[i], (int)counts.steps,
+                (int)counts.rejected, (int)counts.evaluations);
+        kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 4.0 * tolerances[i]);
+        kt_check_below("steps", (double)counts.steps, 1500.0);
+        kt_check_equal_int("Jacobians", (long long)counts.jacobians, (long long)counts.steps);
+        kt_check_equal_int("factors", (long long)counts.factorizations, (long long)(counts.steps + counts.rejected));
+        integrator_free(it);
+    }
+}
+
+KT_TEST(the_stability_function_is_that_of_an_l_stable_method) {
+    kt_stability s = {0};
+    kt_error error;
+    is_ok("made", kt_stability_make(rodas(), 0, &s, &error), &error);
+    kt_check_equal_int("degree", s.degree, 7);
+    kt_check_equal_int("poles", s.poles, 8);
+    kt_worst axis = kt_worst_make("imaginary axis");
+    for (int k = -400; k <= 1200; k++)
+        kt_worst_below(&axis, kt_stability_gain(&s, (kt_complex){0.0, exp(0.02 * k)}), 1.0 + 1e-12, "%d", k);
+    kt_check_worst(&axis);
+    kt_check_near("at infinity", kt_stability_gain(&s, (kt_complex){-1e14, 0.0}), 0.0, 1e-11);
+    /* Of linear equations the order is 6, one more than of others. */
+    double h[3], defect[3];
+    for (int l = 0; l < 3; l++) {
+        h[l] = 0.2 / (1 << l);
+        const kt_complex r = kt_stability_value(&s, (kt_complex){0.0, h[l]});
+        defect[l] = hypot(r.re - cos(h[l]), r.im - sin(h[l]));
+    }
+    kt_check_near("linear order + 1", slope_of(h, defect, 3), 7.0, 0.1);
+}
+
+/* ---- who solves -------------------------------------------------------------------------------------------------- */
+
+/* y' = lambda(t) y with lambda = -cos t / 2, or the same at t = 0 alone, solved by the caller. */
+typedef struct solver {
+    double jacobian, sigma;
+    bool is_autonomous;
+    int jacobians, fail_from, factor_code;
+} solver;
+
+static double rate_of(const solver *s, double t) { return -0.5 * (s->is_autonomous ? 1.0 : cos(t)); }
+
+static int own_rhs(double t, const double *y, double *dydt, void *user) {
+    dydt[0] = rate_of(user, t) * y[0];
+    return 0;
+}
+
+static int own_jacobian(double t, const double *y, const double *dydt, void *user) {
+    solver *s = user;
+    (void)y;
+    (void)dydt;
+    if (++s->jacobians > s->fail_from)
+        return 1;
+    s->jacobian = rate_of(s, t);
+    return 0;
+}
+
+static int own_factor(kt_complex sigma, void *user) {
+    solver *s = user;
+    s->sigma = sigma.re;
+    return s->factor_code;
+}
+
+static int own_solve(double *re, double *im, void *user) {
+    const solver *s = user;
+    (void)im;
+    re[0] /= s->sigma - s->jacobian;
+    return 0;
+}
+
+static bool own_autonomous(void *user) { return ((const solver *)user)->is_autonomous; }
+
+static const kt_newton own = {own_jacobian, own_factor, own_solve, own_autonomous};
+
+static kt_integrator *solver_begin(solver *s, double step) {
+    kt_error error;
+    kt_integrator_options options = fixed_step(step);
+    options.newton = &own;
+    const kt_integrator_callbacks callbacks = {own_rhs, NULL, s};
+    kt_integrator *it = integrator_make(rodas(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0}, &callbacks, &error), &error);
+    return it;
+}
+
+/* Eight evaluations a step, and two more for the slope in time, with which the order is 5; 6 of what is linear and
+ * does not depend on time. */
+KT_TEST(the_slope_in_time_is_asked_for_where_there_is_one) {
+    for (int k = 0; k < 2; k++) {
+        double h[3], error[3];
+        for (int l = 0; l < 3; l++) {
+            solver s = {.is_autonomous = k == 0, .fail_from = 1000};
+            h[l] = 0.5 / (1 << l);
+            kt_integrator *it = solver_begin(&s, h[l]);
+            integrate_to(it, 2.0);
+            const kt_integrator_counts counts = kt_integrator_counts_get(it);
+            kt_check_equal_int("evaluations", (long long)counts.evaluations,
+                               (long long)counts.steps * (k == 0 ? 8 : 10));
+            error[l] = fabs(kt_integrator_state(it)[0] - exp(k == 0 ? -1.0 : -0.5 * sin(2.0)));
+            integrator_free(it);
+        }
+        kt_note("errors %.2g ... %.2g", error[0], error[2]);
+        kt_check_near(k == 0 ? "order, autonomous" : "order", slope_of(h, error, 3), k == 0 ? 6.0 : 5.0, 0.3);
+    }
+}
+
+/* The Jacobian fails from the second on: the first one serves, each such step is counted, and the order is lost. */
+KT_TEST(an_old_jacobian_serves_and_is_counted) {
+    double h[3], error[3];
+    for (int l = 0; l < 3; l++) {
+        solver s = {.fail_from = 1};
+        h[l] = 0.05 / (1 << l);
+        kt_integrator *it = solver_begin(&s, h[l]);
+        integrate_to(it, 2.0);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_check_equal_int("counted", (long long)counts.capped, (long long)counts.steps - 1);
+        error[l] = fabs(kt_integrator_state(it)[0] - exp(-0.5 * sin(2.0)));
+        integrator_free(it);
+    }
+    kt_note("errors %.2g ... %.2g", error[0], error[2]);
+    kt_check_below("order", slope_of(h, error, 3), 3.0);
+    kt_check_below("error", error[2], 1e-4);
+}
+
+KT_TEST(a_singular_matrix_is_told) {
+    kt_error error;
+    solver s = {.fail_from = 1000, .factor_code = 1};
+    kt_integrator *it = solver_begin(&s, 0.1);
+    kt_check_equal_int("status", kt_integrator_step(it, HUGE_VAL, &error), KT_ERROR_STEP);
+    kt_check_contains("words", error.message,
+                      "the matrix of a linearly implicit step is singular; take a smaller step");
+    kt_check_near("state", kt_integrator_state(it)[0], 1.0, 0.0);
+    integrator_free(it);
+}
+
+/* ---- quadratures ------------------------------------------------------------------------------------------------- */
+
+/* y' = -sin t y, z' = y^2: y = exp(cos t - 1), and z once more with a part in the Jacobian. */
+static int with_quadrature(double t, const double *y, double *dydt, void *user) {
+    (void)user;
+    dydt[0] = -sin(t) * y[0];
+    dydt[1] = y[0] * y[0];
+    return 0;
+}
+
+KT_TEST(quadratures_have_order_4_and_change_nothing) {
+    static const kt_integrator_callbacks callbacks = {with_quadrature, NULL, NULL};
+    kt_error error;
+    double h[3], defect[3], inner[3], z[2];
+    const double start[2] = {1.0, 0.0};
+    for (int l = 0; l < 3; l++) {
+        h[l] = 0.25 / (1 << l);
+        kt_integrator_options options = fixed_step(h[l]), fine = fixed_step(1.0 / 512.0);
+        kt_integrator *all = integrator_make(rodas(), 2, &fine), *plain = integrator_make(rodas(), 2, &options);
+        options.quadratures = 1;
+        kt_integrator *it = integrator_make(rodas(), 2, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
+        is_ok("start", kt_integrator_start(all, 0.0, start, &callbacks, &error), &error);
+        is_ok("start", kt_integrator_start(plain, 0.0, start, &callbacks, &error), &error);
+        integrate_to(it, 2.0);
+        integrate_to(plain, 2.0);
+        integrate_to(all, 2.0 - 0.4 * h[l]);
+        is_ok("value", kt_integrator_interpolate(it, 2.0 - 0.4 * h[l], z, &error), &error);
+        inner[l] = fabs(z[1] - kt_integrator_state(all)[1]);
+        integrate_to(all, 2.0);
+        defect[l] = fabs(kt_integrator_state(it)[1] - kt_integrator_state(all)[1]);
+        /* Of the Jacobian that both find by differences the column of y alone matters to y. */
+        kt_check_near("the other", kt_integrator_state(it)[0], kt_integrator_state(plain)[0], 0.0);
+        integrator_free(it);
+        integrator_free(all);
+        integrator_free(plain);
+    }
+    kt_note("errors %.2g ... %.2g, within a step %.2g ... %.2g", defect[0], defect[2], inner[0], inner[2]);
+    kt_check_above("order", slope_of(h, defect, 3), 3.8);
+    kt_check_above("order within a step", slope_of(h, inner, 3), 3.8);
+}
