@@ -1,15 +1,17 @@
-/* Bars on revolute joints about z, 1 kg a metre, in gravity along -y. */
+/* Bars, 1 kg a metre, most of them on revolute joints about z, in gravity along -y. */
 #include "bars.h"
 
 #include "bench.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/simulation.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kt_bars_shape_name[KT_BARS_SHAPES] = {"separate", "chained", "row"};
+const char *const kt_bars_shape_name[KT_BARS_SHAPES] = {"separate",      "chained",  "row",    "rope", "rope in space",
+                                                        "rope of balls", "scissors", "ladder", "net"};
 
 enum { NAME_SIZE = 24 };
 
@@ -86,15 +88,117 @@ static void draw_row(drawing *d, int rods) {
         rod = add_bar(d, "rod", i, rod, along(i ? 1.0 : 0.0, 0.0), along(1.0, 0.0), 0.5 + 0.3 * (i % 5), 0.2 * (i % 7));
 }
 
+/* Turns a bar's joint about a, or makes it spherical, turned by `angle` about z; gives the bar some thickness. */
+static void turn_last(drawing *d, kt_joint_type type, kt_vec3 axis, double angle) {
+    kt_body *body = &d->bodies[d->body_count - 1];
+    body->joint.type = type;
+    body->joint.axis = axis;
+    body->shape.radius = 0.1;
+    if (type != KT_JOINT_SPHERICAL)
+        return;
+    const double half[4] = {cos(0.5 * angle), 0.0, 0.0, sin(0.5 * angle)};
+    memcpy(body->joint.position, half, sizeof half);
+    body->joint.velocity[2] = body->joint.velocity[0];
+    body->joint.velocity[0] = 0.0;
+}
+
+/* An arch over 0.84 of its length. */
+static void draw_rope(drawing *d, kt_bars_shape shape, int rods, bool open) {
+    const char *rod = NULL;
+    const kt_vec3 y = kt_vec3_make(0.0, 1.0, 0.0), z = kt_vec3_make(0.0, 0.0, 1.0);
+    for (int i = 0; i < rods; i++) {
+        const bool bends = shape != KT_BARS_ROPE_IN_SPACE || i % 2 == 0;
+        const double turn = shape == KT_BARS_ROPE_IN_SPACE ? -4.0 : -2.0;
+        const double angle = i == 0 ? 1.0 : bends ? turn / rods : 0.3 / rods;
+        rod = add_bar(d, "rod", i, rod, along(i ? 1.0 : 0.0, 0.0), along(1.0, 0.0), angle, 0.1 * (i % 7));
+        if (shape == KT_BARS_ROPE_IN_SPACE)
+            turn_last(d, KT_JOINT_REVOLUTE, bends ? z : y, angle);
+        else if (shape == KT_BARS_ROPE_OF_BALLS)
+            turn_last(d, KT_JOINT_SPHERICAL, z, angle);
+    }
+    if (open)
+        return;
+    add_loop(d, rod, along(1.0, 0.0), NULL, along(0.84 * rods, 0.0));
+    d->loops[0].type = shape == KT_BARS_ROPE ? KT_LOOP_REVOLUTE : KT_LOOP_SPHERICAL;
+}
+
+/* Two bars of 2 m a stage, crossed at their middles: the second hangs on the first, the next stage's first on its end. */
+static void draw_scissors(drawing *d, int stages, bool open) {
+    const double lean = 0.5, rate = 0.3, right = 2.0 * acos(0.0);
+    const char *second = NULL;
+    for (int i = 0; i < stages; i++) {
+        const char *first = add_bar(d, "first", i, second, along(i ? 1.0 : 0.0, 0.0), along(2.0, 0.0),
+                                    i ? 2.0 * lean - right : lean, i ? 2.0 * rate : rate);
+        second = add_bar(d, "second", i, first, along(1.0, 0.0), along(1.0, 0.0), right - 2.0 * lean, -2.0 * rate);
+        kt_body *body = &d->bodies[d->body_count - 1];
+        body->mass = 2.0;
+        body->shape.from = along(-1.0, 0.0);
+    }
+    for (int i = 0; i < stages && !open; i++) {
+        add_loop(d, i ? d->names[2 * i - 2] : NULL, along(i ? 2.0 : 0.0, 0.0), d->names[2 * i + 1], along(-1.0, 0.0));
+        if (i)
+            continue;
+        d->loops[0].type = KT_LOOP_INPLANE;
+        d->loops[0].axis = kt_vec3_make(0.0, 1.0, 0.0);
+    }
+}
+
+/* An angle up to 0.2, which goes to and fro along a chain. */
+static double bend(int i, int c) { return 0.1 * ((7 * i + 3 * c) % 5 - 2); }
+
+/* `chains` chains side by side, 1 m apart, each of so many rods that hang. */
+static void draw_net(drawing *d, int chains, int rods, bool space, bool open) {
+    const kt_vec3 x = kt_vec3_make(1.0, 0.0, 0.0), z = kt_vec3_make(0.0, 0.0, 1.0);
+    for (int c = 0; c < chains; c++) {
+        const char *rod = NULL;
+        for (int i = 0; i < rods; i++) {
+            const kt_vec3 at = i ? along(0.0, -1.0) : along(c, 0.0);
+            rod = add_bar(d,
+                          c == 0   ? "left"
+                          : c == 1 ? "middle"
+                                   : "right",
+                          i, rod, at, along(0.0, -1.0), bend(i, c), i ? 0.0 : 0.1);
+            if (space)
+                turn_last(d, KT_JOINT_REVOLUTE, i % 2 ? x : z, 0.0);
+        }
+    }
+    for (int i = 0; i < rods && !open; i++)
+        for (int c = 0; c + 1 < chains; c++) {
+            add_loop(d, d->names[c * rods + i], along(0.0, -1.0), d->names[(c + 1) * rods + i], along(0.0, -1.0));
+            d->loops[d->loop_count - 1].type = KT_LOOP_DISTANCE;
+        }
+}
+
+static void draw(kt_bars_shape shape, int n, bool open, drawing *d) {
+    switch (shape) {
+    case KT_BARS_SEPARATE:
+        draw_separate(d, n, open);
+        break;
+    case KT_BARS_CHAINED:
+        draw_chained(d, n, open);
+        break;
+    case KT_BARS_ROW:
+        draw_row(d, n);
+        break;
+    case KT_BARS_SCISSORS:
+        draw_scissors(d, n, open);
+        break;
+    case KT_BARS_LADDER:
+        draw_net(d, 2, n, true, open);
+        break;
+    case KT_BARS_NET:
+        draw_net(d, 3, n, false, open);
+        break;
+    default:
+        draw_rope(d, shape, n, open);
+        break;
+    }
+}
+
 static kt_status compile(kt_bars_shape shape, bool open, kt_formulation formulation, const kt_model_options *options,
                          drawing *d, kt_bars *bars, kt_error *error) {
     const double start = kt_bench_clock();
-    if (shape == KT_BARS_SEPARATE)
-        draw_separate(d, bars->loops, open);
-    else if (shape == KT_BARS_ROW)
-        draw_row(d, bars->loops);
-    else
-        draw_chained(d, bars->loops, open);
+    draw(shape, bars->loops, open, d);
     kt_description description = kt_description_default();
     description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     description.bodies = d->bodies;
@@ -117,7 +221,8 @@ static kt_status prepare(kt_bars *bars, kt_error *error) {
     bars->q = calloc(nq, sizeof *bars->q);
     bars->v = calloc(nv, sizeof *bars->v);
     bars->a = calloc(nv, sizeof *bars->a);
-    if (!bars->q || !bars->v || !bars->a)
+    bars->moved = calloc(nq + 2 * nv, sizeof *bars->moved);
+    if (!bars->q || !bars->v || !bars->a || !bars->moved)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the states");
     kt_model_initial(bars->stepped, bars->q, bars->v);
     return kt_state_assemble(bars->stepped, bars->data, 0.0, bars->q, bars->v, error);
@@ -127,8 +232,8 @@ kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation
                        const kt_model_options *options, kt_bars *bars, kt_error *error) {
     const size_t most = 4 * (size_t)loops + 1;
     drawing d = {.bodies = calloc(most, sizeof *d.bodies),
-                 .loops = calloc((size_t)loops, sizeof *d.loops),
-                 .names = calloc(most + (size_t)loops, sizeof *d.names)};
+                 .loops = calloc(2 * (size_t)loops, sizeof *d.loops),
+                 .names = calloc(most + 2 * (size_t)loops, sizeof *d.names)};
     *bars = (kt_bars){.loops = loops};
     kt_status status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for %d loops", loops);
     if (d.bodies && d.loops && d.names)
@@ -147,6 +252,7 @@ void kt_bars_free(kt_bars *bars) {
     free(bars->q);
     free(bars->v);
     free(bars->a);
+    free(bars->moved);
     kt_data_free(bars->data);
     kt_absolute_free(bars->absolute);
     kt_model_free(bars->model);
@@ -158,4 +264,33 @@ void kt_bars_accelerate(void *bars, long repetitions) {
     for (long k = 0; k < repetitions && b->error.code == KT_OK; k++)
         if (kt_acceleration_evaluate(b->stepped, b->data, 0.0, b->q, b->v, NULL, NULL, b->a, &b->error) != KT_OK)
             return;
+}
+
+/* The state, `far` away, in `moved`. */
+static double *move(kt_bars *b, double far) {
+    const size_t nq = (size_t)kt_model_nq(b->stepped), nv = (size_t)kt_model_nv(b->stepped);
+    double *q = b->moved, *v = q + nq, *by = v + nv;
+    for (size_t i = 0; i < nv; i++)
+        by[i] = far * (double)((int)(i * 7 % 5) - 2);
+    kt_position_add(b->stepped, b->q, by, q);
+    memcpy(v, b->v, nv * sizeof *v);
+    return q;
+}
+
+void kt_bars_project(void *bars, long repetitions) {
+    kt_bars *b = bars;
+    for (long k = 0; k < repetitions && b->error.code == KT_OK; k++) {
+        double *q = move(b, 1e-6);
+        if (kt_state_project(b->stepped, b->data, 0.0, q, q + kt_model_nq(b->stepped), NULL, &b->error) != KT_OK)
+            return;
+    }
+}
+
+void kt_bars_assemble(void *bars, long repetitions) {
+    kt_bars *b = bars;
+    for (long k = 0; k < repetitions && b->error.code == KT_OK; k++) {
+        double *q = move(b, 1e-3);
+        if (kt_state_assemble(b->stepped, b->data, 0.0, q, q + kt_model_nq(b->stepped), &b->error) != KT_OK)
+            return;
+    }
 }

@@ -1,13 +1,26 @@
-/* Closed mechanisms of any number of loops: four-bars hung on a chain, each a group of its own, and a row of windows
- * that share their cranks, one group.
+/* Closed mechanisms of any size: four-bars hung on a chain, each a group of its own, and those whose loops share bodies,
+ * one group.
  */
 #ifndef KT_BENCH_BARS_H
 #define KT_BENCH_BARS_H
 
 #include "kinetree/study.h"
 
-/* KT_BARS_ROW: rods hung on one another, as many as loops are asked for, and no loop. */
-typedef enum kt_bars_shape { KT_BARS_SEPARATE = 0, KT_BARS_CHAINED, KT_BARS_ROW, KT_BARS_SHAPES } kt_bars_shape;
+/* ROW: rods hung on one another, as many as loops are asked for, and no loop. ROPE: so many rods, held at both ends, in a
+ * plane, in space, with spherical joints. SCISSORS: a lift of so many stages. LADDER: two chains of so many rods in
+ * space, and rods of given length between them. NET: the same of three chains in a plane. */
+typedef enum kt_bars_shape {
+    KT_BARS_SEPARATE = 0,
+    KT_BARS_CHAINED,
+    KT_BARS_ROW,
+    KT_BARS_ROPE,
+    KT_BARS_ROPE_IN_SPACE,
+    KT_BARS_ROPE_OF_BALLS,
+    KT_BARS_SCISSORS,
+    KT_BARS_LADDER,
+    KT_BARS_NET,
+    KT_BARS_SHAPES
+} kt_bars_shape;
 extern const char *const kt_bars_shape_name[KT_BARS_SHAPES];
 
 /* Ready to be evaluated, assembled and moving, in one formulation. */
@@ -18,6 +31,7 @@ typedef struct kt_bars {
     const kt_model *stepped; /* which of the two is evaluated */
     kt_data *data;
     double *q, *v, *a; /* nq, nv, nv of `stepped` */
+    double *moved;     /* nq + 2 nv: another state, and what it differs by */
     double set_up;     /* seconds of processor time to describe and to compile it */
     kt_error error;    /* the first failure of a call below; KT_OK: none */
 } kt_bars;
@@ -29,5 +43,9 @@ void kt_bars_free(kt_bars *bars);
 
 /* Task for kt_bench_measure, on kt_bars: a from the state, once. */
 void kt_bars_accelerate(void *bars, long repetitions);
+
+/* The same: projects a state that is 1e-6 of a radian or metre away, as after a step; assembles one that is 1e-3 away. */
+void kt_bars_project(void *bars, long repetitions);
+void kt_bars_assemble(void *bars, long repetitions);
 
 #endif

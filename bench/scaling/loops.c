@@ -6,6 +6,7 @@
  * tau = RNEA(a), error = |v . tau| / sum |v_i h_i|, h the bias force, at most 1e-10 (measured: 1e-13 and less).
  */
 #include "bars.h"
+#include "chains.h"
 #include "interpose.h"
 #include "report.h"
 
@@ -32,7 +33,9 @@ typedef struct line {
     long allocations;
 } line;
 
-static const char about[] = "Times the accelerations of mechanisms with 1 to --max loops, separate and chained.\n";
+static const char about[] =
+    "Times the accelerations of mechanisms with 1 to --max loops, separate and chained, and how what costs most grows\n"
+    "with rows of windows, scissors, ladders and nets of up to 10 times --max loops, ropes of 100 times --max rods.\n";
 
 static const char columns[] = "n,shape,call," KT_CSV_TIMES ",set_up_s,allocations,error," KT_CSV_ORIGIN;
 
@@ -193,6 +196,9 @@ static int run(const kt_bench_options *options, kt_csv *csv, line *lines) {
         }
         kept &= conclude((kt_bars_shape)shape, lines, count);
     }
+    const int status = kt_chains_run(options, csv, &trusted);
+    if (status != KT_BENCH_DONE)
+        return status;
     return !trusted ? KT_BENCH_FAILED : options->check && !kept ? KT_BENCH_MISSED : KT_BENCH_DONE;
 }
 
