@@ -88,10 +88,10 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
  *
  * With loops f = kt_mobility.minimal, and the columns of the basis Z (nv x f) are orthonormal and span the null space
  * of the loops' Jacobian, A Z = 0:
- *     mass = Z' M Z,   stiffness = -mass (Z' da/dq Z),   damping = -mass (Z' da/dv Z)
- * with the exact derivatives of the accelerations that the loops constrain. A Newton iteration on v' = a with the
- * residual r (nv) and g = gamma h is then
- *     (mass + g damping + g^2 stiffness) x = mass Z' r,   dv = Z x + (r - Z Z' r),
+ *     mass = Z' M Z (f x f),   stiffness = -mass (Z' da/dq),   damping = -mass (Z' da/dv)   (f x nv)
+ * with the exact derivatives of the accelerations that the loops constrain, for displacements that the loops allow and
+ * others. A Newton iteration on v' = a with the residual r (nv) and g = gamma h is then, with y = r - Z Z' r,
+ *     (mass + g damping Z + g^2 stiffness Z) x = mass Z' r - g (damping + g stiffness) y,   dv = Z x + y,
  * exact along the loops; across them, where nothing is stiff, it is a fixed-point iteration. The basis may jump from
  * one call to the next: it belongs to the matrices of its own call.
  *

@@ -23,7 +23,8 @@
  *     B = J (sigma - J)^-1 = sigma (sigma - J)^-1 - 1,     sigma = gamma / h,
  *
  * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) where lambda decays, and less where it oscillates. The
- * iteration goes on with the vector that it ended with at the Jacobian before.
+ * iteration begins with Y_7 - Y_6, in which the fastest mode prevails, and goes on with the vector that it ended with at
+ * the Jacobian before.
  *
  * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has the very bits of dopri5. With a
  * fixed step all are dopri5's. Which method took the last step, whose dense output may be asked for, and which takes the
@@ -161,15 +162,20 @@ static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_
 
 /* ---- is it stiff? ------------------------------------------------------------------------------------------------ */
 
+/* Component i of (Y_7 - Y_6) / h. */
+static double apart_by(const kt_integrator *it, size_t i) {
+    const double *last = it->table->b, *before = it->table->a + 10; /* row 6: 5 * 4 / 2 */
+    double apart = last[5] * it->k[5][i];
+    for (size_t j = 0; j < 5; j++)
+        apart += (last[j] - before[j]) * it->k[j][i];
+    return apart;
+}
+
 /* h rho, from the last two stages of the step that was accepted. */
 static double explicit_rate(const kt_integrator *it) {
-    const kt_method *m = it->table;
-    const double *last = m->b, *before = m->a + 10; /* row 6: 5 * 4 / 2 */
     double rise = 0.0, run = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        double apart = last[5] * it->k[5][i];
-        for (size_t j = 0; j < 5; j++)
-            apart += (last[j] - before[j]) * it->k[j][i];
+        double apart = apart_by(it, i);
         const double scale = kt_error_scale(it, i, it->y[i], it->y[i]);
         const double slope = (it->k[6][i] - it->k[5][i]) / scale;
         apart /= scale;
@@ -188,6 +194,8 @@ static double spent(const kt_integrator *it) {
 static void to_implicit(kt_integrator *it) {
     const watch before = *watch_of(it);
     kt_family_radau.start(it);
+    for (size_t i = 0; i < it->counted; i++)
+        vector_of(it)[i] = apart_by(it, i);
     *watch_of(it) = (watch){.next_stiff = 1.0,
                             .wanted = before.wanted,
                             .price = (double)(kt_method_fresh(it->table)) / fabs(it->memory.last_step),

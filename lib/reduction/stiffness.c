@@ -12,8 +12,9 @@
  *     da = Q1 y + Z z,   Z = Q2
  *     R1' y = E                                                of the independent equations
  *     (Z' M Z) z = -Z' (D + M Q1 y)
- * so that along directions that the loops allow, dx = Z ds, the reduced stiffness or damping matrix is
- *     -(Z' M Z) (Z' a_x Z) = Z' D Z + (Z' M Q1) R1^-T (E Z).
+ * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
+ *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
+ * and for dx = Z ds, which the loops allow, this times Z.
  * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
  * Only the forces of a caller's own effects are differentiated numerically, by central differences of order eight with
  * the step h = KT_STEP: the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some
@@ -279,17 +280,14 @@ static bool is_finite(const kt_linearized *w) {
            kt_all_finite(w->e_q, w->n * w->p) && kt_all_finite(w->e_v, w->n * w->p);
 }
 
-/* out = Z' D Z + (Z' M Q1) R1^-T (E Z) */
+/* out = Z' D + (Z' M Q1) R1^-T E, f x n */
 static void write_reduced(kt_linearized *w, const double *d, const double *e, double *out) {
     const size_t n = w->n, r = (size_t)w->rank, f = n - r;
-    double *y = w->change, *dz = w->force, *ez = w->norm;
-    for (size_t c = 0; c < f; c++) {
-        const double *z = w->basis + (r + c) * n;
-        kt_dense_apply(d, (int)n, (int)n, z, dz);
-        kt_dense_apply(e, (int)w->p, (int)n, z, ez);
-        kt_linearized_across(w, ez, y);
+    double *y = w->change;
+    for (size_t c = 0; c < n; c++) {
+        kt_linearized_across(w, e + c * w->p, y);
         for (size_t i = 0; i < f; i++) {
-            double sum = kt_dense_dot(w->basis + (r + i) * n, dz, (int)n);
+            double sum = kt_dense_dot(w->basis + (r + i) * n, d + c * n, (int)n);
             for (size_t k = 0; k < r; k++)
                 sum += w->half[i * n + k] * y[k];
             out[c * f + i] = sum;

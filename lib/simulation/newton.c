@@ -15,10 +15,11 @@
  *     S d = (sigma d + d o (0, w) / 2) / (sigma^2 + |w|^2 / 4)
  *     P S E z = (sigma z + z x w / 2) / (sigma^2 + |w|^2 / 4)
  *
- * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave: M, C and K are Z'MZ and so on,
- * x_v = Z x + x_0, and across the loops x_0 = (1 - Z Z') r_v / sigma, as if J were 0:
+ * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave, but there to all displacements:
+ * M is Z'MZ, C is -M Z'da/dv and K is -M Z'da/dq, free x nv. With x_v = Z x + x_0, and across the loops x_0 = (1 - Z Z')
+ * r_v / sigma, as if J were 0:
  *
- *     (sigma M + C + K Z'P S E Z) x = M Z'r_v - K Z'(P S r_q + P S E x_0)
+ *     (sigma M + C Z + K P S E Z) x = M Z'r_v - C x_0 - K (P S r_q + P S E x_0)
  *
  * A Rosenbrock method, whose order depends on an exact J, has the matrices without reduction, M = 1, K = -da/dq and C =
  * -da/dv in all directions, also those that violate the loops (kt_acceleration_derivatives).
@@ -37,6 +38,7 @@ void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulati
     const bool loops = kt_loop_group_count(model) > 0 && !exact;
     size->free = loops ? (size_t)kt_model_mobility(model).minimal : size->nv;
     size->basis = loops ? size->nv * size->free : 0;
+    size->along = loops ? size->free * size->free : 0;
     size->turning = size->quaternion;
     size->vectors = 4 * 2 * size->nq;
     size->stiffness_work = size->all_directions ? kt_acceleration_work_size(model) : kt_stiffness_work_size(model);
@@ -252,6 +254,18 @@ static void keep_turning(kt_simulation *s, const double *y) {
     }
 }
 
+/* K Z and C Z. */
+static void reduce_along(kt_simulation *s) {
+    const size_t nv = s->size.nv, free = s->size.free;
+    memset(s->along, 0, 2 * s->size.along * sizeof *s->along);
+    for (size_t j = 0; j < free && s->size.along > 0; j++) {
+        const vector z = {s->basis + j * nv, NULL}, k = {s->along + j * free, NULL},
+                     c = {s->along + s->size.along + j * free, NULL};
+        add_product(s->stiffness, free, nv, 1.0, z, k);
+        add_product(s->damping, free, nv, 1.0, z, c);
+    }
+}
+
 /* M = 1, K = -da/dq and C = -da/dv in all directions. */
 static kt_status differentiate_all(kt_simulation *s, double t, const double *q, const double *v, const double *tau,
                                    const kt_wrench *external, kt_error *error) {
@@ -287,6 +301,7 @@ static int jacobian(double t, const double *y, const double *dydt, void *user) {
         s->cause = error;
     if (status != KT_OK)
         return kt_simulation_is_recoverable(status) ? 1 : -1;
+    reduce_along(s);
     keep_turning(s, y);
     return 0;
 }
@@ -300,20 +315,15 @@ static vector work_of(const kt_simulation *s, size_t which, bool complex) {
     return work;
 }
 
-/* Column j of Z'P S E Z, into the second vector of work. */
+/* Column j of P S E Z. */
 static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, bool complex) {
-    const size_t nv = s->size.nv, free = s->size.free;
-    const vector z = work_of(s, 0, complex), x = work_of(s, 1, complex);
-    clear(z, nv);
+    const vector z = work_of(s, 0, complex);
+    clear(z, s->size.nv);
     if (s->size.basis > 0)
-        memcpy(z.re, s->basis + j * nv, nv * sizeof *z.re);
+        memcpy(z.re, s->basis + j * s->size.nv, s->size.nv * sizeof *z.re);
     else
         z.re[j] = 1.0;
     divide_tangents(s, sigma, z);
-    if (s->size.basis > 0) {
-        transposed_product(s->basis, nv, free, z, x);
-        return x;
-    }
     return z;
 }
 
@@ -325,19 +335,21 @@ static void add_column(vector to, kt_complex factor, const double *x, size_t n) 
         to.im[i] += factor.im * x[i];
 }
 
-/* Column j of sigma M + C + K Z'P S E Z. */
+/* Column j of sigma M + C Z + K P S E Z. */
 static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t n = s->size.free;
     const kt_complex one = {1.0, 0.0};
+    const double *stiffness = s->size.along > 0 ? s->along : s->stiffness;
+    const double *damping = s->size.along > 0 ? s->along + s->size.along : s->damping;
     clear(to, n);
     add_column(to, sigma, s->mass + j * n, n);
-    add_column(to, one, s->damping + j * n, n);
+    add_column(to, one, damping + j * n, n);
     if (s->size.turning == 0) {
-        add_column(to, inverse(sigma), s->stiffness + j * n, n);
+        add_column(to, inverse(sigma), stiffness + j * n, n);
         return;
     }
     const vector x = unit_response(s, sigma, j, to.im != NULL);
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < s->size.nv; i++)
         if (x.re[i] != 0.0 || (x.im != NULL && x.im[i] != 0.0))
             add_column(to, get(x, i), s->stiffness + i * n, n);
 }
@@ -388,12 +400,12 @@ static void solve_loops(const kt_simulation *s, kt_complex sigma, vector push, v
     divide_tangents(s, sigma, c);
     for (size_t i = 0; i < nv; i++)
         set(push, i, plus(get(push, i), get(c, i)));
-    transposed_product(s->basis, nv, free, push, c);
-    clear(push, free);
-    add_product(s->mass, free, free, 1.0, b, push);
-    add_product(s->stiffness, free, free, -1.0, c, push);
-    solve_free(s, push);
-    add_product(s->basis, nv, free, 1.0, push, r_v);
+    clear(c, free);
+    add_product(s->mass, free, free, 1.0, b, c);
+    add_product(s->stiffness, free, nv, -1.0, push, c);
+    add_product(s->damping, free, nv, -1.0, r_v, c);
+    solve_free(s, c);
+    add_product(s->basis, nv, free, 1.0, c, r_v);
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is the type of the callback, and both are written */

@@ -57,8 +57,9 @@ typedef enum kt_cached {
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
     X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
-    X(double, stiffness, size->free * size->free, "implicit: stiffness matrix")                                        \
-    X(double, damping, size->free * size->free, "implicit: damping matrix")                                            \
+    X(double, stiffness, size->free * size->nv, "implicit: stiffness matrix, free x nv")                               \
+    X(double, damping, size->free * size->nv, "implicit: damping matrix, free x nv")                                   \
+    X(double, along, 2 * size->along, "implicit, loops: stiffness and damping along them, free x free each")           \
     X(double, real, size->free * size->free, "implicit: factors for a real sigma")                                     \
     X(double, re, size->free * size->free, "implicit: for a complex one, real parts")                                  \
     X(double, im, size->free * size->free, "implicit: imaginary parts")                                                \
@@ -76,7 +77,7 @@ typedef struct kt_simulation_sizes {
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
-    size_t free, basis, turning, vectors, stiffness_work; /* 0 except with an implicit method */
+    size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t seen, shown, pushed, free_reaction, user_data; /* 0 without a transformation */
