@@ -1,9 +1,11 @@
 /* Sensitivities: one fixed step as a function of the state and of the inputs held during it, its exact derivatives, and
  * gradients of a scalar over many steps by the adjoint sweep. For optimal control, estimation and identification.
  *
- *     kt_step step = {.method = kt_method_find("rk4"), .h = 0.01, .tau = tau};
- *     size = kt_step_work_size(model, step.method);
- *     status = kt_step_derivatives(model, data, work, size, &step, q, v, next_q, next_v, A, B, &error);
+ *     const kt_step step = {.method = kt_method_find("rk4"), .h = 0.01};
+ *     const size_t size = kt_step_work_size(model, step.method), nv = (size_t)kt_model_nv(model);
+ *     void *work = aligned_alloc(KT_ALIGNMENT, size);
+ *     double *A = malloc(6 * nv * nv * sizeof *A), *B = A + 4 * nv * nv;
+ *     status = kt_step_derivatives(model, data, work, size, &step, q, v, NULL, NULL, A, B, &error);
  *
  * Tangent coordinates. A change of the state is dx = (xi, dv), 2 nv numbers, with q (+) xi (kt_position_add) and v + dv:
  * of a quaternion p, xi is the change of orientation in the body frame, dp = p o (0, xi) / 2. The matrices

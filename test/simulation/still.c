@@ -1,12 +1,14 @@
 /* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
- * mechanisms of bench/realtime, and every tenth step all that control laws ask (control.h), under Linux' strict seccomp,
- * where any system call but read, write, exit and sigreturn ends the process; and nothing is allocated.
+ * mechanisms of bench/realtime, every tenth step all that control laws ask (control.h), and every hundredth derivatives
+ * of steps and gradients (sensitivity.h), under Linux' strict seccomp, where any system call but read, write, exit and
+ * sigreturn ends the process; and nothing is allocated.
  */
 #include "scenes.h"
 
 #include "interpose.h"
 #include "kinetree/control.h"
 #include "kinetree/scene.h"
+#include "kinetree/sensitivity.h"
 #include "leg.h"
 
 #include <errno.h>
@@ -51,14 +53,21 @@ typedef struct controls {
     const kt_model *model;
     kt_data *data;
     kt_mass_inverse *inverse;
-    void *work, *derivative_work;
-    size_t size, derivative_size;
+    void *work, *derivative_work, *step_work;
+    size_t size, derivative_size, step_size;
     double *matrix, *other, *vector; /* 6 nv and nv^2; nv^2; 4 nv */
+    double *tangents;                /* A, B, a state after a step, gradients: 6 nv^2 + (7 + AHEAD) nv + nq */
     int index[JOINTS];
 } controls;
 
 static void *memory_of(size_t size) {
     return aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+}
+
+enum { AHEAD = 5 /* steps of a gradient */ };
+
+static kt_rollout ahead_of(double t) {
+    return (kt_rollout){.method = kt_method_find("rk4"), .t = t, .h = 1e-3, .steps = AHEAD, .checkpoints = 2};
 }
 
 static kt_status make_controls(const kt_model *model, controls *c, kt_error *error) {
@@ -72,6 +81,10 @@ static kt_status make_controls(const kt_model *model, controls *c, kt_error *err
     c->vector = memory_of(4 * nv * sizeof(double));
     for (int i = 0; i < JOINTS; i++)
         c->index[i] = i;
+    const kt_rollout rollout = ahead_of(0.0);
+    c->step_size = kt_rollout_work_size(model, &rollout);
+    c->step_work = memory_of(c->step_size);
+    c->tangents = memory_of((6 * nv * nv + (7 + AHEAD) * nv + (size_t)kt_model_nq(model)) * sizeof(double));
     const kt_status status = kt_data_create(model, &c->data, error);
     return status == KT_OK ? kt_mass_inverse_create(model, 1, &c->inverse, error) : status;
 }
@@ -121,6 +134,38 @@ static kt_status ask(controls *c, double t, const double *q, const double *v, kt
     return status;
 }
 
+/* Half |v|^2 at all points. */
+static int kinetic(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
+    const int nv = *(const int *)user;
+    (void)by_tau;
+    for (int i = 0; i < nv; i++) {
+        *value += 0.5 * at->v[i] * at->v[i];
+        if (by_state != NULL)
+            by_state[nv + i] = at->v[i];
+    }
+    return 0;
+}
+
+/* Every call of sensitivity.h. */
+static kt_status differentiate(controls *c, double t, const double *q, const double *v, kt_error *error) {
+    const kt_model *model = c->model;
+    const kt_rollout rollout = ahead_of(t);
+    const kt_step step = {.method = rollout.method, .t = t, .h = rollout.h};
+    int nv = kt_model_nv(model);
+    double *A = c->tangents, *B = A + 4 * nv * nv, *by_state = B + 2 * nv * nv, *by_tau = by_state + 2 * nv;
+    double *by_inputs = by_tau + nv, *next_v = by_inputs + AHEAD * nv, *next_q = next_v + nv, value;
+    kt_status status = kt_step_evaluate(model, c->data, c->step_work, c->step_size, &step, q, v, next_q, next_v, error);
+    if (status == KT_OK)
+        status =
+            kt_step_derivatives(model, c->data, c->step_work, c->step_size, &step, q, v, next_q, next_v, A, B, error);
+    if (status == KT_OK)
+        status = kt_step_adjoint(model, c->data, c->step_work, c->step_size, &step, q, v, A, by_state, by_tau, error);
+    if (status == KT_OK)
+        status = kt_rollout_gradient(model, c->data, c->step_work, c->step_size, &rollout, q, v, kinetic, &nv, &value,
+                                     by_state, by_inputs, error);
+    return status;
+}
+
 /* A step of a control loop: torques from what was measured, the step, sensors, a checkpoint. */
 static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, int k, void *block, kt_error *error) {
     double torque[JOINTS];
@@ -131,6 +176,8 @@ static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, i
     kt_status status = kt_simulation_set_torque(simulation, torque, error);
     if (status == KT_OK && k % 10 == 0)
         status = ask(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
+    if (status == KT_OK && k % 100 == 0)
+        status = differentiate(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, 1e-3 * (k + 1), error);
     if (status == KT_OK)
