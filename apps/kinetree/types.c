@@ -143,6 +143,7 @@ static phrase default_of(const family *f, const kt_key *key) {
         return (phrase){"none"};
     case KT_KEY_POSITION:
     case KT_KEY_VELOCITY:
+    case KT_KEY_ARMATURE:
         return (phrase){"0"};
     default: /* the default is described in words, or the key is required */
         return shown;

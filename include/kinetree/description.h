@@ -117,6 +117,7 @@ typedef struct kt_joint {
     kt_rotation rotation; /* joint frame against the parent's body frame */
     double position[7];   /* initial positions, as many as the type has */
     double velocity[6];   /* initial velocities */
+    double armature[6];   /* rotor inertia reflected to each degree of freedom, kg m^2 or kg, >= 0; default: 0 */
     unsigned given;       /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
 } kt_joint;
 

@@ -33,6 +33,7 @@ typedef enum kt_key_kind {
     KT_KEY_DISTANCE, /* kt_effect.length: the distance of both ends at the start where kt_effect.initial_length is true */
     KT_KEY_POSITION,  /* kt_joint.position: as many numbers as the type has positions */
     KT_KEY_VELOCITY,  /* kt_joint.velocity */
+    KT_KEY_ARMATURE,  /* kt_joint.armature: one number for all degrees of freedom, or one for each */
     KT_KEY_LIST,      /* kt_function.numbers: coefficients of a polynomial */
     KT_KEY_ROWS,      /* kt_function.numbers: rows [t, y] of a table */
     KT_KEY_METHOD,    /* kt_function.interpolation */

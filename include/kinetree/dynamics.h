@@ -140,12 +140,13 @@ KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int bo
 
 /* ---- totals (all need kt_kinematics_update with q and v) --------------------------------------------------------- */
 
-/* Of all bodies, J. */
+/* Of all bodies, and of the rotors of joints with armature, J. */
 KT_API double kt_kinetic_energy(const kt_model *model, const kt_data *data);
 /* Of gravity, J: -M g . c with M and c of kt_mass_center: zero with the centre of mass at the world's origin. Bodies
  * that are fixed to the world do not count, in either of these, nor in the absolute formulation. */
 KT_API double kt_potential_energy(const kt_model *model, const kt_data *data);
-/* Linear momentum (force) and angular momentum about the world's origin (moment), world axes. */
+/* Linear momentum (force) and angular momentum about the world's origin (moment), world axes;
+ * rotors have none. */
 KT_API kt_wrench kt_momentum(const kt_model *model, const kt_data *data);
 /* Total mass of the moving bodies and their centre of mass, world frame; the centre is zero if there is no mass. */
 KT_API double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *center);

@@ -7,6 +7,7 @@
 
 #include "base/aligned.h"
 #include "compile/planar.h"
+#include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "joint/joint.h"
 #include "loop/loop.h"
@@ -320,6 +321,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     fill_loops(a, m, &number, &text);
     m->length = length_of(a, m);
     kt_attach_fill_groups(a, m);
+    kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)
         hold(m, &m->body[kt_body_find(m, d->hold[i])]);
     status = fill_effects(a, m, &number, &text, error);

@@ -330,6 +330,17 @@ static void count_carried(kt_model *m) {
     }
 }
 
+/* Links know by themselves whether their joint has armature: every evaluation goes through them. */
+static void gear_links(build *b) {
+    kt_model *m = b->model;
+    for (size_t i = 1; i < m->n.body; i++) {
+        const kt_joint *joint = &b->description->bodies[m->body[i].source].joint;
+        memcpy(m->armature + m->body[i].v, joint->armature,
+               (size_t)kt_joint_sizes[m->body[i].type].nv * sizeof *m->armature);
+    }
+    kt_armature_note(m);
+}
+
 /* link->size has the order of magnitude of the rigid inertia that a link carries, without its growth with the cube of a
  * chain's length, which is mostly in directions in which no joint moves. */
 static void size_links(build *b) {
@@ -379,7 +390,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         size_links(b);
         kt_planar_links_fill(m, b->moves);
         m->level = kt_isa_resolve(options->level);
-        m->kernels = kt_kernels_of(m->level, m->sweep);
+        gear_links(b);
         m->forward = kt_forward_tree;
         if (KT_HAS_LOOPS)
             m->reduction = kt_reduction_kind_of(options->reduction, m->level);

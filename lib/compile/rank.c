@@ -8,6 +8,7 @@
  * (reduce.h).
  */
 #include "compile/compile.h"
+#include "dynamics/dynamics.h"
 #include "reduction/delassus.h"
 #include "reduction/levenberg_marquardt.h"
 #include "reduction/planar_front.h"
@@ -279,7 +280,7 @@ static bool is_narrow(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
     int32_t params = 0, open = 0, rank = 0;
-    bool narrow = plan->used && !group->delassus && group->parent == 0 && kt_group_is_planar(model, group) &&
+    bool narrow = plan->used && !group->fits_delassus && group->parent == 0 && kt_group_is_planar(model, group) &&
                   plan->relations == 0 && plan->slots <= KT_NARROW_SLOTS &&
                   kt_narrow_count((size_t)group->link_count) <= plan->count;
     for (int32_t s = 0; s < group->link_count && narrow; s++) {
@@ -315,11 +316,11 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
                 if (model->slot[group->row + row] >= 0 && found->chosen[first + (size_t)row])
                     model->weight[first + (size_t)model->slot[group->row + row]] = PREFERRED;
         }
-        group->pin = is_pin(model, group);
-        group->delassus = is_of_few(model, group);
-        model->few |= group->delassus;
-        group->narrow = is_narrow(model, group);
+        group->fits_pin = is_pin(model, group);
+        group->fits_delassus = is_of_few(model, group);
+        group->fits_narrow = is_narrow(model, group);
     }
+    kt_armature_note(model);
 }
 
 /* Whether a group is so large that its factorisation calls LAPACK. */

@@ -5,6 +5,7 @@
  * S'_k and psi'_k differ among the rotations of a quaternion alone, by w x S_k = sum_j S_j (w x e_k)_j, where w is its
  * rate in body axes. So with W the matrix that has w x on the diagonal blocks of such rotations, and zeros elsewhere,
  *     C = (dtau/dv + M W) / 2
+ * Armature is no part of this M: it does not change with the position, and belongs to no body that turns.
  */
 #include "control/control.h"
 #include "dynamics/derivative.h"
@@ -29,6 +30,8 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     if (status != KT_OK)
         return status;
     double *c = (double *)w.dv;
+    for (size_t i = 0; i < nv && model->geared; i++)
+        ((double *)w.dtau)[i * (nv + 1)] -= model->armature[i];
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const size_t first = (size_t)link->v + (size_t)kt_link_lengths(link);

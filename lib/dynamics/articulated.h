@@ -15,6 +15,10 @@
  *    nothing but the wrench tau.
  * 3. Forward pass: accelerations, of a joint y - d U . (the parent's A, shifted).
  *
+ * Armature a, the rotor inertia reflected to a degree of freedom, adds a to S.U and to nothing else: the rotor turns with
+ * the joint against the parent, and its momentum is neglected. Links with armature are eliminated by a function of their
+ * own, in an instance of the recursion that only models with armature use.
+ *
  * The three passes are written once, at the end of this file. What eliminates a link's degrees of freedom is a
  * parameter: the joint alone in a tree (forward.c), a constraint group as a whole (reduction/closed.c), a joint whose
  * inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its loops.
@@ -257,6 +261,59 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
     return false;
 }
 
+/* ---- armature ---------------------------------------------------------------------------------------------------- */
+
+/* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, and y. */
+static inline kt_v4 *kt_armature_gain(kt_articulated *kept, int row) {
+    kt_v4 *const part[] = {kept->j, kept->g, kept->h, kept->m};
+    return &part[row / 3][row % 3];
+}
+
+/* Projects the degrees of freedom of a link with armature out of x, the last one first. With A the acceleration before
+ * the joint's own, c included, and k ascending,
+ *   U = I S,  d = 1 / (S.U + a),  y = (tau - S.p) d:     x_k = y_k - d U.(A + sum_{j<k} S_j x_j)
+ * Stores y and d U: of one degree of freedom as kt_articulated_project_axis does, of several in the link's articulated
+ * inertia. */
+static __attribute__((noinline, unused)) bool
+kt_articulated_project_geared(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *m = &data->motion[i];
+    kt_articulated *kept = &data->articulated[link->articulated];
+    kt_subspace s;
+    kt_link_subspace(link, &data->motion[link->parent], m, &s);
+    for (int k = s.count - 1; k >= 0; k--) {
+        const kt_v4 sn = s.angular[k], sf = s.linear[k];
+        const kt_v4 un = kt_v4_apply(x->j, sn) + kt_v4_apply(x->h, sf);
+        const kt_v4 uf = kt_v4_apply(x->g, sn) + kt_v4_apply(x->m, sf);
+        const double inertia = kt_v4_dot2(sn, un, sf, uf) + model->armature[link->v + k];
+        const double size = kt_v4_dot2(sn * sn, kt_diagonal3(x->j), sf * sf, kt_diagonal3(x->m)) + link->size;
+        if (!(inertia > KT_NO_INERTIA * size))
+            return false;
+        const double d = 1.0 / inertia, y = (tau[link->v + k] - kt_v4_dot2(sn, x->moment, sf, x->force)) * d;
+        const kt_v4 vn = un * kt_v4_splat(d), vf = uf * kt_v4_splat(d);
+        x->moment += un * kt_v4_splat(y);
+        x->force += uf * kt_v4_splat(y);
+        for (int c = 0; c < 3; c++) {
+            x->j[c] -= un * kt_v4_splat(vn[c]);
+            x->g[c] -= uf * kt_v4_splat(vn[c]);
+            x->h[c] -= un * kt_v4_splat(vf[c]);
+            x->m[c] -= uf * kt_v4_splat(vf[c]);
+        }
+        if (s.count == 1) {
+            data->response[i].gain_angular = vn + kt_v4_cross(m->offset, vf);
+            data->response[i].gain_angular[3] = y - kt_v4_dot2(vn, m->alpha, vf, m->linear);
+            data->response[i].gain_linear = vf;
+            continue;
+        }
+        *kt_armature_gain(kept, 2 * k) = vn;
+        *kt_armature_gain(kept, 2 * k + 1) = vf;
+        (k < 3 ? &kept->moment : &kept->force)[0][k % 3] = y;
+    }
+    x->moment += kt_v4_apply(x->j, m->alpha) + kt_v4_apply(x->h, m->linear);
+    x->force += kt_v4_apply(x->g, m->alpha) + kt_v4_apply(x->m, m->linear);
+    return true;
+}
+
 /* Joint accelerations, and from them the link's, from those of its parent; c and the parent's accelerations, shifted to
  * the link's origin, have been added to the link's alpha and linear. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
@@ -316,6 +373,31 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
     }
 }
 
+/* The same of a link that may have armature. */
+static __attribute__((noinline, unused)) void kt_link_respond_geared(const kt_model *model, kt_data *data, size_t i,
+                                                                     double *a) {
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *parent = &data->motion[link->parent];
+    kt_link_motion *m = &data->motion[i];
+    kt_articulated *kept = &data->articulated[link->articulated];
+    kt_subspace s;
+    if (!link->geared || kt_link_dofs(link) == 1) {
+        kt_link_respond(model, data, i, a);
+        return;
+    }
+    m->alpha += parent->alpha;
+    m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
+    kt_link_subspace(link, parent, m, &s);
+    for (int k = 0; k < s.count; k++) {
+        const double y = (k < 3 ? &kept->moment : &kept->force)[0][k % 3];
+        const double x =
+            y - kt_v4_dot2(*kt_armature_gain(kept, 2 * k), m->alpha, *kt_armature_gain(kept, 2 * k + 1), m->linear);
+        m->alpha += s.angular[k] * kt_v4_splat(x);
+        m->linear += s.linear[k] * kt_v4_splat(x);
+        a[link->v + k] = x;
+    }
+}
+
 /* ---- the recursion -----------------------------------------------------------------------------------------------
  * It treats the links 1 to end - 1; end is n.link, or n.spatial where the others are planar. */
 
@@ -348,6 +430,15 @@ KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data
                                             kt_articulated *x, void *context) {
     (void)context;
     return kt_articulated_project(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+}
+
+/* The same of a link that may have armature. */
+static __attribute__((noinline, unused)) kt_elimination kt_eliminate_geared(const kt_model *model, kt_data *data,
+                                                                            size_t i, const double *tau,
+                                                                            kt_articulated *x, void *context) {
+    if (!model->link[i].geared)
+        return kt_eliminate_joint(model, data, i, tau, x, context);
+    return kt_articulated_project_geared(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
 }
 
 /* Backward pass. Returns a link without inertia along a degree of freedom, or 0. */

@@ -3,7 +3,7 @@
  * each (halves, because gcc compiles vectors of eight badly for instruction sets that have four):
  *     D_ik = dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)
  *     D_ki = dtau_k / dq_i = S_k . f_i                                             k before i's node
- *     M_ik = S_k . I^C_i S_i
+ *     M_ik = S_k . I^C_i S_i, and the armature on the diagonal
  */
 #include "dynamics/derivative.h"
 #include "dynamics/sweep.h"
@@ -81,4 +81,6 @@ void KT_KERNEL(kt_derivative_inverse)(const kt_model *model, bool loaded, kt_der
     memset(w->dtau, 0, bytes);
     for (size_t i = 0; i < nv; i++)
         follow_path(nv, i, loaded, w);
+    for (size_t i = 0; i < nv; i++)
+        ((double *)w->dtau)[i * nv + i] += model->armature[i];
 }

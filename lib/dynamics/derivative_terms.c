@@ -133,11 +133,12 @@ KT_INLINE void store_lane6(kt_v8 *to, size_t lane, kt_v4 a, kt_v4 b) {
 }
 
 /* The row of one degree of freedom; with `absorb` it is projected out. */
-static inline void set_row(const kt_dof_motion *m, bool absorb, bool loaded, kt_derivative_link *x, kt_dof_row *row) {
+static inline void set_row(const kt_dof_motion *m, double armature, bool absorb, bool loaded, kt_derivative_link *x,
+                           kt_dof_row *row) {
     kt_articulated *r = &x->inertia;
     const kt_v4 s = m->s[0], l = m->s[1];
     const kt_v4 un = kt_v4_apply(r->j, s) + kt_v4_apply(r->h, l), uf = kt_v4_apply(r->g, s) + kt_v4_apply(r->m, l);
-    const double d = absorb ? 1.0 / kt_v4_dot2(s, un, l, uf) : 1.0;
+    const double d = absorb ? 1.0 / (kt_v4_dot2(s, un, l, uf) + armature) : 1.0;
     const kt_v4 dd = kt_v4_splat(d), vn = un * dd, vf = uf * dd;
     double b[3], e[3];
     for (int k = 0; k < 3; k++) {
@@ -212,10 +213,10 @@ static inline void backward_pass(const kt_model *model, const kt_data *data, boo
         const bool above = node->parent && w->node[node->parent].link == node->link; /* the rotations of a free link */
         for (int32_t k = node->count - 1; k >= 0; k--) {
             kt_dof_row *row = &w->row[node->first + k];
-            set_row(&w->motion[node->first + k], absorb, loaded, x, row);
             row->node = (int32_t)n;
             row->before = k > 0 ? node->first + k - 1 : parent->first + parent->count - 1;
             row->v = link->v + k + (above ? 3 : 0);
+            set_row(&w->motion[node->first + k], model->armature[row->v], absorb, loaded, x, row);
         }
         for (int32_t k = 0; k < node->count; k++) {
             const size_t f = (size_t)node->first + (size_t)k;

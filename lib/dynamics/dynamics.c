@@ -7,15 +7,16 @@
 #include <stdio.h>
 #include <string.h>
 
-const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep) {
+const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep, bool geared) {
+    const int table = (int)sweep + (geared ? (int)KT_SWEEP_COUNT : 0);
 #ifdef KT_ISAS
     if (level == KT_ISA_V4)
-        return &kt_kernels_v4[sweep];
+        return &kt_kernels_v4[table];
     if (level == KT_ISA_V3)
-        return &kt_kernels_v3[sweep];
+        return &kt_kernels_v3[table];
 #endif
     (void)level;
-    return &kt_kernels_baseline[sweep];
+    return &kt_kernels_baseline[table];
 }
 
 kt_isa kt_isa_resolve(kt_isa asked) {

@@ -32,14 +32,18 @@ typedef struct kt_kernels {
     void (*force_links)(const kt_model *model, kt_data *data, const double *q, const double *v);
 } kt_kernels;
 
-/* The kernels of an instruction set: one table each for spatial, planar and mixed models (kt_sweep), followed by the
- * functions that they consist of; the planar ones compute the planar links. A mass matrix takes two steps: the
+/* The kernels of an instruction set: one table each for spatial, planar and mixed models (kt_sweep), the same for
+ * models with armature, followed by the functions that they consist of; the planar ones compute the planar links. A mass matrix takes two steps: the
  * composites, of which one may not be finite, and the columns; these set the whole lower triangle if velocity
  * coordinates have the order of the links, otherwise zeros are there already. */
 #define KT_KERNELS_DECLARE(level)                                                                                      \
-    extern const kt_kernels kt_kernels_##level[KT_SWEEP_COUNT];                                                        \
+    extern const kt_kernels kt_kernels_##level[2 * KT_SWEEP_COUNT];                                                    \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
                               const kt_wrench *, double *);                                                            \
+    size_t kt_geared_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
+                                     const kt_wrench *, double *);                                                     \
+    size_t kt_planar_geared_forward_##level(const kt_model *, kt_data *, const double *, const double *,               \
+                                            const double *, const kt_wrench *, double *);                              \
     void kt_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,               \
                             const kt_wrench *, double *);                                                              \
     size_t kt_mass_compose_##level(const kt_model *, kt_data *, const double *);                                       \
@@ -57,7 +61,14 @@ typedef struct kt_kernels {
     size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);  \
     size_t kt_planar_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
 
-const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep);
+const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep, bool geared);
+
+/* Brings links, groups and kernels of a model in step with its armatures (model->armature); planar links have been
+ * filled. O(links). */
+void kt_armature_note(kt_model *model);
+
+/* The kinetic energy of the rotors, from data->kinematics; J. */
+double kt_armature_energy(const kt_model *model, const kt_data *data);
 
 /* The instruction set that is used on this processor; KT_ISA_AUTO if it does not have the one asked for. */
 kt_isa kt_isa_resolve(kt_isa asked);

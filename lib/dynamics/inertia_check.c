@@ -42,6 +42,23 @@ static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_ar
     return false;
 }
 
+/* The same of a link that may have armature: a along S, a S_n S_n' in J or a S_f S_f' in M. */
+static bool is_regular_geared(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x, size *s) {
+    const kt_link *link = &model->link[i];
+    kt_articulated all = *x;
+    kt_subspace own;
+    own.count = 0;
+    if (link->geared)
+        kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
+    for (int k = 0; k < own.count; k++) {
+        const bool slides = kt_v4_dot(own.angular[k], own.angular[k]) == 0.0;
+        const kt_v4 u = slides ? own.linear[k] : own.angular[k];
+        for (int c = 0; c < 3; c++)
+            (slides ? all.m : all.j)[c] += u * kt_v4_splat(u[c] * model->armature[link->v + k]);
+    }
+    return is_regular(link, &data->motion[i], &all, s);
+}
+
 /* The verdicts, and how many links have been found to have no inertia. */
 typedef struct judgement {
     unsigned char *verdict;
@@ -74,12 +91,12 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
                                void *context) {
     judgement *j = context;
     const kt_link *link = &model->link[i];
-    const kt_link_motion *m = &data->motion[i];
     size s = *size_of(data, i);
     s.trace += link->inertia.xx + link->inertia.yy + link->inertia.zz;
     s.mass += link->mass;
     if (j->verdict[i] == KT_INERTIA_THERE &&
-        (!is_regular(link, m, x, &s) || !kt_articulated_project(model, data, i, tau, x))) {
+        (!is_regular_geared(model, data, i, x, &s) ||
+         kt_eliminate_geared(model, data, i, tau, x, NULL) == KT_ELIMINATION_SINGULAR)) {
         j->verdict[i] = KT_INERTIA_NONE;
         j->found++;
     }

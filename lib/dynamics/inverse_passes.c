@@ -10,10 +10,11 @@ typedef struct filling {
 } filling;
 
 /* Sets the terms of one degree of freedom and projects it out; `size` is what rounding errors are proportional to. */
-KT_INLINE bool project(kt_v4 angular, kt_v4 linear, double size, kt_articulated *x, kt_inverse_dof *to, double *d) {
+KT_INLINE bool project(kt_v4 angular, kt_v4 linear, double armature, double size, kt_articulated *x, kt_inverse_dof *to,
+                       double *d) {
     const kt_v4 un = kt_v4_apply(x->j, angular) + kt_v4_apply(x->h, linear);
     const kt_v4 uf = kt_v4_apply(x->g, angular) + kt_v4_apply(x->m, linear);
-    const double inertia = kt_v4_dot2(angular, un, linear, uf);
+    const double inertia = kt_v4_dot2(angular, un, linear, uf) + armature;
     if (!(inertia > KT_NO_INERTIA * size))
         return false;
     *d = 1.0 / inertia;
@@ -43,7 +44,8 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
         const kt_v4 a = s.angular[k], l = s.linear[k];
         const bool by_mass = s.count == KT_DOF_MAX && k < kt_link_lengths(link);
         const double size = kt_v4_dot2(a * a, turn, l * l, slide) + (by_mass ? 0.0 : link->size);
-        if (!project(a, l, size, x, &f->terms->dof[f->dof + (size_t)k], &f->terms->reciprocal[f->dof + (size_t)k]))
+        if (!project(a, l, model->armature[link->v + k], size, x, &f->terms->dof[f->dof + (size_t)k],
+                     &f->terms->reciprocal[f->dof + (size_t)k]))
             return KT_ELIMINATION_SINGULAR;
     }
     f->terms->offset[i] = data->motion[i].offset;

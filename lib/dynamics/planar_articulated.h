@@ -52,17 +52,11 @@ KT_INLINE void kt_planar_shift(kt_planar_inertia *x, const double r[2]) {
     x->moment += px * x->force[0] + py * x->force[1];
 }
 
-/* Projects a prismatic joint out of x, and stores its response. */
-KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_planar_motion *m, double tau,
-                                           kt_planar_inertia *x, kt_planar_response *response) {
-    double u[2];
-    kt_planar_along(link, m, u);
-    const double fx = x->xx * u[0] + x->xy * u[1], fy = x->xy * u[0] + x->yy * u[1]; /* M u */
-    const double n = x->h[0] * u[0] + x->h[1] * u[1], inertia = u[0] * fx + u[1] * fy;
-    if (!(inertia > KT_NO_INERTIA * ((u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size)))
-        return false;
+/* Projects a degree of freedom out of x, and stores its response: U = (n, fx, fy), force = tau - S . (n_b, f_b). */
+KT_INLINE void kt_planar_project(const kt_planar_motion *m, double n, double fx, double fy, double inertia,
+                                 double force, kt_planar_inertia *x, kt_planar_response *response) {
     const double d = 1.0 / inertia, cx = m->linear[0], cy = m->linear[1];
-    const double y = (tau - (u[0] * x->force[0] + u[1] * x->force[1]) - (fx * cx + fy * cy)) * d;
+    const double y = (force - (fx * cx + fy * cy)) * d;
     const double nd = n * d, gx = fx * d, gy = fy * d;
     x->moment += (x->h[0] * cx + x->h[1] * cy) + n * y;
     x->force[0] += (x->xx * cx + x->xy * cy) + fx * y;
@@ -77,6 +71,34 @@ KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_
     response->gain_angular = nd + (m->offset[0] * gy - m->offset[1] * gx);
     response->gain_linear[0] = gx;
     response->gain_linear[1] = gy;
+}
+
+KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                           kt_planar_inertia *x, kt_planar_response *response) {
+    double u[2];
+    kt_planar_along(link, m, u);
+    const double fx = x->xx * u[0] + x->xy * u[1], fy = x->xy * u[0] + x->yy * u[1]; /* M u */
+    const double n = x->h[0] * u[0] + x->h[1] * u[1], inertia = u[0] * fx + u[1] * fy;
+    if (!(inertia > KT_NO_INERTIA * ((u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size)))
+        return false;
+    kt_planar_project(m, n, fx, fy, inertia, tau - (u[0] * x->force[0] + u[1] * x->force[1]), x, response);
+    return true;
+}
+
+/* The same of any joint with armature, which adds to S . U alone; U = [J; h] or (n, M u). */
+KT_INLINE bool kt_planar_project_geared(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                        kt_planar_inertia *x, kt_planar_response *response) {
+    double u[2] = {0.0, 0.0};
+    if (!link->revolute)
+        kt_planar_along(link, m, u);
+    const double w = link->revolute ? 1.0 : 0.0;
+    const double n = w * x->j + (x->h[0] * u[0] + x->h[1] * u[1]);
+    const double fx = w * x->h[0] + (x->xx * u[0] + x->xy * u[1]), fy = w * x->h[1] + (x->xy * u[0] + x->yy * u[1]);
+    const double inertia = w * n + (u[0] * fx + u[1] * fy) + link->armature;
+    if (!(inertia > KT_NO_INERTIA * (w * x->j + (u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size)))
+        return false;
+    const double force = tau - w * x->moment - (u[0] * x->force[0] + u[1] * x->force[1]);
+    kt_planar_project(m, n, fx, fy, inertia, force, x, response);
     return true;
 }
 
@@ -238,6 +260,21 @@ KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, c
     else
         *x = kt_planar_pass_prismatic(link, m, tau[link->v], *x, response, &done);
     return done ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+}
+
+/* The same of a link that may have armature. */
+static __attribute__((noinline, unused)) kt_elimination
+kt_planar_eliminate_geared(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                           kt_planar_carried *x, kt_planar_response *response, void *context) {
+    kt_planar_inertia whole = kt_planar_unload(x);
+    if (!(link->armature > 0.0))
+        return kt_planar_eliminate_joint(link, m, tau, x, response, context);
+    const double force = link->revolute ? link->sign * tau[link->v] : tau[link->v];
+    if (!kt_planar_project_geared(link, m, force, &whole, response))
+        return KT_ELIMINATION_SINGULAR;
+    kt_planar_shift(&whole, m->offset);
+    *x = kt_planar_load(&whole);
+    return KT_ELIMINATION_PASSED;
 }
 
 /* Backward pass. Returns the planar index of a link without inertia along its degree of freedom, or 0. */

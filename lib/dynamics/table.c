@@ -47,29 +47,47 @@ static size_t mixed_follow(const kt_model *model, kt_data *data, const double *q
     return failed ? failed : KT_KERNEL(kt_planar_follow)(model, data, q, v, a);
 }
 
-const kt_kernels KT_KERNEL(kt_kernels)[KT_SWEEP_COUNT] = {
-    [KT_SWEEP_SPATIAL] = {.name = KT_TEXT(KT_ISA),
-                          .forward = KT_KERNEL(kt_forward),
-                          .inverse = KT_KERNEL(kt_inverse),
-                          .mass = mass,
-                          .mirror = KT_KERNEL(kt_mass_mirror),
-                          .kinematics = KT_KERNEL(kt_kinematics),
-                          .follow = KT_KERNEL(kt_follow),
-                          .force_links = KT_KERNEL(kt_force_links)},
-    [KT_SWEEP_PLANAR] = {.name = KT_TEXT(KT_ISA),
-                         .forward = KT_KERNEL(kt_planar_forward),
-                         .inverse = KT_KERNEL(kt_planar_inverse),
-                         .mass = mass,
-                         .mirror = KT_KERNEL(kt_mass_mirror),
-                         .kinematics = KT_KERNEL(kt_planar_kinematics),
-                         .follow = KT_KERNEL(kt_planar_follow),
-                         .force_links = KT_KERNEL(kt_force_links)},
-    [KT_SWEEP_MIXED] = {.name = KT_TEXT(KT_ISA),
-                        .forward = mixed_forward,
-                        .inverse = mixed_inverse,
-                        .mass = mass,
-                        .mirror = KT_KERNEL(kt_mass_mirror),
-                        .kinematics = mixed_kinematics,
-                        .follow = mixed_follow,
-                        .force_links = KT_KERNEL(kt_force_links)},
+/* With armature a: tau = ID(q, v, q'') + a q'', M = CRBA(q) + diag(a). Forward dynamics adds it where joints are
+ * eliminated (articulated.h). */
+static size_t geared_mixed_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                   const double *tau, const kt_wrench *external, double *a) {
+    const size_t failed = KT_KERNEL(kt_geared_forward)(model, data, q, v, tau, external, a);
+    return failed ? failed : KT_KERNEL(kt_planar_geared_forward)(model, data, q, v, tau, external, a);
+}
+
+static void geared_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                           const kt_wrench *external, double *tau) {
+    KT_KERNEL(kt_kernels)[model->sweep].inverse(model, data, q, v, a, external, tau);
+    for (size_t i = 0; i < model->n.v; i++)
+        tau[i] += model->armature[i] * a[i];
+}
+
+static size_t geared_mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
+    const size_t failed = mass(model, data, q, matrix);
+    for (size_t i = 0; i < model->n.v && !failed; i++)
+        matrix[i * (model->n.v + 1)] += model->armature[i];
+    return failed;
+}
+
+#define KT_KERNELS_OF(forward_of, inverse_of, mass_of, kinematics_of, follow_of)                                       \
+    {                                                                                                                  \
+        .name = KT_TEXT(KT_ISA), .forward = (forward_of), .inverse = (inverse_of), .mass = (mass_of),                  \
+        .mirror = KT_KERNEL(kt_mass_mirror), .kinematics = (kinematics_of), .follow = (follow_of),                     \
+        .force_links = KT_KERNEL(kt_force_links)                                                                       \
+    }
+#define KT_KERNELS_SPATIAL(forward, inverse, mass)                                                                     \
+    KT_KERNELS_OF(forward, inverse, mass, KT_KERNEL(kt_kinematics), KT_KERNEL(kt_follow))
+#define KT_KERNELS_PLANAR(forward, inverse, mass)                                                                      \
+    KT_KERNELS_OF(forward, inverse, mass, KT_KERNEL(kt_planar_kinematics), KT_KERNEL(kt_planar_follow))
+#define KT_KERNELS_MIXED(forward, inverse, mass) KT_KERNELS_OF(forward, inverse, mass, mixed_kinematics, mixed_follow)
+
+/* Without armature, then with it. */
+const kt_kernels KT_KERNEL(kt_kernels)[2 * KT_SWEEP_COUNT] = {
+    [KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_forward), KT_KERNEL(kt_inverse), mass),
+    [KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_forward), KT_KERNEL(kt_planar_inverse), mass),
+    [KT_SWEEP_MIXED] = KT_KERNELS_MIXED(mixed_forward, mixed_inverse, mass),
+    [KT_SWEEP_COUNT + KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_geared_forward), geared_inverse, geared_mass),
+    [KT_SWEEP_COUNT +
+        KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_geared_forward), geared_inverse, geared_mass),
+    [KT_SWEEP_COUNT + KT_SWEEP_MIXED] = KT_KERNELS_MIXED(geared_mixed_forward, geared_inverse, geared_mass),
 };

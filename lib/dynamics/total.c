@@ -1,7 +1,7 @@
 /* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; bodies that are
  * fixed to the world are left out: their potential energy would be a constant, which costs digits if they are far away.
  *
- *   T = sum m v_c^2 / 2 + w . I_c w / 2
+ *   T = sum m v_c^2 / 2 + w . I_c w / 2, and the energy of rotors (armature.c), which have no momentum
  *   V = -sum m g . c
  *   p = sum m v_c
  *   L = sum c x m v_c + I_c w
@@ -26,7 +26,7 @@ double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
         const kt_vec3 w = kt_mat3_apply_transposed(r, data->kinematics[b->link].omega);
         twice += b->mass * kt_vec3_dot(v, v) + kt_vec3_dot(w, kt_sym3_apply(b->inertia, w));
     }
-    return 0.5 * twice;
+    return 0.5 * twice + kt_armature_energy(model, data);
 }
 
 double kt_potential_energy(const kt_model *model, const kt_data *data) {

@@ -23,6 +23,7 @@ static const kt_key keys[] = {
     KT_JOINT_FRAME_KEYS,
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2], angle and length", .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+    KT_JOINT_ARMATURE_KEY("[kg m^2, kg]"),
 };
 
 const kt_joint_kind kt_joint_cylindrical = {

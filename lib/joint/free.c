@@ -31,6 +31,7 @@ static const kt_key keys[] = {
      "{position: p, orientation: a rotation, as the quaternion q}", .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "",
      "{linear: p' in the joint frame, angular: w in the body frame}", .needed = false},
+    KT_JOINT_ARMATURE_KEY("kg, kg m^2"),
 };
 
 const kt_joint_kind kt_joint_free = {

@@ -59,6 +59,13 @@ KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
         "joint.rotation", KT_KEY_ROTATION, KT_JOINT_AT(rotation), "", "of the joint frame, likewise", .needed = false  \
     }
 
+/* The key of the rotor inertias of a joint; the unit is that of each degree of freedom. */
+#define KT_JOINT_ARMATURE_KEY(unit)                                                                                    \
+    {                                                                                                                  \
+        "joint.armature", KT_KEY_ARMATURE, KT_JOINT_AT(armature), unit,                                                \
+            "a, rotor inertia reflected to each degree of freedom", .range = KT_RANGE_NOT_NEGATIVE, .needed = false    \
+    }
+
 /* The index of the quaternion among the positions of a joint; -1 if it has none. */
 static inline int kt_joint_quaternion(kt_joint_type type) {
     const kt_joint_size *size = &kt_joint_sizes[type];

@@ -29,6 +29,7 @@ static const kt_key keys[] = {
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2, q3], along e1, along e2, and the angle",
      .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+    KT_JOINT_ARMATURE_KEY("[kg, kg, kg m^2]"),
 };
 
 const kt_joint_kind kt_joint_planar = {

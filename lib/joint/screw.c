@@ -24,6 +24,7 @@ static const kt_key keys[] = {
     KT_JOINT_FRAME_KEYS,
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "q, the angle", .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "its rate", .needed = false},
+    KT_JOINT_ARMATURE_KEY("kg m^2"),
 };
 
 const kt_joint_kind kt_joint_screw = {.descriptor =

@@ -26,6 +26,7 @@ static const kt_key keys[] = {
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "a rotation, as the quaternion q", .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "w, angular velocity in the body frame",
      .needed = false},
+    KT_JOINT_ARMATURE_KEY("kg m^2"),
 };
 
 const kt_joint_kind kt_joint_spherical = {

@@ -149,6 +149,18 @@ static void check_coordinates(kt_checked *c, const kt_key *key) {
         check_quaternion(c, key, x + size->nq - 4);
 }
 
+static void check_armature(kt_checked *c, const kt_key *key) {
+    static const char *const place[6] = {"[0]", "[1]", "[2]", "[3]", "[4]", "[5]"};
+    const int count = kt_joint_sizes[((const kt_joint *)c->object)->type].nv;
+    const double *x = member(c->object, key);
+    for (int i = 0; i < count; i++) {
+        const char *suffix = count == 1 ? "" : place[i];
+        if (kt_checker_not_negative(c->checker, key->name, suffix, x[i]) && x[i] != 0.0 && x[i] < KT_MASS_LEAST)
+            kt_checker_fault(c->checker, key->name, -1, "%s%s is %g, too small to compute with; give 0, or %g or more",
+                             key->name, suffix, x[i], KT_MASS_LEAST);
+    }
+}
+
 static void check_key(kt_checked *c, const kt_key *key) {
     const void *at = member(c->object, key);
     switch (key->kind) {
@@ -197,6 +209,9 @@ static void check_key(kt_checked *c, const kt_key *key) {
     case KT_KEY_POSITION:
     case KT_KEY_VELOCITY:
         check_coordinates(c, key);
+        break;
+    case KT_KEY_ARMATURE:
+        check_armature(c, key);
         break;
     case KT_KEY_FLAG:  /* both values are valid */
     case KT_KEY_POINT: /* part of an end */

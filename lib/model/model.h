@@ -52,6 +52,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
     X(double, v0, n->v, "initial velocities")                                                                          \
+    X(double, armature, n->v, "rotor inertia of each degree of freedom")                                               \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles, and zeros")                                     \
     X(int32_t, link_v, n->v, "velocity coordinates in the order of the links")                                         \
@@ -107,6 +108,7 @@ struct kt_model {
     bool ordered;   /* velocity coordinates have the order of the links */
     bool driven;    /* some loop depends on time */
     bool few;       /* some group is solved by reduction/delassus.h */
+    bool geared;    /* some joint has armature */
     bool placed;    /* in the caller's memory (kt_model_copy) */
     uint32_t name;  /* offset in text */
     kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */

@@ -37,8 +37,9 @@ typedef struct kt_planar_link {
     double moment[2]; /* first moment m c, at q = 0 */
     double inertia;   /* of all bodies on the link, about n through its origin */
     double mass;
-    double size;    /* as in kt_link */
-    double sign;    /* revolute: 1 about n, -1 about -n */
+    double size; /* as in kt_link */
+    double sign; /* revolute: 1 about n, -1 about -n */
+    double armature;
     int32_t parent; /* planar index */
     int32_t group;  /* the constraint group that it is part of, or -1 */
     int32_t local;  /* its coordinate among the group's */

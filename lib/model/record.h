@@ -44,6 +44,7 @@ typedef struct kt_link {
     bool follows;         /* its parent is the link before it */
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
+    bool geared;          /* its joint has armature */
 } kt_link;
 
 static inline kt_motion_facts kt_link_facts(const kt_link *link) { return kt_motion_facts_of((kt_motion)link->motion); }
@@ -124,11 +125,13 @@ typedef struct kt_group {
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
     double least;                 /* the least size that the first direction counts as (reduction/reduce.h) */
+    bool apart;                   /* it is reduced by fronts, or has armature */
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     bool delassus;                /* few equations on many links (reduction/delassus.h) */
     bool narrow;                  /* fronts of few parameters in a plane (reduction/planar_front.h) */
-    size_t dense;                 /* first number in data->dense */
-    size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
+    bool fits_pin, fits_delassus, fits_narrow; /* the same three, were there no armature (dynamics/armature.c) */
+    size_t dense;                              /* first number in data->dense */
+    size_t at[KT_GROUP_MATRICES];              /* of each of its matrices, from there */
     kt_front_plan front;
 } kt_group;
 

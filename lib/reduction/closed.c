@@ -67,18 +67,28 @@ static bool close_front(const kt_model *model, kt_data *data, int32_t g, const d
     return true;
 }
 
-static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+KT_INLINE bool close_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool geared) {
     const kt_group *group = &model->group[g];
-    if (group->front.used)
-        return close_front(model, data, g, tau);
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
+    if (geared)
+        kt_group_gear(model, group, &w);
     if (!model->reduction->solve(&w, data->rank[g], group->parent ? 6 : 0))
         return false;
     if (group->parent)
         kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
     return true;
+}
+
+static __attribute__((noinline)) bool close_geared(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+    return close_dense(model, data, g, tau, true);
+}
+
+static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+    if (model->group[g].apart)
+        return model->group[g].front.used ? close_front(model, data, g, tau) : close_geared(model, data, g, tau);
+    return close_dense(model, data, g, tau, false);
 }
 
 /* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
@@ -103,8 +113,16 @@ static kt_elimination eliminate_few(const kt_model *model, kt_data *data, size_t
     return kt_eliminate_joint(model, data, i, tau, x, NULL);
 }
 
-/* A group is eliminated at its first link, which the backward pass reaches last; `context` is not NULL if groups of few
- * equations are not. */
+/* A group is eliminated at its first link, which the backward pass reaches last. */
+KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                            kt_articulated *x) {
+    const int32_t group = model->link[i].group;
+    data->articulated[i] = *x;
+    const bool first = model->group_link[model->group[group].link] == (int32_t)i;
+    return first && !close_group(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
+}
+
+/* `context` is not NULL if groups of few equations are not eliminated. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                    void *context) {
     const int32_t group = model->link[i].group;
@@ -112,9 +130,14 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
         return kt_eliminate_joint(model, data, i, tau, x, NULL);
     if (context && model->group[group].delassus)
         return eliminate_few(model, data, i, tau, x);
-    data->articulated[i] = *x;
-    const bool first = model->group_link[model->group[group].link] == (int32_t)i;
-    return first && !close_group(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
+    return eliminate_of_group(model, data, i, tau, x);
+}
+
+static kt_elimination eliminate_geared(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                       kt_articulated *x, void *context) {
+    if (model->link[i].group < 0)
+        return kt_eliminate_geared(model, data, i, tau, x, context);
+    return eliminate_of_group(model, data, i, tau, x);
 }
 
 /* The acceleration of a group's parent. */
@@ -166,10 +189,27 @@ static size_t accelerate_few(const kt_model *model, kt_data *data, const double 
     return 0;
 }
 
+static void respond_geared(const kt_model *model, kt_data *data, size_t i, double *a) {
+    if (model->link[i].group < 0)
+        kt_link_respond_geared(model, data, i, a);
+    else
+        respond(model, data, i, a);
+}
+
+static __attribute__((noinline)) size_t accelerate_geared(const kt_model *model, kt_data *data, const double *tau,
+                                                          size_t end, double *a) {
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate_geared, NULL);
+    if (!failed)
+        kt_articulated_forward(model, data, end, respond_geared, a);
+    return failed;
+}
+
 size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end, bool few,
                                         double *a) {
     if (few)
         return accelerate_few(model, data, tau, end, a);
+    if (model->geared)
+        return accelerate_geared(model, data, tau, end, a);
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);
     if (!failed)
         kt_articulated_forward(model, data, end, respond, a);
@@ -327,7 +367,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         if (data->solved[g])
             continue;
         if (group->front.used) {
-            KT_KERNEL(kt_front_multipliers)(model, data, g, w.multiplier);
+            KT_KERNEL(kt_front_multipliers)(model, data, g, a, w.multiplier);
             continue;
         }
         double *x = w.gain, *need = w.half; /* no longer needed */

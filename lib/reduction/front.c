@@ -569,15 +569,26 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
     return true;
 }
 
+/* Adds the energy of the rotors of a link, whose coordinates are parameters from `at` on. */
+static __attribute__((noinline)) void add_armature(const kt_front *f, const kt_link *link, int at) {
+    for (int d = 0; d < kt_link_dofs(link); d++) {
+        const double armature = f->model->armature[link->v + d];
+        f->energy[(at + d) * (f->level + 1)] += armature;
+        f->size[at + d] += armature;
+    }
+}
+
 /* Adds the energy of a link's own coordinates, and for dynamics all of its energy. */
 KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, const kt_front_aim *aim, int base,
-                        int first) {
+                        int first, bool geared) {
     const kt_front_step *step = &f->step[s];
     const kt_link *link = &f->model->link[step->link];
     const int dofs = f->count[s].params - first;
     extend_energy(f, base + first, dofs);
     if (aim->kind == KT_FRONT_DYNAMICS)
         weigh_link(f, step, x->motion, base, f->count[s].params, kt_front_constant(f, s));
+    if (geared && aim->kind == KT_FRONT_DYNAMICS)
+        add_armature(f, link, base + first);
     for (int d = 0; d < dofs; d++) {
         const int at = base + first + d;
         const double unit = f->model->unit[f->group->v + link->local + d];
@@ -599,7 +610,7 @@ KT_INLINE void enter_terms(kt_front *f, const kt_front_step *step) {
     }
 }
 
-KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base) {
+KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool geared) {
     const bool dynamics = aim->kind == KT_FRONT_DYNAMICS;
     int params = 0;
     extend_energy(f, 0, base);
@@ -611,7 +622,7 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base) {
         carry_constant(f, step);
         kt_front_enter(f, s);
         enter_terms(f, step);
-        add_link(f, s, &x, aim, base, params);
+        add_link(f, s, &x, aim, base, params, geared);
         if (aim->kind == KT_FRONT_DAMPED)
             add_violations(f, s, &x, aim->gap);
         if (count->rank)
@@ -628,12 +639,16 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base) {
     return true;
 }
 
+static __attribute__((noinline)) bool reduce_geared(kt_front *f, const kt_front_aim *aim, int base) {
+    return reduce_steps(f, aim, base, true);
+}
+
 bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, const kt_front_aim *aim,
                                 kt_front_total *total) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     const int base = aim->base ? f.components : 0;
-    const bool done = reduce_steps(&f, aim, base);
+    const bool done = model->geared ? reduce_geared(&f, aim, base) : reduce_steps(&f, aim, base, false);
     for (int c = 0; c < base && done; c++) {
         total->bias[c] = -f.pull[c];
         memcpy(total->inertia + c * base, f.energy + c * f.level, (size_t)base * sizeof(double));

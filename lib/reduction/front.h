@@ -48,8 +48,8 @@ typedef struct kt_front_total {
  *   the equations' entries D over their scales.
  * kt_front_reduce: eliminates; returns false if there is no inertia along one of the degrees of freedom.
  * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
- * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the links' accelerations in
- *   data->motion.
+ * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the accelerations a (nv) and those
+ *   of the links in data->motion.
  * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
 #define KT_FRONT_DECLARE(level)                                                                                        \
     void kt_front_fill_##level(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *,        \
@@ -59,7 +59,7 @@ typedef struct kt_front_total {
     double kt_front_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                     \
     bool kt_front_reduce_##level(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);         \
     void kt_front_respond_##level(const kt_model *, kt_data *, size_t, const double *, double *);                      \
-    void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, double *);                                  \
+    void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, const double *, double *);                  \
     void kt_front_nullspace_##level(const kt_model *, kt_data *, size_t, int, double *);
 KT_FRONT_DECLARE(baseline)
 KT_FRONT_DECLARE(v3)

@@ -23,7 +23,7 @@ static void shift_wrench(kt_v4 r, const double *w, double *x) {
 }
 
 /* r of all coordinates, in f->w.free. Requires the accelerations of the links. */
-static void find_forces(const kt_front *f) {
+static void find_forces(const kt_front *f, const double *a) {
     for (int s = 0; s < f->group->link_count; s++)
         memset(kt_front_constant(f, s), 0, KT_FRONT_SPACE * sizeof(double));
     for (int s = f->group->link_count - 1; s >= 0; s--) {
@@ -34,7 +34,7 @@ static void find_forces(const kt_front *f) {
         const kt_v4 alpha = m->alpha - bias->bias_angular, linear = m->linear - bias->bias_linear;
         const kt_v4 moment = x->moment + kt_v4_apply(x->j, alpha) + kt_v4_apply(x->h, linear);
         const kt_v4 force = x->force + kt_v4_apply(x->g, alpha) + kt_v4_apply(x->m, linear);
-        const int32_t local = f->model->link[step->link].local;
+        const int32_t local = f->model->link[step->link].local, v = f->model->link[step->link].v;
         double own[KT_DOF_MAX * KT_FRONT_SPACE], *w = kt_front_constant(f, s);
         const int dofs = kt_front_subspace(f, step->link, own);
         for (int c = 0; c < 3; c++) {
@@ -42,7 +42,8 @@ static void find_forces(const kt_front *f) {
             w[c + 3] += force[c];
         }
         for (int d = 0; d < dofs; d++)
-            f->w.free[local + d] = kt_dense_dot(own + d * KT_FRONT_SPACE, w, KT_FRONT_SPACE) - f->w.bias[local + d];
+            f->w.free[local + d] = kt_dense_dot(own + d * KT_FRONT_SPACE, w, KT_FRONT_SPACE) - f->w.bias[local + d] +
+                                   f->model->armature[v + d] * a[v + d];
         if (step->up >= 0)
             shift_wrench(m->offset, w, kt_front_constant(f, step->up));
         memset(w, 0, KT_FRONT_SPACE * sizeof *w); /* for the link that has the slot before */
@@ -125,10 +126,10 @@ static void undo_step(kt_front *f, int s) {
             kt_front_release(f, f->group->link_count + f->model->front_term[i].slot);
 }
 
-void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
+void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_t g, const double *a, double *lambda) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
-    find_forces(&f);
+    find_forces(&f, a);
     find_covectors(&f);
     for (int r = 0; r < f.w.k; r++)
         lambda[r] = 0.0;

@@ -98,6 +98,12 @@ static inline void kt_group_assemble(const kt_model *model, kt_data *data, const
     }
 }
 
+/* Adds the armatures to M. */
+static inline void kt_group_gear(const kt_model *model, const kt_group *group, const kt_group_work *w) {
+    for (int i = 0; i < w->m; i++)
+        w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
+}
+
 /* total becomes (Ic - F K, W + F y) and is added to the parent. */
 static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *total, kt_articulated *parent) {
     double f[6] = {0.0}, fk[36] = {0.0};

@@ -76,27 +76,40 @@ static bool close_front(const kt_model *model, kt_data *data, int32_t g, int32_t
     return true;
 }
 
+KT_INLINE bool close_dense(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
+                           int32_t top, const double *tau, bool geared, double *a) {
+    kt_planar_inertia total;
+    kt_planar_group_assemble(model, data, group, w, top, tau, &total);
+    for (int i = 0; i < w->m && geared; i++)
+        w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
+    if (!model->reduction->solve(w, data->rank[group - model->group], top ? KT_PLANAR_WIDTH : 0))
+        return false;
+    if (top)
+        kt_planar_group_onto_parent(w, &total, &data->planar_inertia[top]);
+    else
+        kt_planar_group_respond(model, data, group, w, 0, a);
+    return true;
+}
+
+static __attribute__((noinline)) bool close_geared(const kt_model *model, kt_data *data, const kt_group *group,
+                                                   const kt_group_work *w, int32_t top, const double *tau, double *a) {
+    return close_dense(model, data, group, w, top, tau, true, a);
+}
+
 /* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
  * accelerations. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
                         bool special, const double *tau, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
-    kt_planar_inertia total;
     kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
     if (special && group->narrow)
         return KT_KERNEL(kt_narrow_close)(model, data, (size_t)g, tau, a);
-    if (group->front.used)
-        return close_front(model, data, g, top, tau, a);
-    kt_planar_group_assemble(model, data, group, &w, top, tau, &total);
-    if (!model->reduction->solve(&w, data->rank[g], top ? KT_PLANAR_WIDTH : 0))
-        return false;
-    if (top)
-        kt_planar_group_onto_parent(&w, &total, &data->planar_inertia[top]);
-    else
-        kt_planar_group_respond(model, data, group, &w, 0, a);
-    return true;
+    if (group->apart)
+        return group->front.used ? close_front(model, data, g, top, tau, a)
+                                 : close_geared(model, data, group, &w, top, tau, a);
+    return close_dense(model, data, group, &w, top, tau, false, a);
 }
 
 /* Does the same for a group of one pin, whose equations have not been filled; returns false if it needs the general
@@ -171,6 +184,12 @@ KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_m
     return link->first_of_group ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
 }
 
+static kt_elimination eliminate_geared(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                       kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return link->group < 0 ? kt_planar_eliminate_geared(link, m, tau, x, response, NULL)
+                           : eliminate(link, m, tau, x, response, context);
+}
+
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
@@ -204,6 +223,11 @@ KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *res
     }
 }
 
+static __attribute__((noinline)) size_t backward_geared(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                                        const double *tau, closure *c) {
+    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_geared, c);
+}
+
 /* Solves the groups of few equations of a plane, between the passes; returns one that cannot be solved, or n.group. */
 static size_t solve_few(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
@@ -223,7 +247,8 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
         const kt_plane *plane = &model->plane[p];
         closure c = {
             .model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a, .few = few};
-        const size_t failed = kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
+        const size_t failed = model->geared ? backward_geared(model, data, plane, tau, &c)
+                                            : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
         const size_t unsolved = few ? solve_few(&c, plane) : model->n.group;

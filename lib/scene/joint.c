@@ -212,11 +212,42 @@ static bool same_velocity(const kt_field *field, const void *object, const void 
            kt_same_bits(joint->velocity, rest->velocity, sizeof joint->velocity);
 }
 
+/* One number for all degrees of freedom, or a list of one for each. The check of the description judges their signs. */
+static bool read_armature(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_joint *joint = object;
+    const int count = velocity_counts[joint->type];
+    (void)field;
+    if (count > 1 && node->kind == KT_NODE_LIST)
+        return kt_read_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, NULL, joint->armature);
+    if (!kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, &joint->armature[0]))
+        return false;
+    for (int k = 1; k < count; k++)
+        joint->armature[k] = joint->armature[0];
+    return true;
+}
+
+static void write_armature(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_joint *joint = object;
+    int count = velocity_counts[joint->type];
+    (void)field, (void)standard;
+    while (count > 1 && joint->armature[count - 1] == joint->armature[0])
+        count--;
+    write_coordinates(e, joint->armature, count > 1 ? velocity_counts[joint->type] : 1);
+}
+
+static bool same_armature(const kt_field *field, const void *object, const void *standard) {
+    const kt_joint *joint = object, *rest = standard;
+    (void)field;
+    return kt_same_bits(joint->armature, rest->armature, sizeof joint->armature);
+}
+
 static const kt_kind *kind_of_key(const kt_key *key) {
     static const kt_kind position = {read_position, write_position, same_position};
     static const kt_kind velocity = {read_velocity, write_velocity, same_velocity};
+    static const kt_kind armature = {read_armature, write_armature, same_armature};
     return key->kind == KT_KEY_POSITION   ? &position
            : key->kind == KT_KEY_VELOCITY ? &velocity
+           : key->kind == KT_KEY_ARMATURE ? &armature
                                           : kt_kind_of_value_key(key);
 }
 

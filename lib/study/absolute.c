@@ -267,6 +267,20 @@ static kt_status compile(loosen *w, const kt_model_options *options, kt_model **
     return kt_model_build(&to, options, model, error);
 }
 
+/* Bodies without joints have no rotors. */
+static kt_status refuse_armature(const kt_model *tree, kt_error *error) {
+    for (size_t i = 1; i < tree->n.link; i++) {
+        char where[KT_WHERE_SIZE];
+        if (!tree->link[i].geared)
+            continue;
+        (void)snprintf(where, sizeof where, "joint '%.100s'", tree->text + tree->body[tree->link[i].body].name);
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                            "it has armature, which the absolute formulation cannot have: there are no joints whose "
+                            "rotors could turn; take the formulation 'tree', or leave joint.armature out");
+    }
+    return KT_OK;
+}
+
 /* Compiles the model, and fills made->joint. */
 static kt_status loosen_all(const kt_description *description, const kt_model_options *options, kt_absolute *made,
                             kt_error *error) {
@@ -292,13 +306,16 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
         return kt_error_set(
             error, KT_ERROR_UNSUPPORTED, "formulation",
             "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
+    kt_status status = refuse_armature(model, error);
+    if (status != KT_OK)
+        return status;
     const size_t bytes = sizeof *made + model->n.body * sizeof made->joint[0];
     made = kt_arena_allocate(bytes, "the absolute formulation", error);
     if (!made)
         return KT_ERROR_MEMORY;
     memset(made, 0, bytes);
     made->tree = model;
-    const kt_status status = loosen_all(description, options ? options : &defaults, made, error);
+    status = loosen_all(description, options ? options : &defaults, made, error);
     if (status != KT_OK) {
         kt_aligned_release(made);
         return status;

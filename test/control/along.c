@@ -8,7 +8,11 @@ bool along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state) {
     plan.bodies = n % 3 == 0 ? kt_random_int(random, 1, 10) : KT_JOINT_TYPE_COUNT + kt_random_int(random, 0, 3);
     plan.massless = n % 3 == 1;
     plan.is_shuffled = n % 3 == 2;
-    if (!kt_tree_grow(tree, &plan, random))
+    kt_tree_describe(tree, &plan, random);
+    for (int i = 0; i < plan.bodies && n % 4 == 1; i++) /* every fourth tree has armature */
+        for (int k = 0; k < KT_JOINT_NV_MAX; k++)
+            tree->body[i].joint.armature[k] = 0.1 * ((i + k) % 4);
+    if (!kt_tree_compile(tree, NULL))
         return false;
     kt_tree_state_draw(tree, random, state);
     return true;

@@ -152,6 +152,7 @@ KT_TEST(forward_derivatives_solve_inverse_derivatives) {
         kt_tree_state s;
         kt_tree_plan plan = draw_plan(n, &random);
         plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
+        plan.geared = n % 3 == 1 ? 0.5 : 0.0;
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &s);

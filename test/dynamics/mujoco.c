@@ -1,6 +1,7 @@
 /* Against MuJoCo, an engine that shares nothing with this one: random trees with the joints that both have. A
  * universal, cylindrical or planar joint is two or three MuJoCo joints of one body, in the same order. A free body
- * hangs on the world, its joint frame that of the world; its velocities are then the same numbers in both. */
+ * hangs on the world, its joint frame that of the world; its velocities are then the same numbers in both. Some joints
+ * have armature. */
 #include "tree.h"
 
 #include "kinetree/control.h"
@@ -34,40 +35,41 @@ static void write_quaternion(FILE *file, kt_quat q) {
     fprintf(file, " quat='%.17g %.17g %.17g %.17g'", q.w, q.x, q.y, q.z);
 }
 
-static void write_joint(FILE *file, const char *type, kt_vec3 axis) {
-    fprintf(file, "<joint type='%s'", type);
+static void write_joint(FILE *file, const char *type, double armature, kt_vec3 axis) {
+    fprintf(file, "<joint type='%s' armature='%.17g'", type, armature);
     write_triple(file, "axis", axis);
     fprintf(file, "/>");
 }
 
 static void write_joints(FILE *file, const kt_joint *joint) {
     const kt_vec3 n = joint->axis;
+    const double *armature = joint->armature;
     const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(n), 2);
     switch (joint->type) {
     case KT_JOINT_REVOLUTE:
-        write_joint(file, "hinge", n);
+        write_joint(file, "hinge", armature[0], n);
         break;
     case KT_JOINT_PRISMATIC:
-        write_joint(file, "slide", n);
+        write_joint(file, "slide", armature[0], n);
         break;
     case KT_JOINT_CYLINDRICAL:
-        write_joint(file, "hinge", n);
-        write_joint(file, "slide", n);
+        write_joint(file, "hinge", armature[0], n);
+        write_joint(file, "slide", armature[1], n);
         break;
     case KT_JOINT_UNIVERSAL:
-        write_joint(file, "hinge", n);
-        write_joint(file, "hinge", joint->axis2);
+        write_joint(file, "hinge", armature[0], n);
+        write_joint(file, "hinge", armature[1], joint->axis2);
         break;
     case KT_JOINT_PLANAR:
-        write_joint(file, "slide", triad.x);
-        write_joint(file, "slide", triad.y);
-        write_joint(file, "hinge", n);
+        write_joint(file, "slide", armature[0], triad.x);
+        write_joint(file, "slide", armature[1], triad.y);
+        write_joint(file, "hinge", armature[2], n);
         break;
     case KT_JOINT_SPHERICAL:
-        fprintf(file, "<joint type='ball'/>");
+        fprintf(file, "<joint type='ball' armature='%.17g'/>", armature[0]);
         break;
     case KT_JOINT_FREE:
-        fprintf(file, "<freejoint/>");
+        fprintf(file, "<joint type='free' armature='%.17g'/>", armature[0]);
         break;
     default:
         break;
@@ -134,8 +136,12 @@ static bool grow_twin(twin *t, bool floats, kt_random *random) {
     plan.floats = floats;
     plan.bodies = kt_random_int(random, 1, 14);
     plan.types = KT_TREE_ALL_TYPES & ~(1U << KT_JOINT_SCREW | 1U << KT_JOINT_FREE);
+    plan.geared = 0.4;
     kt_tree_describe(&t->tree, &plan, random);
     for (int i = 0; i < plan.bodies; i++) {
+        kt_joint *joint = &t->tree.body[i].joint; /* MuJoCo's balls and free joints have one armature */
+        for (int k = 1; k < KT_JOINT_NV_MAX && (joint->type == KT_JOINT_SPHERICAL || joint->type == KT_JOINT_FREE); k++)
+            joint->armature[k] = joint->armature[0];
         kt_body *body = &t->tree.body[i];
         double q[4];
         kt_random_direction(random, 4, q);
@@ -249,6 +255,8 @@ static void forces(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
     kt_error e = {0};
     to_twin(t, s->a, t->d->qacc);
     mj_rne(t->m, t->d, 1, theirs);
+    for (int i = 0; i < t->tree.nv; i++) /* which mj_rne leaves out */
+        theirs[i] += t->m->dof_armature[i] * t->d->qacc[i];
     const kt_status status = kt_dynamics_inverse(t->tree.model, t->tree.data, s->q, s->v, s->a, NULL, tau, &e);
     if (kt_tree_fine("inverse dynamics", status, &e))
         vectors(t, tau, theirs, 1e-14, error, n);

@@ -95,6 +95,12 @@ static long double dot(const long double a[3], const long double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* The armature of velocity coordinate v. */
+static long double armature_of(const kt_tree *tree, int v) {
+    const int body = kt_body_of_velocity(tree->model, v);
+    return described(tree, body)->joint.armature[v - kt_body_coordinates(tree->model, body).v];
+}
+
 void kt_oracle_mass(const kt_tree *tree, const double *q, long double *mass) {
     kt_oracle_body *columns = unit_twists(tree, q);
     const int nv = tree->nv;
@@ -115,6 +121,8 @@ void kt_oracle_mass(const kt_tree *tree, const double *q, long double *mass) {
             }
         }
     }
+    for (int i = 0; i < nv; i++)
+        mass[i * (nv + 1)] += armature_of(tree, i);
     free(columns);
 }
 
@@ -143,7 +151,7 @@ void kt_oracle_inverse(const kt_tree *tree, const kt_tree_state *s, const double
     kt_oracle_body bodies[KT_TREE_SLOTS], *columns = unit_twists(tree, s->q);
     kt_oracle_motion(tree, s->q, s->v, a, bodies);
     for (int k = 0; k < tree->nv; k++)
-        tau[k] = size[k] = 0;
+        size[k] = fabsl(tau[k] = a ? armature_of(tree, k) * a[k] : 0);
     for (int b = 1; b < tree->count; b++) {
         const kt_oracle_wrench w = demand(tree, b, &bodies[b], s->external);
         long double terms[2];

@@ -113,6 +113,9 @@ static kt_joint joint(inventor *v) {
         for (int i = 0; i < velocities[made.type]; i++)
             made.velocity[i] = any(v);
     made.given = (unsigned)pick(v, 16);
+    if (chance(v)) /* one for all, or one for each */
+        for (int i = 0; i < velocities[made.type]; i++)
+            made.armature[i] = i > 0 && made.given % 2 ? made.armature[0] : 0.3 * pick(v, 9);
     return made;
 }
 

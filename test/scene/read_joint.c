@@ -71,6 +71,32 @@ KT_TEST(joints_take_their_coordinates) {
     }
 }
 
+KT_TEST(armature_is_one_number_or_one_for_each_degree_of_freedom) {
+    static const struct {
+        const char *text;
+        double armature[6];
+    } table[] = {
+        {"{type: revolute, armature: 0.5}", {0.5}},
+        {"{type: cylindrical, armature: 0.5}", {0.5, 0.5}},
+        {"{type: planar, armature: [1, 2, 0.25]}", {1, 2, 0.25}},
+        {"{type: spherical, armature: 3}", {3, 3, 3}},
+        {"{type: free, armature: [1, 2, 3, 4, 5, 6]}", {1, 2, 3, 4, 5, 6}},
+        {"{type: prismatic}", {0}},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[400];
+        kt_scene scene;
+        snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: %s}\n", table[i].text);
+        if (!kt_parse_right(text, &scene))
+            continue;
+        kt_worst error = kt_worst_make(table[i].text);
+        for (int k = 0; k < 6; k++)
+            kt_worst_near(&error, scene.description.bodies[0].joint.armature[k], table[i].armature[k], 0.0, "%d", k);
+        kt_check_worst(&error);
+        kt_scene_free(&scene);
+    }
+}
+
 KT_TEST(axes_are_letters_or_lists) {
     static const struct {
         const char *text;

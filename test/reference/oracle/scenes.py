@@ -456,6 +456,8 @@ def random_scene(seed, without=()):
     for key, values, share in (("formulation", ["absolute"], 0.1), ("reduction", ["partition", "svd"], 0.3), ("metric", ["mass"], 0.2), ("plan", ["spatial"], 0.2)):
         if maker.chance(share):
             scene["simulate"][key] = maker.pick(values)
+    if any("armature" in b["joint"] for b in scene["bodies"] if "joint" in b):
+        scene["simulate"].pop("formulation", None)  # bodies without joints have no rotors: it is an error
     markers = [f"{b['name']}.{k}" for b in scene["bodies"] for k in b.get("markers", {})]
     record = ["position", "velocity", "acceleration", "energy", "constraint", "reaction", "balance"]
     scene["output"] = {"interval": 0.01, "record": record, **({"markers": markers} if markers else {})}

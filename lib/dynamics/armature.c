@@ -1,0 +1,71 @@
+/* Armature, the rotor inertia reflected to a degree of freedom: what a model notes of it, and its energy
+ *   T = sum a v^2 / 2
+ * How the recursions treat it is told in articulated.h.
+ */
+#include "dynamics/dynamics.h"
+#include "dynamics/motion.h"
+
+/* Whether a link has armature. */
+static bool has_armature(const kt_model *model, const kt_link *link) {
+    bool has = false;
+    for (int k = 0; k < kt_link_dofs(link); k++)
+        has |= model->armature[link->v + k] > 0.0;
+    return has;
+}
+
+void kt_armature_note(kt_model *model) {
+    model->geared = false;
+    for (size_t g = 0; g < model->n.group; g++)
+        model->group[g].apart = model->group[g].front.used;
+    for (size_t i = 1; i < model->n.link; i++) {
+        kt_link *link = &model->link[i];
+        const bool geared = has_armature(model, link);
+        model->geared |= geared;
+        link->geared = geared;
+        if (geared && link->group >= 0)
+            model->group[link->group].apart = true;
+        if (i >= model->n.spatial) {
+            kt_planar_link *planar = &model->planar[i - model->n.spatial + 1];
+            planar->armature = model->armature[link->v];
+        }
+    }
+    model->few = false;
+    for (size_t g = 0; g < model->n.group; g++) {
+        kt_group *group = &model->group[g];
+        group->pin = group->fits_pin && !group->apart;
+        group->delassus = group->fits_delassus && !model->geared;
+        group->narrow = group->fits_narrow && !model->geared;
+        model->few |= group->delassus;
+    }
+    model->kernels = kt_kernels_of(model->level, model->sweep, model->geared);
+}
+
+/* The rate of a degree of freedom, from the motion of its link and of the parent. */
+typedef struct rates {
+    kt_v4 angular, linear; /* of the link relative to the parent, at the link's origin */
+    const double *armature;
+    double twice; /* the energy */
+} rates;
+
+static void add_energy(const kt_dof *dof, void *context) {
+    rates *r = context;
+    const double v = kt_v4_dot(dof->u, dof->kind == KT_DOF_TRANSLATION ? r->linear : r->angular);
+    r->twice += r->armature[dof->index] * v * v;
+}
+
+double kt_armature_energy(const kt_model *model, const kt_data *data) {
+    rates r = {.twice = 0.0};
+    for (size_t i = 1; i < model->n.link && model->geared; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_link_kinematics *m = &data->kinematics[i], *up = &data->kinematics[link->parent];
+        kt_v4 axes[3], parent[3];
+        kt_v4_from_mat3(m->axes, axes);
+        kt_v4_from_mat3(up->axes, parent);
+        const kt_vec3 carried = kt_vec3_add(up->velocity, kt_vec3_cross(up->omega, m->offset));
+        r.angular = kt_v4_from(kt_vec3_sub(m->omega, up->omega));
+        r.linear = kt_v4_from(kt_vec3_sub(m->velocity, carried));
+        r.armature = model->armature + link->v;
+        kt_dofs_visit(link, parent, axes, axes[link->axis], add_energy, &r);
+    }
+    return 0.5 * r.twice;
+}
