@@ -44,11 +44,15 @@ const kt_usage kt_usage_stability = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Linearises the scene at states along its motion and prints its fastest modes: how fast each decays or\n"
-             "oscillates, and which joints move in it; then the largest fixed step with which each method is stable:\n"
-             "with which no mode is amplified, over the duration, to more than twice its exact value. Methods that\n"
-             "are not stable on the imaginary axis (euler, heun, midpoint, ralston) slowly amplify undamped\n"
-             "oscillations at any step; their limits depend on the duration.\n",
+    .about =
+        "Linearises the scene at states along its motion and prints its fastest modes: how fast each decays or\n"
+        "oscillates, and which joints move in it; then the largest fixed step with which each method is stable:\n"
+        "with which no mode is amplified, over the duration, to more than twice its exact value. Methods that\n"
+        "are not stable on the imaginary axis (euler, heun, midpoint, ralston) slowly amplify undamped\n"
+        "oscillations at any step; their limits depend on the duration. Of implicit methods the verdict stands "
+        "beside:\n"
+        "A-stable, where no mode that decays or oscillates grows, whatever the step; L-stable, where moreover what is\n"
+        "infinitely stiff is gone after a step; otherwise the factor by which it shrinks.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -124,7 +128,8 @@ static void write_verdict(double growth, char *text, size_t size) {
 
 static void print_limit(const kt_stability_subject *subject, const kt_method *method) {
     const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
-    char step[24] = "any", bound[96] = "", verdict[48] = "";
+    char step[24] = "any", bound[96], verdict[48] = "";
+    kt_write_verdict(method, bound, sizeof bound);
     if (limit.step <= subject->duration)
         snprintf(step, sizeof step, "%.4g", limit.step);
     if (limit.mode >= 0 && limit.step <= subject->duration) {
@@ -146,9 +151,9 @@ static void print_limits(const kt_stability_subject *subject) {
     printf("\nlargest stable step over %g s\n", subject->duration);
     if (subject->step > 0.0) {
         snprintf(asked, sizeof asked, "at %g s", subject->step);
-        printf("  %-14s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by");
+        printf("  %-14s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by; implicit: verdict");
     } else {
-        printf("  %-14s  %10s  %s\n", "method", "step, s", "bounded by");
+        printf("  %-14s  %10s  %s\n", "method", "step, s", "bounded by; implicit: verdict");
     }
     for (int i = 0; i < kt_method_count(); i++)
         print_limit(subject, kt_method_at(i));
@@ -200,6 +205,13 @@ static json_t *describe_limit(const kt_stability_subject *subject, const kt_meth
     json_object_set_new(object, "step", kt_json_number(limit.step));
     if (subject->step > 0.0)
         json_object_set_new(object, "growth", kt_json_number(limit.growth));
+    kt_stability stability;
+    if (kt_method_is_implicit(method) && kt_stability_make(method, 0, &stability, NULL) == KT_OK) {
+        const kt_stability_verdict verdict = kt_stability_judge(&stability);
+        json_object_set_new(object, "a_stable", json_boolean(verdict.a_stable));
+        json_object_set_new(object, "l_stable", json_boolean(verdict.l_stable));
+        json_object_set_new(object, "at_infinity", kt_json_number(verdict.at_infinity));
+    }
     if (limit.mode >= 0) {
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
         json_object_set_new(

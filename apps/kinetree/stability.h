@@ -25,6 +25,9 @@ void kt_write_movers(const kt_model *model, const double *moves, char *text, siz
 /* Writes "decay of 8117 /s", "undamped oscillation of 3.2 Hz" ... */
 void kt_write_mode(const kt_mode *mode, char *text, size_t size);
 
+/* Writes "L-stable", "A-stable, 0.6 at infinity" or "not A-stable"; nothing for methods that are not implicit. */
+void kt_write_verdict(const kt_method *method, char *text, size_t size);
+
 /* Draws the eigenvalues times a step and the boundary of the method's region of stability. Returns KT_EXIT_DONE, or an
  * exit code after printing the error. */
 int kt_stability_draw(const kt_stability_subject *subject, const char *path, bool is_dark);

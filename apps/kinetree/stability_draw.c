@@ -49,12 +49,13 @@ static void put_point(lines *l, double x, double y) {
 
 static double at(double low, double high, int i) { return low + (high - low) * i / (GRID - 1.0); }
 
-/* Returns the part of the window that contains the region, plus one row or column on each side. */
-static window fit(const window *w, const double *gain) {
+/* Returns the part of the window that contains the region, plus one row or column on each side; of an implicit method
+ * what is outside of its region, which it surrounds. */
+static window fit(const window *w, const double *gain, bool surrounds) {
     int left = GRID, right = -1, bottom = GRID, top = -1;
     for (int i = 0; i < GRID; i++)
         for (int j = 0; j < GRID; j++)
-            if (gain[i * GRID + j] <= 1.0) {
+            if ((gain[i * GRID + j] <= 1.0) != surrounds) {
                 left = j < left ? j : left;
                 right = j > right ? j : right;
                 bottom = i < bottom ? i : bottom;
@@ -72,10 +73,13 @@ static void widen(window *w, double part) {
 
 static window find_region(const kt_stability *s, double *gain) {
     const double reach = kt_stability_real_limit(s), size = isfinite(reach) && reach > 0.0 ? reach : 2.0;
+    const bool surrounds = s->poles > 0;
     window w = {{-1.5 * size, -1.5 * size - 0.013}, {0.6 * size, 1.5 * size + 0.013}};
+    if (surrounds) /* poles lie within 1 / gamma, and what is unstable about them within several times that */
+        w = (window){{-40.0, -40.013}, {40.0, 40.013}};
     for (int i = 0; i < FITS; i++) {
         kt_stability_grid(s, w.low, w.high, GRID, GRID, gain);
-        w = fit(&w, gain);
+        w = fit(&w, gain, surrounds);
     }
     return w;
 }
@@ -155,7 +159,7 @@ static void put_modes(const kt_stability_subject *subject, const kt_stability *s
 
 static int draw(const kt_stability_subject *subject, const kt_stability *s, double step, const char *about,
                 double *gain, lines parts[3], const char *path, bool is_dark) {
-    char subtitle[256], more[64] = "", stages[32] = "";
+    char subtitle[256], more[64] = "", stages[32] = "", verdict[64], kind[96] = "";
     window w = find_region(s, gain);
     const int left_out = include_modes(subject, step, &w);
     widen(&w, 0.06);
@@ -172,10 +176,17 @@ static int draw(const kt_stability_subject *subject, const kt_stability *s, doub
         snprintf(more, sizeof more, "; %d modes are further out", left_out);
     if (kt_method_stages_vary(subject->method))
         snprintf(stages, sizeof stages, " (%d stages)", s->degree);
-    snprintf(subtitle, sizeof subtitle, "%s%s with steps of %.4g s%s%s", subject->method->name, stages, step, about,
-             more);
+    kt_write_verdict(subject->method, verdict, sizeof verdict);
+    if (verdict[0] != '\0')
+        snprintf(kind, sizeof kind, "; %s: stable outside", verdict);
+    snprintf(subtitle, sizeof subtitle, "%s%s with steps of %.4g s%s%s%s", subject->method->name, stages, step, about,
+             kind, more);
     kt_plot_series series[3] = {
-        {.label = "boundary |R| = 1", .x = parts[0].x, .y = parts[0].y, .count = parts[0].count, .colour = 1},
+        {.label = s->steps > 0 ? "boundary |\316\276| = 1" : "boundary |R| = 1",
+         .x = parts[0].x,
+         .y = parts[0].y,
+         .count = parts[0].count,
+         .colour = 1},
         {.label = "modes, stable", .x = parts[1].x, .y = parts[1].y, .count = parts[1].count, .colour = 3, .mark = 1},
         {.label = "modes, unstable", .x = parts[2].x, .y = parts[2].y, .count = parts[2].count, .colour = 2, .mark = 2},
     };

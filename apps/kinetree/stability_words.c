@@ -59,3 +59,19 @@ void kt_write_mode(const kt_mode *mode, char *text, size_t size) {
     else
         snprintf(text, size, "oscillation of %.4g Hz, damping ratio %.2g", mode->frequency, mode->damping);
 }
+
+/* ---- methods ----------------------------------------------------------------------------------------------------- */
+
+void kt_write_verdict(const kt_method *method, char *text, size_t size) {
+    kt_stability stability;
+    text[0] = '\0';
+    if (!kt_method_is_implicit(method) || kt_stability_make(method, 0, &stability, NULL) != KT_OK)
+        return;
+    const kt_stability_verdict verdict = kt_stability_judge(&stability);
+    if (verdict.l_stable)
+        snprintf(text, size, "L-stable");
+    else if (verdict.a_stable)
+        snprintf(text, size, "A-stable, %.3g at infinity", verdict.at_infinity);
+    else
+        snprintf(text, size, "not A-stable");
+}

@@ -9,6 +9,7 @@
  *     table_*.c      their coefficients, one const struct per method
  *     order.c        rooted trees and order conditions
  *     stability.c    linear stability: growth of modes, and the longest stable step
+ *     verdict.c      A- and L-stability
  *
  *     explicit.c     the family of explicit Runge-Kutta methods
  *     stabilised.c   the family of Runge-Kutta-Chebyshev methods

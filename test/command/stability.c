@@ -16,6 +16,10 @@ KT_TEST(stability_tells_the_fastest_modes_and_the_steps) {
     kt_check_contains("when", ran.out, "fastest modes, at t = 0 s\n");
     kt_check_contains("the fastest and who moves in it", ran.out,
                       "-8117.2              -          1  slider, right, left\n");
+    kt_check_contains("verdict", ran.out, "  bdf2                   any  L-stable\n");
+    kt_check_contains("verdict", ran.out, "  two-step               any  A-stable, 0.6 at infinity\n");
+    kt_check_contains("verdict", ran.out, "  crank-nicolson         any  A-stable, 1 at infinity\n");
+    kt_check_contains("multistep", ran.out, "  ab4              0.0001583  decay of 8117 /s, t = 0 s\n");
     kt_check_contains("a step and what bounds it", ran.out,
                       "  rk4              0.0003431  decay of 8117 /s, t = 0 s\n");
     ran = kt_shell("$K stability " GOVERNOR " --step 5e-4");
@@ -46,6 +50,11 @@ KT_TEST(stability_writes_json) {
     kt_check_near("step", json_number_value(limit_of(root, "rk4", "step")), 2.785293563 / 8117.2033, 1e-7);
     kt_check_near("growth", json_number_value(limit_of(root, "rk4", "growth")), 1.0, 1e-3);
     kt_check_near("bounded by", json_number_value(limit_of(root, "rk4", "bounded_by.real")), -8117.2033, 1e-4);
+    kt_check_true("L-stable", json_is_true(limit_of(root, "radau5", "l_stable")));
+    kt_check_true("A-stable", json_is_true(limit_of(root, "two-step", "a_stable")));
+    kt_check_true("but not L-stable", json_is_false(limit_of(root, "two-step", "l_stable")));
+    kt_check_near("at infinity", json_number_value(limit_of(root, "two-step", "at_infinity")), 0.6, 1e-7);
+    kt_check_true("no verdict of explicit ones", limit_of(root, "rk4", "a_stable") == NULL);
     json_decref(root);
     kt_write_file("swing.yaml", "kinetree: 1\n"
                                 "bodies: [{name: mass, mass: 2, joint: {type: prismatic, axis: x, velocity: 1}}]\n"
@@ -106,20 +115,22 @@ static double label_x(const char *svg, const char *label) {
     return x != NULL ? strtod(x + strlen("<text x=\""), NULL) : (double)NAN;
 }
 
-/* The path with the most lines: how many, and the least x of their points. */
+/* The path with the most lines: how many, and the least and the largest x of their points. */
 typedef struct boundary {
     int lines;
-    double left;
+    double left, right;
 } boundary;
 
 static boundary find_boundary(const char *svg) {
-    boundary most = {0, (double)NAN};
+    boundary most = {0, (double)NAN, (double)NAN};
     for (const char *path = svg; (path = strstr(path, " d=\"M ")) != NULL;) {
-        boundary one = {0, HUGE_VAL};
+        boundary one = {0, HUGE_VAL, -HUGE_VAL};
         path += strlen(" d=\"");
         for (; *path != '"' && *path != '\0'; path++)
             if (*path == 'M' || *path == 'L') {
                 one.left = fmin(one.left, strtod(path + 1, NULL));
+                if (*path == 'L')
+                    one.right = fmax(one.right, strtod(path + 1, NULL));
                 one.lines += *path == 'L';
             }
         most = one.lines > most.lines ? one : most;
@@ -150,6 +161,20 @@ KT_TEST(stability_draws_the_region) {
     svg = kt_read_file("b.svg");
     check_region(svg);
     kt_check_below("which is dark", kt_page_lightness(svg), 0.25);
+}
+
+/* The root locus of two-step with rho = 0.6 goes from 0 around what is unstable, to xi = -1 at z = 16. */
+KT_TEST(stability_draws_what_an_implicit_region_surrounds) {
+    const kt_ran ran = kt_shell("$K stability " GOVERNOR " --integrator two-step --step 2e-3 --samples 1 --plot c.svg");
+    kt_check_equal_int("exit code", ran.code, 0);
+    const char *svg = kt_read_file("c.svg");
+    const boundary drawn = find_boundary(svg);
+    const double zero = label_x(svg, "0"), unit = (label_x(svg, "10") - zero) / 10.0;
+    kt_check_contains("verdict", svg, "two-step with steps of 0.002 s; A-stable, 0.6 at infinity: stable outside");
+    kt_check_contains("what is drawn", svg, "boundary |ξ| = 1");
+    kt_check_above("pieces of the boundary", drawn.lines, 100.0);
+    kt_check_near("where it begins", drawn.left, zero, 0.5);
+    kt_check_near("where it ends", (drawn.right - zero) / unit, 16.0, 0.5 / unit);
 }
 #endif
 

@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* ---- a mode, really stepped -------------------------------------------------------------------------------------- */
 
@@ -311,6 +312,53 @@ KT_TEST(modes_that_rest_or_grow_in_truth_bound_no_step) {
         kt_check_true("falls", kt_stability_step(kt_method_at(i), &fall, 1, 10.0, 2.0, &index) == HUGE_VAL);
         kt_check_above("rounding", kt_stability_step(kt_method_at(i), rounding, 3, 10.0, 2.0, &index), 1e8);
     }
+}
+
+/* ---- verdicts ---------------------------------------------------------------------------------------------------- */
+
+/* Published: Hairer and Wanner IV.3, V.1; of two-step by its choice of rho. */
+KT_TEST(verdicts_are_those_published) {
+    static const struct {
+        const char *name;
+        bool a, l;
+        double at_infinity;
+    } expected[] = {{"implicit-euler", true, true, 0.0}, {"crank-nicolson", true, false, 1.0},
+                    {"bdf2", true, true, 0.0},           {"two-step", true, false, 0.6},
+                    {"rodas5p", true, true, 0.0},        {"radau5", true, true, 0.0}};
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++) {
+        const kt_stability s = stability_of(kt_method_find(expected[i].name), 2);
+        const kt_stability_verdict verdict = kt_stability_judge(&s);
+        kt_check_true(expected[i].name, verdict.a_stable == expected[i].a && verdict.l_stable == expected[i].l);
+        kt_check_near("at infinity", verdict.at_infinity, expected[i].at_infinity, 1e-7);
+    }
+    for (int i = 0; i < kt_method_count(); i++)
+        if (!kt_method_is_implicit(kt_method_at(i))) {
+            const kt_stability s = stability_of(kt_method_at(i), 10);
+            const kt_stability_verdict verdict = kt_stability_judge(&s);
+            kt_check_true(kt_method_at(i)->name, !verdict.a_stable && !verdict.l_stable && isinf(verdict.at_infinity));
+        }
+}
+
+/* Three-step BDF grows near the axis (Dahlquist's second barrier: no method of order 3 is A-stable), and what is infinitely
+ * stiff it damps; R = (1 + z / 2) / (1 + z / 2 - z^2) has a pole on the left, and |R| < 1 on the axis. */
+KT_TEST(methods_that_are_not_a_stable_are_told_from_those_that_are) {
+    kt_stability three = stability_of(kt_method_find("bdf2"), 2), pole = stability_of(kt_method_find("radau5"), 2);
+    const double bdf[4][2] = {{11.0 / 6.0, -1.0}, {-3.0, 0.0}, {1.5, 0.0}, {-1.0 / 3.0, 0.0}};
+    three.steps = 3;
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 2; j++)
+            three.characteristic[i][j] = bdf[i][j];
+    kt_check_true("BDF3", !kt_stability_judge(&three).a_stable && !kt_stability_judge(&three).l_stable);
+    kt_check_near("BDF3 at infinity", kt_stability_judge(&three).at_infinity, 0.0, 0.0);
+    const double p[] = {1.0, 0.5}, q[] = {1.0, 0.5, -1.0};
+    pole.degree = 1;
+    pole.poles = 2;
+    memcpy(pole.coefficient, p, sizeof p);
+    memcpy(pole.denominator, q, sizeof q);
+    for (int k = -40; k <= 40; k++)
+        if (!(kt_stability_gain(&pole, (kt_complex){0.0, exp(0.2 * k)}) <= 1.0))
+            kt_check_true("on the axis", false);
+    kt_check_true("a pole on the left", !kt_stability_judge(&pole).a_stable);
 }
 
 /* ---- implicit methods -------------------------------------------------------------------------------------------- */

@@ -1,0 +1,50 @@
+/* Verdicts of linear stability [MSD 5.3.1, 5.3.2]: A-stable, where no mode that decays or swings in truth grows, whatever
+ * the step; L-stable, where moreover what decays infinitely fast is gone after a step.
+ *
+ * The largest |R| of the left half plane is on the imaginary axis, unless R has a pole on the left (the maximum principle;
+ * of a multistep method it holds for the largest root). Both are looked at point by point: the axis, and arcs on the left,
+ * next to whose points a pole would show.
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1.
+ */
+#include "integrator/integrator.h"
+
+#include <math.h>
+
+/* Points per factor of ten of |z|, the exponents of ten between which they lie, and directions from the axis to the real
+ * one. */
+enum { GRAIN = 40, LEAST = -4, MOST = 6, DIRECTIONS = 8 };
+
+/* What grows by less in a step counts as rounding: the square root of eps, which a double root makes of it. */
+#define ROUNDING 1e-7
+
+/* |z| that stands for infinity: what is left of 1 / z, or of its square root, is below ROUNDING. */
+#define FAR 1e100
+
+static bool is_inside(const kt_stability *s, double re, double im) {
+    return kt_stability_gain(s, (kt_complex){re, im}) <= 1.0 + ROUNDING;
+}
+
+static bool left_half_is_inside(const kt_stability *s) {
+    const double quarter = acos(0.0);
+    for (int k = LEAST * GRAIN; k <= MOST * GRAIN; k++) {
+        const double size = pow(10.0, (double)k / GRAIN);
+        if (!is_inside(s, 0.0, size))
+            return false;
+        for (int i = 1; i <= DIRECTIONS && k % 4 == 0; i++) {
+            const double angle = quarter * (1.0 + (double)i / DIRECTIONS);
+            if (!is_inside(s, size * cos(angle), size * sin(angle)))
+                return false;
+        }
+    }
+    return true;
+}
+
+kt_stability_verdict kt_stability_judge(const kt_stability *s) {
+    if (s->poles == 0) /* a polynomial, or roots of polynomials in z: it grows without bound */
+        return (kt_stability_verdict){.at_infinity = HUGE_VAL};
+    const double far = kt_stability_gain(s, (kt_complex){-FAR, 0.0});
+    kt_stability_verdict verdict = {.a_stable = left_half_is_inside(s), .at_infinity = far <= ROUNDING ? 0.0 : far};
+    verdict.l_stable = verdict.a_stable && verdict.at_infinity == 0.0;
+    return verdict;
+}
