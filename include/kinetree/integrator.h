@@ -78,6 +78,9 @@ enum {
     KT_STABILISED_STAGES_MAX = 250 /* of a stabilised method */
 };
 
+/* The table of a Rosenbrock method as its steps compute with it. Opaque. */
+typedef struct kt_rosenbrock kt_rosenbrock;
+
 /* A Runge-Kutta method, HNW II.1:
  *
  *     k_i = f(t + c_i h, y0 + h sum_j a_ij k_j),   i = 1 .. s     explicit: over j < i
@@ -129,8 +132,8 @@ typedef struct kt_method {
     /* A Rosenbrock method has, besides a_ij = alpha_ij and c_i = alpha_i, s x s by rows,
      *     k_i = f(t0 + alpha_i h, y0 + h sum_j alpha_ij k_j) + h f_y sum_j gamma_ij k_j + h f_t sum_j gamma_ij
      * and no `dense_terms`: its dense output is a quartic of its own. */
-    const double *gamma;                     /* s x s by rows; NULL for others */
-    const struct kt_rosenbrock *transformed; /* the same table as steps compute with it; opaque */
+    const double *gamma;              /* s x s by rows; NULL for others */
+    const kt_rosenbrock *transformed; /* the same table as steps compute with it; opaque */
 
     /* A multistep method of n steps; the table above is then that of the Runge-Kutta method which starts it:
      *

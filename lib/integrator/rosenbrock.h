@@ -7,13 +7,13 @@
 enum { KT_ROSENBROCK_STAGES = 8 };
 
 /* What steps compute with, besides the method's table. */
-typedef struct kt_rosenbrock {
+struct kt_rosenbrock {
     double a[KT_ROSENBROCK_STAGES][KT_ROSENBROCK_STAGES];        /* strictly lower */
     double coupling[KT_ROSENBROCK_STAGES][KT_ROSENBROCK_STAGES]; /* C, strictly lower */
     double m[KT_ROSENBROCK_STAGES];
     double gamma_sum[KT_ROSENBROCK_STAGES]; /* gamma_i = sum_j gamma_ij */
     double middle[KT_ROSENBROCK_STAGES];    /* y(1/2) = y0 + sum_i middle_i U_i */
     double end[KT_ROSENBROCK_STAGES];       /* h y'(1) = sum_i end_i U_i */
-} kt_rosenbrock;
+};
 
 #endif
