@@ -89,7 +89,10 @@ typedef struct motion {
 
 static void *work_of(const kt_model *model, size_t *size) {
     *size = (kt_actuation_work_size(model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
-    return aligned_alloc(KT_ALIGNMENT, *size);
+    void *work = aligned_alloc(KT_ALIGNMENT, *size);
+    if (work)
+        memset(work, 0xff, *size); /* NaN: what was there must not matter */
+    return work;
 }
 
 /* Completes velocities and accelerations from those of the list, then finds the forces. */
@@ -449,6 +452,22 @@ KT_TEST(a_freedom_that_nothing_drives_is_named) {
                        kt_velocity_complete(l.model, l.data, work, size, 0.0, q, (kt_coordinate_list){index, 1}, a, &e),
                        KT_ERROR_SINGULAR);
     kt_check_contains("what", e.message, "in which all of the list rest");
+    q[1] = (double)NAN;
+    kt_check_equal_int("position",
+                       kt_actuation_evaluate(l.model, l.data, work, size, 0.0, q, NULL, a, NULL,
+                                             (kt_coordinate_list){index, 1}, NULL, torque, &e),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_equal_int(
+        "time",
+        kt_velocity_complete(l.model, l.data, work, size, (double)INFINITY, a, (kt_coordinate_list){index, 1}, a, &e),
+        KT_ERROR_NOT_FINITE);
+    kt_check_equal_int(
+        "index",
+        kt_velocity_complete(l.model, l.data, work, size, 0.0, a, (kt_coordinate_list){(const int[]){2}, 1}, a, &e),
+        KT_ERROR_ARGUMENT);
+    kt_check_equal_int("number",
+                       kt_velocity_complete(l.model, l.data, work, size, 0.0, a, (kt_coordinate_list){index, 3}, a, &e),
+                       KT_ERROR_ARGUMENT);
     kt_check_equal_bits("untouched", torque, (const double[]){7.0, 7.0}, 2);
     kt_check_equal_bits("untouched", a, (const double[]){1.0, 2.0}, 2);
     free(work);

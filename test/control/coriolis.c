@@ -43,6 +43,27 @@ KT_TEST(coriolis_matrix_times_velocities_is_the_bias_force_without_gravity) {
     kt_check_worst(&error);
 }
 
+KT_TEST(coriolis_matrix_refuses_what_is_not_finite_and_too_little_memory) {
+    kt_random random = kt_random_of_test();
+    static double c[ALONG_MOST];
+    kt_tree tree;
+    kt_tree_state s;
+    kt_error e;
+    if (!along_grow(&tree, 1, &random, &s))
+        return;
+    const size_t size = (kt_derivative_work_size(tree.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    c[0] = 7.0;
+    kt_check_equal_int("memory", kt_coriolis_evaluate(tree.model, tree.data, work, 64, s.q, s.v, c, &e),
+                       KT_ERROR_MEMORY);
+    s.v[0] = (double)NAN;
+    kt_check_equal_int("NaN", kt_coriolis_evaluate(tree.model, tree.data, work, size, s.q, s.v, c, &e),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_equal_bits("untouched", c, (const double[]){7.0}, 1);
+    free(work);
+    kt_tree_free(&tree);
+}
+
 static bool mass_at(const kt_tree *tree, const double *q, const double *v, double *out) {
     kt_error e;
     (void)v;

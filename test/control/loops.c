@@ -73,6 +73,8 @@ static bool draw(subject *u, int n, kt_random *random) {
     choose(u);
     u->size = kt_actuation_work_size(u->g.tree.model);
     u->work = aligned_alloc(KT_ALIGNMENT, (u->size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    if (u->work)
+        memset(u->work, 0xff, u->size); /* NaN: what was there must not matter */
     return u->work != NULL;
 }
 

@@ -199,6 +199,11 @@ KT_TEST(what_has_no_inverse_is_refused_with_the_joint_or_row) {
         !kt_tree_fine("data", kt_data_create(model, &data, &e), &e) ||
         !kt_tree_fine("inverse", kt_mass_inverse_create(model, 2, &w, &e), &e))
         return;
+    kt_mass_inverse *other = NULL;
+    kt_check_equal_int("too little memory",
+                       kt_mass_inverse_init(model, 2, &e, kt_mass_inverse_size(model, 2) - 1, &other, &e),
+                       KT_ERROR_MEMORY);
+    kt_check_true("no object", other == NULL);
     kt_check_equal_int("no terms", kt_mass_inverse_apply(w, 1, x, &e), KT_ERROR_ARGUMENT);
     kt_check_equal_bits("x", x, (const double[]){1.0, 2.0}, 2);
     q[1] = (double)NAN;
