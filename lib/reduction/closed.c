@@ -11,6 +11,7 @@
 #include "reduction/front.h"
 #include "reduction/group.h"
 #include "reduction/kernel.h"
+#include "reduction/planar_front.h"
 #include "reduction/rows.h"
 
 /* ---- the recursion ----------------------------------------------------------------------------------------------- */
@@ -128,7 +129,7 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
     const int32_t group = model->link[i].group;
     if (group < 0)
         return kt_eliminate_joint(model, data, i, tau, x, NULL);
-    if (context && model->group[group].delassus)
+    if (context && data->solved[group])
         return eliminate_few(model, data, i, tau, x);
     return eliminate_of_group(model, data, i, tau, x);
 }
@@ -152,7 +153,7 @@ static kt_front_base front_base(const kt_data *data, const kt_group *group) {
 
 KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool few, double *a) {
     const kt_link *link = &model->link[i];
-    if (link->group < 0 || (few && model->group[link->group].delassus)) {
+    if (link->group < 0 || (few && data->solved[link->group])) {
         kt_link_respond(model, data, i, a);
         return;
     }
@@ -182,7 +183,7 @@ static size_t accelerate_few(const kt_model *model, kt_data *data, const double 
         return failed;
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
-        if (model->group[g].delassus && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
+        if (data->solved[g] && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
             return (size_t)link;
     }
     kt_articulated_forward(model, data, end, respond_few, a);
@@ -218,6 +219,7 @@ size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, co
 
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
+    data->solved[g] = false;
     if (group->front.used)
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
@@ -243,11 +245,9 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
 }
 
-/* Factors or prepares a group's equations for accelerations. */
-bool KT_KERNEL(kt_group_ready)(const kt_model *model, kt_data *data, size_t g, bool regular, bool few) {
-    data->solved[g] = few && model->group[g].delassus;
-    return data->solved[g] ? KT_KERNEL(kt_delassus_prepare)(model, data, g)
-                           : KT_KERNEL(kt_group_factor)(model, data, g, KT_ROWS_ALL, regular) >= 0;
+bool KT_KERNEL(kt_group_ready)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool few) {
+    data->solved[g] = few && model->group[g].delassus && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    return data->solved[g] || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
 }
 
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
@@ -257,7 +257,7 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         fill_group(model, data, g, true, q, v, t);
-        if (!KT_KERNEL(kt_group_ready)(model, data, g, regular, few))
+        if (!KT_KERNEL(kt_group_ready)(model, data, g, KT_ROWS_ALL, regular, few))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
@@ -320,12 +320,45 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     }
 }
 
+static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+    bool fine = true;
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, regular);
+    return fine;
+}
+
+bool KT_KERNEL(kt_groups_unsolve)(const kt_model *model, kt_data *data) {
+    bool some = false;
+    for (size_t g = 0; g < model->n.group; g++) {
+        if (!data->solved[g])
+            continue;
+        some = true;
+        if (KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], true) < 0)
+            return false;
+    }
+    return some;
+}
+
+/* Closes a group by its own form, if that is `solved`; otherwise factors it. */
+static bool close_solved(const kt_model *model, kt_data *data, size_t g, double *step) {
+    if (model->group[g].delassus) {
+        KT_KERNEL(kt_delassus_least)(model, data, g, step);
+        return true;
+    }
+    if (KT_KERNEL(kt_narrow_close)(model, data, g, NULL, step))
+        return true;
+    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], true);
+    return false;
+}
+
 bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *step) {
     const kt_reduction_kind *kind = model->reduction;
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
+        if (data->solved[g] && close_solved(model, data, g, step))
+            continue;
         if (group->front.used) {
             const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
             if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
@@ -349,7 +382,9 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
     KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
     KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
     data->motion[0].linear = kt_v4_splat(0.0);
-    return KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, false, step) == 0;
+    if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, model->few, step) == 0)
+        return true;
+    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, step);
 }
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
@@ -408,6 +443,7 @@ const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward
                                                               .nullspace = KT_KERNEL(kt_front_nullspace),
                                                               .look = look,
                                                               .factor = KT_KERNEL(kt_groups_factor),
+                                                              .ready = ready,
                                                               .fill = fill,
                                                               .close = close_groups,
                                                               .multipliers = multipliers,

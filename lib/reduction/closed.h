@@ -14,8 +14,9 @@
  * kt_spatial_accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at
  *   which the inertia is singular, or 0. `few`: groups of few equations are solved by delassus.h, which has prepared
  *   them.
- * kt_group_ready: factors a group's equations for accelerations, or prepares them for delassus.h; returns false if this
- *   cannot be done.
+ * kt_group_ready: as kt_group_factor; if `few`, groups of few equations are prepared for delassus.h (data->solved).
+ *   Returns false if a number is not finite.
+ * kt_groups_unsolve: factors the groups that are `solved`; returns false if there are none or a number is not finite.
  * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
  *   left out. Returns -1 if a number is not finite.
  * kt_groups_factor: factors all groups; returns false if a number is not finite.
@@ -31,7 +32,8 @@
                                    size_t);                                                                            \
     size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, bool, double *);         \
     int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
-    bool kt_group_ready_##level(const kt_model *, kt_data *, size_t, bool, bool);                                      \
+    bool kt_group_ready_##level(const kt_model *, kt_data *, size_t, kt_rows, bool, bool);                             \
+    bool kt_groups_unsolve_##level(const kt_model *, kt_data *);                                                       \
     bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
     void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
                                     kt_violation *);                                                                   \

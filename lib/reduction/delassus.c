@@ -29,18 +29,18 @@ static int32_t step_of(const kt_front *f, const kt_loop_record *loop) {
 
 /* The independent equations: all, or those that have been chosen at generic positions. Returns false if they are not as
  * many as they should be. */
-static bool find(const kt_model *model, kt_data *data, size_t g, sweep *s) {
+static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, sweep *s) {
     s->model = model;
     s->data = data;
     s->count = 0;
-    kt_front_find(model, data, g, KT_ROWS_ALL, &s->f);
+    kt_front_find(model, data, g, rows, &s->f);
     kt_delassus_find(model, data, g, &s->d);
-    const int32_t begin = s->f.step[0].loop, rank = s->f.group->rank[KT_ROWS_ALL];
+    const int32_t begin = s->f.step[0].loop, rank = s->f.group->rank[rows];
     for (int32_t l = begin; l < begin + s->f.group->loop_count; l++) {
         const kt_loop_record *loop = &model->loop[model->front_loop[l]];
         const int32_t *slot = kt_front_slots(&s->f, loop);
         for (int r = 0; r < loop->row_count; r++) {
-            if (slot[r] < 0 || (s->f.w.weight && s->f.w.weight[slot[r]] == 1.0))
+            if (!kt_front_counts(&s->f, slot[r]) || (s->f.w.weight && s->f.w.weight[slot[r]] == 1.0))
                 continue;
             if (s->count == rank)
                 return false;
@@ -137,7 +137,7 @@ static void add_square(kt_v4 u, double weight, kt_v4 *square) {
         square[r] += kt_v4_splat(u[r] * weight) * u;
 }
 
-/* A A' */
+/* A A', and the rows of A' as columns. */
 KT_INLINE void square_rows(const sweep *s, int components, kt_v4 *square) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     wrenches p;
@@ -145,10 +145,12 @@ KT_INLINE void square_rows(const sweep *s, int components, kt_v4 *square) {
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
         receive(s, i, components, passed, &p);
-        if (s->model->link[i].motion != KT_MOTION_SPHERICAL)
-            add_square(along(s, i, components, &p), 1.0, square);
-        for (int c = 0; c < 3 && s->model->link[i].motion == KT_MOTION_SPHERICAL; c++)
-            add_square(p.x[c], 1.0, square);
+        const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
+        for (int c = 0; c < dofs; c++) {
+            const kt_v4 row = dofs == 1 ? along(s, i, components, &p) : p.x[c];
+            s->d.column[s->model->link[i].local + c] = row;
+            add_square(row, 1.0, square);
+        }
         passed = l > 0 && up == link[l - 1];
         pass_on(s, up, kt_front_offset(&s->f, i), components, passed, &p);
     }
@@ -197,8 +199,8 @@ static double orthonormalise(const kt_v4 *g, int begin, int end, kt_v4 *c, doubl
 
 /* C in columns, for the loops in the order of the steps. Returns the smallest of the steps' last directions relative to
  * their usual sizes, 0 if one is not clear. */
-static double orthonormalise_steps(const sweep *s, const kt_v4 *g, kt_v4 *c) {
-    const double *usual = s->model->front_usual + (size_t)KT_ROWS_ALL * s->model->n.front + s->f.plan->step;
+static double orthonormalise_steps(const sweep *s, kt_rows rows, const kt_v4 *g, kt_v4 *c) {
+    const double *usual = s->model->front_usual + (size_t)rows * s->model->n.front + s->f.plan->step;
     double first = s->f.w.least * s->f.w.least, least = (double)INFINITY;
     for (int begin = 0, end = 0; begin < s->count && least > 0.0; begin = end) {
         const int32_t step = s->row[begin].step;
@@ -209,10 +211,10 @@ static double orthonormalise_steps(const sweep *s, const kt_v4 *g, kt_v4 *c) {
     return least;
 }
 
-bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g) {
+bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     kt_v4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
-    if (!find(model, data, g, &s))
+    if (!find(model, data, g, rows, &s))
         return false;
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
         square[r] = c[r] = s.d.transform[r] = kt_v4_splat(0.0);
@@ -223,17 +225,42 @@ bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t
         square_rows(&s, KT_FRONT_SPACE / 2, square);
     else
         square_rows(&s, KT_FRONT_SPACE, square);
-    const double last = orthonormalise_steps(&s, square, c);
+    const double last = orthonormalise_steps(&s, rows, square, c);
     if (!(last > KT_NEAR_SINGULAR) || !isfinite(last))
         return false;
     for (int r = 0; r < KT_DELASSUS_MAX; r++)
         for (int n = 0; n < KT_DELASSUS_MAX; n++)
             s.d.transform[r][n] = c[n][r];
-    data->factored[g] = KT_ROWS_ALL;
+    data->factored[g] = rows;
     data->near[g] = false;
     data->last[g] = last;
-    data->rank[g] = model->group[g].rank[KT_ROWS_ALL];
+    data->rank[g] = model->group[g].rank[rows];
     return true;
+}
+
+void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, double *step) {
+    kt_v4 mu = kt_v4_splat(0.0), lambda = mu;
+    sweep s;
+    (void)find(model, data, g, data->factored[g], &s);
+    for (int r = 0; r < s.count; r++)
+        mu += kt_v4_splat(s.f.w.right[s.row[r].slot]) * s.d.transform[r];
+    for (int r = 0; r < s.count; r++)
+        lambda[r] = dot(s.d.transform[r], mu);
+    for (int l = 0; l < s.f.group->link_count; l++) {
+        const int32_t i = model->group_link[s.f.group->link + l];
+        const kt_link *link = &model->link[i];
+        const kt_v4 *row = s.d.column + link->local;
+        double *x = step + link->v;
+        x[0] = dot(row[0], lambda);
+        if (s.f.components == KT_FRONT_SPACE / 2) {
+            const kt_planar_link *planar = &model->planar[kt_planar_index_shift(model, i)];
+            x[0] *= planar->revolute ? planar->sign : 1.0;
+        } else if (link->motion == KT_MOTION_SPHERICAL) {
+            const kt_v4 world = {x[0], dot(row[1], lambda), dot(row[2], lambda), 0.0};
+            for (int c = 0; c < 3; c++)
+                x[c] = kt_v4_dot(data->motion[i].axes[c], world);
+        }
+    }
 }
 
 /* ---- S and mu ---------------------------------------------------------------------------------------------------- */
@@ -376,7 +403,7 @@ bool KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g
     sums to = {.force = kt_v4_splat(0.0)};
     kt_v4 mu = kt_v4_splat(0.0);
     sweep s;
-    (void)find(model, data, g, &s);
+    (void)find(model, data, g, data->factored[g], &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
     place_loads(&s, -1.0);
     if (planar)

@@ -53,12 +53,14 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     d->inverse = (double *)at;
 }
 
-/* kt_delassus_prepare: C and the columns of W C, of a group whose equations have been filled; false if it is left to
- *   the fronts. Sets what kt_front_factor does.
+/* kt_delassus_prepare: C, of a group whose equations have been filled; false if it is left to the fronts. Sets what
+ *   kt_front_factor does.
+ * kt_delassus_least: the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
  * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass;
  *   stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane. */
 #define KT_DELASSUS_DECLARE(level)                                                                                     \
-    bool kt_delassus_prepare_##level(const kt_model *, kt_data *, size_t);                                             \
+    bool kt_delassus_prepare_##level(const kt_model *, kt_data *, size_t, kt_rows);                                    \
+    void kt_delassus_least_##level(const kt_model *, kt_data *, size_t, double *);                                     \
     bool kt_delassus_solve_##level(const kt_model *, kt_data *, size_t, const double *);
 KT_DELASSUS_DECLARE(baseline)
 KT_DELASSUS_DECLARE(v3)

@@ -16,6 +16,9 @@ typedef struct kt_reduction_kernels {
                  kt_violation *violation);
     /* Factors the equations that have been filled; returns false if a number is not finite. `regular`: as above. */
     bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
+    /* As `factor`, for `close` alone: groups of few equations (delassus.h) and of narrow fronts (planar_front.h) are
+     * left to their own forms at regular positions. */
+    bool (*ready)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
     /* Computes the least step (nv) with A step = right, as last factored: in coordinates (then only those of groups

@@ -99,12 +99,12 @@ static __attribute__((noinline)) bool close_geared(const kt_model *model, kt_dat
 /* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
  * accelerations. */
 static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                        bool special, const double *tau, double *a) {
+                        const double *tau, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
     kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
-    if (special && group->narrow)
+    if (data->solved[g])
         return KT_KERNEL(kt_narrow_close)(model, data, (size_t)g, tau, a);
     if (group->apart)
         return group->front.used ? close_front(model, data, g, top, tau, a)
@@ -135,18 +135,17 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
 }
 
 /* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
- * in closed form for these velocities; otherwise they have been factored like all others. If `few`, groups of few
- * equations are solved by delassus.h, and their links are links of the tree. */
+ * in closed form for these velocities; otherwise they have been factored like all others. Links of groups that
+ * delassus.h has prepared are links of the tree. */
 typedef struct closure {
     const kt_model *model;
     kt_data *data;
     const double *gravity, *v;
     double *a;
-    bool few;
 } closure;
 
 KT_INLINE bool is_few(const closure *c, const kt_planar_link *link) {
-    return c->few && c->model->group[link->group].delassus;
+    return c->data->solved[link->group] && c->model->group[link->group].delassus;
 }
 
 static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
@@ -164,9 +163,8 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
 
 static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
     const bool pin = c->v && c->model->group[link->group].pin;
-    const bool done =
-        pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
-            : close_group(c->model, c->data, link->group, link->parent, c->gravity, c->v != NULL, tau, c->a);
+    const bool done = pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+                          : close_group(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
     return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
 }
 
@@ -233,25 +231,24 @@ static size_t solve_few(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
-        if (model->group[g].delassus && k >= plane->first && k < plane->last &&
+        if (c->data->solved[g] && model->group[g].delassus && k >= plane->first && k < plane->last &&
             !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
             return g;
     }
     return model->n.group;
 }
 
-/* `weightless`: without gravity; v, few: as above. */
+/* `weightless`: without gravity; v: as above. */
 static size_t accelerate(const kt_model *model, kt_data *data, const double *v, const double *tau, bool weightless,
-                         bool few, double *a) {
+                         double *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
-        closure c = {
-            .model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a, .few = few};
+        closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};
         const size_t failed = model->geared ? backward_geared(model, data, plane, tau, &c)
                                             : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
-        const size_t unsolved = few ? solve_few(&c, plane) : model->n.group;
+        const size_t unsolved = model->few ? solve_few(&c, plane) : model->n.group;
         if (unsolved < model->n.group)
             return (size_t)model->group_link[model->group[unsolved].link];
         kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
@@ -273,27 +270,43 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
         KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
 }
 
+/* Narrow fronts are left to planar_front.h if `special` (data->solved); the others as kt_group_ready. */
+static bool group_ready(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool special) {
+    const kt_group *group = &model->group[g];
+    if (!special || !group->narrow || group->count[rows] != group->count[KT_ROWS_ALL])
+        return KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, special);
+    data->solved[g] = true;
+    data->factored[g] = rows;
+    data->near[g] = false;
+    data->rank[g] = group->rank[rows];
+    return true;
+}
+
+static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+    bool fine = true;
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= group_ready(model, data, g, rows, regular, regular);
+    return fine;
+}
+
 /* `special`: groups of one pin are solved in closed form, those of few equations by delassus.h, those of narrow fronts
  * by planar_front.h. */
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                           const double *tau, const kt_wrench *external, bool regular, bool special, double *a) {
     size_t failed = 0;
-    const bool few = special && model->few;
     set_motion(model, data, q, v, external);
     for (size_t g = 0; g < model->n.group; g++) {
         if (special && model->group[g].pin)
             continue;
         fill_moving(model, data, g, q, v, t);
-        if (special && model->group[g].narrow)
-            continue;
-        if (!KT_KERNEL(kt_group_ready)(model, data, g, regular, few))
+        if (!group_ready(model, data, g, KT_ROWS_ALL, regular, special))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
         return failed;
     if (has_spatial(model))
-        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, few, a);
-    return failed ? failed : accelerate(model, data, special ? v : NULL, tau, false, few, a);
+        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, special && model->few, a);
+    return failed ? failed : accelerate(model, data, special ? v : NULL, tau, false, a);
 }
 
 /* If one of the special forms fails, for whatever reason, the general method decides. */
@@ -331,10 +344,12 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
         KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
         KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
         data->motion[0].linear = kt_v4_splat(0.0);
-        if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, false, step))
-            return false;
+        if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, model->few, step))
+            return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, step);
     }
-    return accelerate(model, data, NULL, model->zero, true, false, step) == 0;
+    if (accelerate(model, data, NULL, model->zero, true, step) == 0)
+        return true;
+    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, step);
 }
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
@@ -343,5 +358,6 @@ const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = 
                                                                      .nullspace = KT_KERNEL(kt_front_nullspace),
                                                                      .look = look,
                                                                      .factor = KT_KERNEL(kt_groups_factor),
+                                                                     .ready = ready,
                                                                      .fill = fill,
                                                                      .close = close_groups};

@@ -37,12 +37,28 @@ KT_INLINE kt_v4 combine(kt_v4 a, const kt_v4 r[KT_NARROW]) {
            (kt_v4_splat(a[2]) * r[2] + kt_v4_splat(a[3]) * r[3]);
 }
 
-/* Takes a link, whose coordinate is parameter n, and adds its energy and its force tau. */
-KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, double tau) {
+/* Adds the energy T' IA T of a link, and the forces -T' (IA t + bias). */
+KT_INLINE void weigh_link(narrow *s, const kt_planar_inertia *x, const narrow_link *own) {
+    const double ta = own->constant[0], tb = own->constant[1], tc = own->constant[2];
+    const kt_v4 a = own->motion[0], b = own->motion[1], c = own->motion[2];
+    const kt_v4 j = kt_v4_splat(x->j), hx = kt_v4_splat(x->h[0]), hy = kt_v4_splat(x->h[1]);
+    const kt_v4 xx = kt_v4_splat(x->xx), xy = kt_v4_splat(x->xy), yy = kt_v4_splat(x->yy);
+    const kt_v4 fa = j * a + (hx * b + hy * c), fb = hx * a + (xx * b + xy * c), fc = hy * a + (xy * b + yy * c);
+    for (int i = 0; i < KT_NARROW; i++)
+        s->energy[i] += kt_v4_splat(a[i]) * fa + (kt_v4_splat(b[i]) * fb + kt_v4_splat(c[i]) * fc);
+    const double na = x->moment + (x->j * ta + (x->h[0] * tb + x->h[1] * tc));
+    const double nb = x->force[0] + (x->h[0] * ta + (x->xx * tb + x->xy * tc));
+    const double nc = x->force[1] + (x->h[1] * ta + (x->xy * tb + x->yy * tc));
+    s->pull -= a * kt_v4_splat(na) + (b * kt_v4_splat(nb) + c * kt_v4_splat(nc));
+    s->size += a * a * j + (b * b * xx + c * c * yy);
+}
+
+/* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
+ * coordinate. */
+KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const double *tau) {
     const int32_t k = kt_planar_index_shift(s->f.model, step->link);
     const kt_planar_link *link = &s->f.model->planar[k];
     const kt_planar_motion *m = &s->f.data->planar[k];
-    const kt_planar_inertia *x = &s->f.data->planar_inertia[k];
     const kt_v4 own = unit[n];
     kt_v4 a = {0.0}, b = a, c = a;
     double ta = 0.0, tb = 0.0, tc = 0.0, u[2];
@@ -63,18 +79,15 @@ KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, double tau
         b += kt_v4_splat(u[0]) * own;
         c += kt_v4_splat(u[1]) * own;
     }
-    const kt_v4 j = kt_v4_splat(x->j), hx = kt_v4_splat(x->h[0]), hy = kt_v4_splat(x->h[1]);
-    const kt_v4 xx = kt_v4_splat(x->xx), xy = kt_v4_splat(x->xy), yy = kt_v4_splat(x->yy);
-    const kt_v4 fa = j * a + (hx * b + hy * c), fb = hx * a + (xx * b + xy * c), fc = hy * a + (xy * b + yy * c);
-    for (int i = 0; i < KT_NARROW; i++)
-        s->energy[i] += kt_v4_splat(a[i]) * fa + (kt_v4_splat(b[i]) * fb + kt_v4_splat(c[i]) * fc);
-    const double na = x->moment + (x->j * ta + (x->h[0] * tb + x->h[1] * tc));
-    const double nb = x->force[0] + (x->h[0] * ta + (x->xx * tb + x->xy * tc));
-    const double nc = x->force[1] + (x->h[1] * ta + (x->xy * tb + x->yy * tc));
-    s->pull += kt_v4_splat(tau) * own - (a * kt_v4_splat(na) + (b * kt_v4_splat(nb) + c * kt_v4_splat(nc)));
-    s->size += a * a * j + (b * b * xx + c * c * yy);
     s->link[step->slot] = (narrow_link){.motion = {a, b, c}, .constant = {ta, tb, tc}};
     s->open |= 1U << step->slot;
+    if (tau) {
+        weigh_link(s, &s->f.data->planar_inertia[k], &s->link[step->slot]);
+        s->pull += kt_v4_splat(tau[link->v]) * own;
+    } else {
+        s->energy[n] += own;
+        s->size += own;
+    }
 }
 
 /* The equations that a step completes: D and e. Returns their number. */
@@ -84,7 +97,7 @@ KT_INLINE int complete_loops(const narrow *s, const kt_front_step *step, kt_v4 *
         const kt_loop_record *loop = &s->f.model->loop[s->f.model->front_loop[i]];
         const int32_t *slot = kt_front_slots(&s->f, loop);
         for (int r = 0; r < loop->row_count; r++) {
-            if (slot[r] < 0)
+            if (!kt_front_counts(&s->f, slot[r]))
                 continue;
             d[count] = kt_v4_splat(0.0);
             e[count] = s->f.w.right[slot[r]];
@@ -206,7 +219,7 @@ KT_INLINE bool advance(narrow *s, int at, const double *usual, const double *tau
     kt_narrow_step *kept = &s->kept[at];
     kt_v4 d[KT_NARROW_ROWS];
     double e[KT_NARROW_ROWS];
-    take_link(s, step, *n, tau[s->f.model->link[step->link].v]);
+    take_link(s, step, *n, tau);
     kept->params = ++*n;
     kept->rank = complete_loops(s, step, d, e);
     for (int i = step->leave; i < step->leave + step->leave_count; i++)
@@ -250,8 +263,9 @@ static void respond(const narrow *s, double *a) {
 bool KT_KERNEL(kt_narrow_close)(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a) {
     narrow s;
     int n = 0;
-    kt_front_find(model, data, g, KT_ROWS_ALL, &s.f);
-    const double *usual = model->front_usual + (size_t)KT_ROWS_ALL * model->n.front + s.f.plan->step;
+    const kt_rows rows = data->factored[g];
+    kt_front_find(model, data, g, rows, &s.f);
+    const double *usual = model->front_usual + (size_t)rows * model->n.front + s.f.plan->step;
     s.kept = (kt_narrow_step *)(void *)s.f.w.front; /* groups' matrices begin at multiples of eight numbers */
     s.open = 0;
     s.last = (double)INFINITY;
@@ -261,10 +275,9 @@ bool KT_KERNEL(kt_narrow_close)(const kt_model *model, kt_data *data, size_t g, 
     for (int at = 0; at < s.f.group->link_count; at++)
         if (!advance(&s, at, usual, tau, &n))
             return false;
-    data->factored[g] = KT_ROWS_ALL;
     data->near[g] = false;
     data->last[g] = s.last;
-    data->rank[g] = s.f.group->rank[KT_ROWS_ALL];
+    data->rank[g] = s.f.group->rank[rows];
     respond(&s, a);
     return true;
 }

@@ -27,7 +27,8 @@ typedef struct kt_narrow_step {
 static inline size_t kt_narrow_count(size_t steps) { return steps * sizeof(kt_narrow_step) / sizeof(double); }
 
 /* Writes the accelerations of a group on the ground, whose equations have been filled and whose bias is computed
- * (planar_group.h), to a; false if that is left to front.c. Sets what kt_front_factor does. */
+ * (planar_group.h), to a; without tau the least solution of A x = right. False if that is left to front.c. Sets what
+ * kt_front_factor does, for the equations data->factored. */
 #define KT_NARROW_DECLARE(level)                                                                                       \
     bool kt_narrow_close_##level(const kt_model *, kt_data *, size_t, const double *, double *);
 KT_NARROW_DECLARE(baseline)

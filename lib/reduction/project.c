@@ -54,12 +54,12 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         if (slow && near)
             regular = false;
         before = violation->gap;
-        if (!kernels->factor(model, data, KT_ROWS_CLOSED, regular))
+        if (!kernels->ready(model, data, KT_ROWS_CLOSED, regular))
             return KT_CLOSURE_NOT_FINITE;
-        near = is_near_singular(model, data);
         kt_residuals_to_right_hand_side(model, data, goal);
         if (!kernels->close(model, data, model->metric, data->delta))
             return KT_CLOSURE_SINGULAR;
+        near = is_near_singular(model, data);
         kt_move(model, NULL, q, data->delta, data->moved_q);
         memcpy(q, data->moved_q, model->n.q * sizeof *q);
         *changed = true;
@@ -89,7 +89,7 @@ static void look_at_velocities(const kt_model *model, kt_data *data, const doubl
 static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                   kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    if (!kernels->factor(model, data, KT_ROWS_ALL, regular))
+    if (!kernels->ready(model, data, KT_ROWS_ALL, regular))
         return KT_CLOSURE_NOT_FINITE;
     const double given = violation->speed;
     double before = (double)INFINITY;
