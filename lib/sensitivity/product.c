@@ -1,5 +1,5 @@
 /* Products of small matrices. A tile of rows is summed in registers over all columns, in their order, so that results
- * have the same bits whatever the width of the registers. Columns of X begin as unit vectors: their zeros are skipped. */
+ * have the same bits whatever the width of the registers. */
 #include "algebra/lane.h"
 #include "sensitivity/sensitivity.h"
 
@@ -16,8 +16,6 @@ KT_INLINE void copy_tile(size_t n, size_t first, const double *m, kt_v4 *tile) {
 
 KT_INLINE void add_columns(size_t n, const kt_v4 *tile, const double *x, kt_v4 sum[2]) {
     for (size_t k = 0; k < n; k++) {
-        if (x[k] == 0.0)
-            continue;
         const kt_v4 xk = kt_v4_splat(x[k]);
         sum[0] += tile[2 * k] * xk;
         sum[1] += tile[2 * k + 1] * xk;

@@ -46,28 +46,43 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
                                        step->tau, step->external, w->by_q, w->by_v, by_tau, error);
 }
 
+/* dK_0: at the start the changes are unit vectors. */
+static void push_first(kt_step_work *w, size_t columns) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    for (size_t j = 0; j < columns; j++) {
+        const double *by = j < n ? w->by_q : j < 2 * n ? w->by_v : w->by_tau, *dq = w->start + j * N;
+        double *to = w->rate + j * N;
+        if (kt_is_plain(model))
+            memcpy(to, dq + nq, n * sizeof *to);
+        else
+            kt_tangent_rate(model, w->y, w->y + nq, dq, dq + nq, to);
+        memcpy(to + nq, by + j % n * n, n * sizeof *to);
+    }
+}
+
 /* dK_i from dX_i. */
 static void push(kt_step_work *w, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    const double *q = w->stage + i * N, *v = q + nq, *xi = w->change;
+    const double *q = w->stage + i * N, *v = q + nq;
     double *rate = w->rate + i * N * columns;
     for (size_t j = 0; j < columns; j++) {
         const double *dq = w->change + j * N, *dv = dq + nq;
         double *to = rate + j * N;
-        memset(to + nq, 0, n * sizeof *to);
-        if (j >= 2 * n)
+        if (j < 2 * n)
+            memset(to + nq, 0, n * sizeof *to);
+        else
             memcpy(to + nq, w->by_tau + (j - 2 * n) * n, n * sizeof *to);
-        if (kt_is_plain(model))
+        if (kt_is_plain(model)) {
             memcpy(to, dv, n * sizeof *to);
-        else {
-            kt_tangent_rate(model, q, v, dq, dv, to);
-            kt_tangent_drop(model, q, dq, w->xi + j * N);
+            continue;
         }
+        kt_tangent_rate(model, q, v, dq, dv, to);
+        kt_tangent_drop(model, q, dq, w->xi + j * N);
     }
-    if (!kt_is_plain(model))
-        xi = w->xi;
-    kt_product_of(model)(n, w->by_q, w->by_v, w->tiles, columns, N, xi, w->change + nq, rate + nq);
+    kt_product_of(model)(n, w->by_q, w->by_v, w->tiles, columns, N, kt_is_plain(model) ? w->change : w->xi,
+                         w->change + nq, rate + nq);
 }
 
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
@@ -99,6 +114,10 @@ static kt_status differentiate_step(kt_step_work *w, const double *q, const doub
         status = kt_step_differentiate(w, i, inputs, a, error);
         if (status != KT_OK)
             return status;
+        if (i == 0) {
+            push_first(w, columns);
+            continue;
+        }
         kt_step_combine(w->change, w->start, step->h, kt_step_row(step->method, i), i, w->rate, N * columns);
         push(w, i, columns);
     }
