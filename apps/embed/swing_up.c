@@ -181,9 +181,9 @@ static int optimize(task *t) {
         }
         while (!backward(t, mu))
             mu *= 10.0;
-        for (double length = 1.0; !better && length > 1e-6; length *= 0.5) {
+        for (int halved = 0; !better && halved < 20; halved++) {
             next = *t;
-            better = move(&next, t, length) && next.cost < t->cost;
+            better = move(&next, t, ldexp(1.0, -halved)) && next.cost < t->cost;
         }
         mu = better ? fmax(1e-9, 0.3 * mu) : 10.0 * mu;
         fallen = better ? 1.0 - next.cost / t->cost : 1.0;

@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA", "ABA", "RK4", "CRBA", "dABA", "bias", "terms", "column"};
+const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA",  "ABA",    "RK4",   "CRBA", "dABA",   "bias",
+                                                       "terms", "column", "dABA3", "AB",   "motion", "gradient"};
 
 static kt_status first_failure(const kt_chain *chain, kt_error *error) {
     if (chain->error.code != KT_OK && error)

@@ -1,53 +1,63 @@
-/* Products of small matrices. A tile of rows is summed in registers over all columns, in their order, so that results
- * have the same bits whatever the width of the registers. */
-#include "algebra/lane.h"
+/* Products and sums of small matrices, whose columns are padded to whole vectors. A tile of rows is summed in registers over
+ * all columns of A and then of B, in their order, so that results have the same bits whatever the width of the registers;
+ * several columns at once, since each waits for its own sums. */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
 
-/* Rows first .. first + 7 of M, in two vectors a column; zeros below the last row. */
-KT_INLINE void copy_tile(size_t n, size_t first, const double *m, kt_v4 *tile) {
-    for (size_t k = 0; k < n; k++, tile += 2) {
-        tile[0] = tile[1] = kt_v4_splat(0.0);
-        for (size_t l = first; l < n && l < first + KT_PRODUCT_TILE; l++)
-            tile[(l - first) / 4][(l - first) % 4] = m[k * n + l];
-    }
-}
+enum { AT_ONCE = 4 /* columns */ };
 
-KT_INLINE void add_columns(size_t n, const kt_v4 *tile, const double *x, kt_v4 sum[2]) {
+/* Rows first .. first + 7 of M, a vector a column; zeros below the last row. */
+KT_INLINE void copy_tile(size_t n, size_t first, const double *m, kt_v8 *tile) {
+    const size_t rows = n - first < KT_LANES ? n - first : KT_LANES;
     for (size_t k = 0; k < n; k++) {
-        const kt_v4 xk = kt_v4_splat(x[k]);
-        sum[0] += tile[2 * k] * xk;
-        sum[1] += tile[2 * k + 1] * xk;
+        tile[k] = (kt_v8){0.0};
+        memcpy(&tile[k], m + k * n + first, rows * sizeof *m);
     }
 }
 
-KT_INLINE void add_rows(kt_v4 sum, size_t rows, double *y) {
-    kt_v4 old;
-    if (rows >= 4) {
-        memcpy(&old, y, sizeof old);
-        old += sum;
-        memcpy(y, &old, sizeof old);
-        return;
-    }
-    for (size_t l = 0; l < rows; l++)
-        y[l] += sum[l];
+/* `count` columns of a tile, count <= AT_ONCE. */
+KT_INLINE void multiply(size_t n, size_t stride, size_t count, const kt_v8 *a, const kt_v8 *b, const double *x,
+                        const double *z, double *y) {
+    kt_v8 sum[AT_ONCE];
+    for (size_t j = 0; j < count; j++)
+        memcpy(&sum[j], y + j * stride, sizeof *sum);
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < count; j++)
+            sum[j] += a[k] * x[j * stride + k];
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < count; j++)
+            sum[j] += b[k] * z[j * stride + k];
+    for (size_t j = 0; j < count; j++)
+        memcpy(y + j * stride, &sum[j], sizeof *sum);
 }
 
-void KT_KERNEL(kt_product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, size_t stride,
-                           const double *x, const double *z, double *y) {
-    kt_v4 *tile = (kt_v4 *)(void *)scratch;
-    for (size_t first = 0; first < n; first += KT_PRODUCT_TILE) {
+void KT_KERNEL(kt_product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, const double *x,
+                           const double *z, double *y) {
+    const size_t stride = kt_padded(n);
+    kt_v8 *tile = (kt_v8 *)(void *)scratch;
+    for (size_t first = 0; first < n; first += KT_LANES) {
+        size_t j = 0;
         copy_tile(n, first, a, tile);
-        copy_tile(n, first, b, tile + 2 * n);
-        for (size_t j = 0; j < columns; j++) {
-            kt_v4 sum[2] = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
-            double *to = y + j * stride + first;
-            add_columns(n, tile, x + j * stride, sum);
-            add_columns(n, tile + 2 * n, z + j * stride, sum);
-            add_rows(sum[0], n - first, to);
-            if (n > first + 4)
-                add_rows(sum[1], n - first - 4, to + 4);
+        copy_tile(n, first, b, tile + n);
+        for (; j + AT_ONCE <= columns; j += AT_ONCE)
+            multiply(n, stride, AT_ONCE, tile, tile + n, x + j * stride, z + j * stride, y + j * stride + first);
+        for (; j < columns; j++)
+            multiply(n, stride, 1, tile, tile + n, x + j * stride, z + j * stride, y + j * stride + first);
+    }
+}
+
+void KT_KERNEL(kt_sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k,
+                       size_t n) {
+    for (size_t at = 0; at < n; at += KT_LANES) {
+        kt_v8 sum, x;
+        memcpy(&sum, start + at, sizeof sum);
+        for (size_t j = 0; j < count; j++) {
+            if (row[j] == 0.0)
+                continue;
+            memcpy(&x, k + j * n + at, sizeof x);
+            sum += h * row[j] * x;
         }
+        memcpy(out + at, &sum, sizeof sum);
     }
 }

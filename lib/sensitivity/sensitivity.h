@@ -49,14 +49,27 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
 
 /* ---- products ---------------------------------------------------------------------------------------------------- */
 
-enum { KT_PRODUCT_TILE = 8 };
+/* The numbers of a column of n, padded to whole vectors; what follows the n-th stays zero. */
+static inline size_t kt_padded(size_t n) { return (n + KT_LANES - 1) / KT_LANES * KT_LANES; }
 
-/* Y += A X + B Z with n x n matrices A and B; X, Z and Y have `columns` columns, each `stride` numbers after the one before.
- * scratch: 2 KT_PRODUCT_TILE n numbers, at a multiple of 32 bytes. */
-typedef void kt_product_call(size_t n, const double *a, const double *b, double *scratch, size_t columns, size_t stride,
-                             const double *x, const double *z, double *y);
-kt_product_call kt_product_baseline, kt_product_v3, kt_product_v4;
-kt_product_call *kt_product_of(const kt_model *model);
+/* product: Y += A X + B Z with n x n matrices A and B; X, Z and Y have `columns` padded columns. scratch: 2 KT_LANES n
+ * numbers.
+ * sum: out = start + h sum_j row_j k_j over `count` rows k_j of n numbers, a multiple of KT_LANES, one after the other.
+ * All but A and B are aligned as arrays of an arena are. */
+typedef struct kt_products {
+    void (*product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, const double *x,
+                    const double *z, double *y);
+    void (*sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k, size_t n);
+} kt_products;
+
+#define KT_PRODUCTS_DECLARE(level)                                                                                     \
+    void kt_product_##level(size_t, const double *, const double *, double *, size_t, const double *, const double *,  \
+                            double *);                                                                                 \
+    void kt_sum_##level(double *, const double *, double, const double *, size_t, const double *, size_t);
+KT_PRODUCTS_DECLARE(baseline)
+KT_PRODUCTS_DECLARE(v3)
+KT_PRODUCTS_DECLARE(v4)
+#undef KT_PRODUCTS_DECLARE
 
 /* ---- the projection ---------------------------------------------------------------------------------------------- */
 
@@ -123,15 +136,18 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, slope, s *N, "their slopes K_i")                                                                         \
     X(double, next, N, "state at the end")                                                                             \
     X(double, unit, n, "a unit vector")                                                                                \
-    X(double, start, N *c, "dx of all columns, dq and dv")                                                             \
-    X(double, change, N *c, "dX_i")                                                                                    \
-    X(double, rate, s *N *c, "dK_i")                                                                                   \
-    X(double, xi, kt_is_plain(model) ? 0 : N *c, "rotations of a stage")                                               \
+    X(double, start_q, kt_padded(model->n.q) * c, "dx of all columns, padded: dq")                                     \
+    X(double, start_v, kt_padded(n) * c, "dv")                                                                         \
+    X(double, change_q, kt_padded(model->n.q) * c, "dX_i: dq")                                                         \
+    X(double, change_v, s *kt_padded(n) * c, "dv, of each stage")                                                      \
+    X(double, rate_q, kt_is_plain(model) ? 0 : s *kt_padded(model->n.q) * c, "dK_i: of q', if that is not v")          \
+    X(double, rate_v, s *kt_padded(n) * c, "of v'")                                                                    \
+    X(double, xi, kt_is_plain(model) ? 0 : kt_padded(n) * c, "rotations of a stage, if they are not dq")               \
     X(double, end, 2 * n * c, "dx+, tangent")                                                                          \
     X(double, by_q, n *n, "a_q")                                                                                       \
     X(double, by_v, n *n, "a_v")                                                                                       \
     X(double, by_tau, n *n, "a_tau")                                                                                   \
-    X(double, tiles, 2 * KT_PRODUCT_TILE * n, "of a product")                                                          \
+    X(double, tiles, 2 * KT_LANES * n, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
     X(double, by_end, N, "gradient by it, of dq and dv")                                                               \

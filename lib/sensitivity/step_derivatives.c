@@ -5,26 +5,32 @@
 
 #include <string.h>
 
-kt_product_call *kt_product_of(const kt_model *model) {
+static kt_products products_of(const kt_model *model) {
 #ifdef KT_ISAS
     if (model->level == KT_ISA_V4)
-        return kt_product_v4;
+        return (kt_products){kt_product_v4, kt_sum_v4};
     if (model->level == KT_ISA_V3)
-        return kt_product_v3;
+        return (kt_products){kt_product_v3, kt_sum_v3};
 #endif
     (void)model;
-    return kt_product_baseline;
+    return (kt_products){kt_product_baseline, kt_sum_baseline};
 }
 
-/* The changes at the start: unit vectors of xi, dv and dtau. */
+/* The changes at the start: unit vectors of xi, dv and dtau. What pads the columns stays zero in all that follows. */
 static void begin(kt_step_work *w, size_t columns) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
-    memset(w->start, 0, N * columns * sizeof *w->start);
+    const size_t n = w->model->n.v, Q = kt_padded(w->model->n.q), V = kt_padded(n);
+    memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
+    memset(w->start_v, 0, V * columns * sizeof *w->start_v);
+    memset(w->rate_v, 0, w->stages * V * columns * sizeof *w->rate_v);
+    if (!kt_is_plain(w->model)) {
+        memset(w->rate_q, 0, w->stages * Q * columns * sizeof *w->rate_q);
+        memset(w->xi, 0, V * columns * sizeof *w->xi);
+    }
     for (size_t j = 0; j < n; j++) {
         memset(w->unit, 0, n * sizeof *w->unit);
         w->unit[j] = 1.0;
-        kt_tangent_lift(w->model, w->y, w->unit, w->start + j * N);
-        w->start[(n + j) * N + nq + j] = 1.0;
+        kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
+        w->start_v[(n + j) * V + j] = 1.0;
     }
 }
 
@@ -46,56 +52,45 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
                                        step->tau, step->external, w->by_q, w->by_v, by_tau, error);
 }
 
-/* dK_0: at the start the changes are unit vectors. */
-static void push_first(kt_step_work *w, size_t columns) {
+/* Adds dK_i to the derivatives by tau that are there: the rates of positions, and unless i is 0 a_q xi + a_v dv; at the
+ * start xi and dv are unit vectors, and the derivatives themselves are copied. */
+static void push(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    for (size_t j = 0; j < columns; j++) {
-        const double *by = j < n ? w->by_q : j < 2 * n ? w->by_v : w->by_tau, *dq = w->start + j * N;
-        double *to = w->rate + j * N;
-        if (kt_is_plain(model))
-            memcpy(to, dq + nq, n * sizeof *to);
-        else
-            kt_tangent_rate(model, w->y, w->y + nq, dq, dq + nq, to);
-        memcpy(to + nq, by + j % n * n, n * sizeof *to);
+    const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
+    const double *q = w->stage + i * (nq + n), *dq = w->change_q, *dv = w->change_v + i * V * columns;
+    double *rate = w->rate_v + i * V * columns;
+    for (size_t j = i ? 2 * n : 0; j < columns; j++) {
+        const double *by = j < n ? w->by_q + j * n : j < 2 * n ? w->by_v + (j - n) * n : w->by_tau + (j - 2 * n) * n;
+        memcpy(rate + j * V, by, n * sizeof *rate);
     }
+    for (size_t j = 0; j < columns && !kt_is_plain(model); j++) {
+        kt_tangent_rate(model, q, q + nq, dq + j * Q, dv + j * V, w->rate_q + (i * columns + j) * Q);
+        kt_tangent_drop(model, q, dq + j * Q, w->xi + j * V);
+    }
+    if (i)
+        products->product(n, w->by_q, w->by_v, w->tiles, columns, kt_is_plain(model) ? dq : w->xi, dv, rate);
 }
 
-/* dK_i from dX_i. */
-static void push(kt_step_work *w, size_t i, size_t columns) {
-    const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    const double *q = w->stage + i * N, *v = q + nq;
-    double *rate = w->rate + i * N * columns;
-    for (size_t j = 0; j < columns; j++) {
-        const double *dq = w->change + j * N, *dv = dq + nq;
-        double *to = rate + j * N;
-        if (j < 2 * n)
-            memset(to + nq, 0, n * sizeof *to);
-        else
-            memcpy(to + nq, w->by_tau + (j - 2 * n) * n, n * sizeof *to);
-        if (kt_is_plain(model)) {
-            memcpy(to, dv, n * sizeof *to);
-            continue;
-        }
-        kt_tangent_rate(model, q, v, dq, dv, to);
-        kt_tangent_drop(model, q, dq, w->xi + j * N);
-    }
-    kt_product_of(model)(n, w->by_q, w->by_v, w->tiles, columns, N, kt_is_plain(model) ? w->change : w->xi,
-                         w->change + nq, rate + nq);
+/* Forms dX_i, or after the last stage the changes at the end, from the rates: into change_q and *dv. */
+static void combine(kt_step_work *w, const kt_products *products, const double *row, size_t count, size_t columns,
+                    double *dv) {
+    const size_t Q = kt_padded(w->model->n.q) * columns, V = kt_padded(w->model->n.v) * columns;
+    const double *rate_q = kt_is_plain(w->model) ? w->change_v : w->rate_q;
+    products->sum(w->change_q, w->start_q, w->step->h, row, count, rate_q, Q);
+    products->sum(dv, w->start_v, w->step->h, row, count, w->rate_v, V);
 }
 
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
-static kt_status close(kt_step_work *w, size_t columns, kt_error *error) {
+static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
     for (size_t j = 0; j < columns; j++) {
-        const double *change = w->change + j * N;
+        double *end = w->end + 2 * n * j;
         if (kt_is_plain(model))
-            memcpy(w->end + 2 * n * j, change, n * sizeof *change);
+            memcpy(end, w->change_q + j * Q, n * sizeof *end);
         else
-            kt_tangent_drop(model, w->next, change, w->end + 2 * n * j);
-        memcpy(w->end + 2 * n * j + n, change + nq, n * sizeof *change);
+            kt_tangent_drop(model, w->next, w->change_q + j * Q, end);
+        memcpy(end + n, change_v + j * V, n * sizeof *end);
     }
     if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected)
         return kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, error);
@@ -103,27 +98,23 @@ static kt_status close(kt_step_work *w, size_t columns, kt_error *error) {
 }
 
 static kt_status differentiate_step(kt_step_work *w, const double *q, const double *v, bool inputs, kt_error *error) {
-    const kt_step *step = w->step;
-    const size_t n = w->model->n.v, N = w->model->n.q + n, columns = (inputs ? 3 : 2) * n;
-    kt_status status = KT_OK;
+    const kt_method *method = w->step->method;
+    const kt_products products = products_of(w->model);
+    const size_t n = w->model->n.v, columns = (inputs ? 3 : 2) * n, V = kt_padded(n) * columns;
     kt_step_start(w, q, v);
     begin(w, columns);
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
         (void)kt_step_stage(w, i, &a);
-        status = kt_step_differentiate(w, i, inputs, a, error);
+        const kt_status status = kt_step_differentiate(w, i, inputs, a, error);
         if (status != KT_OK)
             return status;
-        if (i == 0) {
-            push_first(w, columns);
-            continue;
-        }
-        kt_step_combine(w->change, w->start, step->h, kt_step_row(step->method, i), i, w->rate, N * columns);
-        push(w, i, columns);
+        combine(w, &products, kt_step_row(method, i), i, columns, w->change_v + i * V);
+        push(w, &products, i, columns);
     }
     kt_step_finish(w);
-    kt_step_combine(w->change, w->start, step->h, step->method->b, w->stages, w->rate, N * columns);
-    status = close(w, columns, error);
+    combine(w, &products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
+    const kt_status status = close(w, w->rate_v, columns, error);
     if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
                             "they overflow: look for a step that is far too long, or for a force that is huge");
