@@ -17,7 +17,7 @@
 
 /* Options as given; NaN, NULL or -1: not given. */
 typedef struct kt_run_arguments {
-    double duration, step, interval;
+    double duration, step, rho, interval;
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric, plan;
     const char *out, *summary, *plot, *view, *glb, *checkpoint, *resume;

@@ -14,6 +14,7 @@ static const kt_option options[] = {
     {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME", "the method; 'kinetree integrators' lists them", NULL},
     {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "fixed step, seconds", NULL},
     {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
+    {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
      "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier", NULL},
@@ -85,6 +86,7 @@ const kt_usage kt_usage_view = {
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
     *arguments = (kt_run_arguments){.duration = (double)NAN,
                                     .step = (double)NAN,
+                                    .rho = (double)NAN,
                                     .interval = (double)NAN,
                                     .formulation = -1,
                                     .reduction = -1,
@@ -286,6 +288,10 @@ static int override_integrator(const char *name, kt_run *run) {
 
 static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
     const kt_method *method = kt_method_find(run->integrator);
+    if (method != NULL && !isnan(arguments->rho) && !(method->rho > 0.0)) {
+        kt_say("run: --rho is for --integrator two-step, and this is %s", method->name);
+        return KT_EXIT_USAGE;
+    }
     if (method == NULL || method->embedded_order > 0 || run->step > 0.0)
         return -1;
     kt_say(
@@ -311,6 +317,8 @@ int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
         run->duration = arguments->duration;
     if (!isnan(arguments->step))
         run->step = arguments->step;
+    if (!isnan(arguments->rho))
+        run->rho = arguments->rho;
     if (!isnan(arguments->interval))
         run->interval = arguments->interval;
     if (arguments->formulation >= 0)

@@ -126,6 +126,12 @@ static void write_verdict(double growth, char *text, size_t size) {
         snprintf(text, size, "unstable: diverges");
 }
 
+/* The method at an index, with the scene's rho where it is the one to draw. */
+static const kt_method *method_at(const kt_stability_subject *subject, int index) {
+    const kt_method *method = kt_method_at(index);
+    return subject->method != NULL && strcmp(method->name, subject->method->name) == 0 ? subject->method : method;
+}
+
 static void print_limit(const kt_stability_subject *subject, const kt_method *method) {
     const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
     char step[24] = "any", bound[96], verdict[48] = "";
@@ -156,7 +162,7 @@ static void print_limits(const kt_stability_subject *subject) {
         printf("  %-14s  %10s  %s\n", "method", "step, s", "bounded by; implicit: verdict");
     }
     for (int i = 0; i < kt_method_count(); i++)
-        print_limit(subject, kt_method_at(i));
+        print_limit(subject, method_at(subject, i));
 }
 
 /* ---- JSON -------------------------------------------------------------------------------------------------------- */
@@ -229,7 +235,7 @@ static int write_json(const kt_stability_subject *subject, json_t *inactive) {
         json_object_set_new(root, "step", json_real(subject->step));
     json_object_set_new(root, "states", describe_states(subject));
     for (int i = 0; i < kt_method_count(); i++)
-        json_array_append_new(methods, describe_limit(subject, kt_method_at(i)));
+        json_array_append_new(methods, describe_limit(subject, method_at(subject, i)));
     json_object_set_new(root, "methods", methods);
     json_object_set(root, "inactive", inactive);
     return kt_json_write(root, "-");
@@ -284,10 +290,13 @@ static void say_inactive(const kt_stability_subject *subject, const json_t *list
 
 enum { LARGE = 100 }; /* velocity coordinates; above this number one state is examined unless more are requested */
 
-/* Finds the method to draw: the one requested, or the scene's own. Returns -1 on success, else an exit code. */
-static int choose_method(const char *name, const kt_run *run, const kt_method **method) {
+/* Finds the method to draw: the one requested, or the scene's own, with the scene's rho. Returns -1 on success, else an
+ * exit code. */
+static int choose_method(const char *name, const kt_run *run, kt_method *storage, const kt_method **method) {
+    kt_run wanted_run = *run;
     const char *wanted = name != NULL ? name : run->integrator != NULL ? run->integrator : kt_run_default().integrator;
-    *method = kt_method_find(wanted);
+    wanted_run.integrator = wanted;
+    *method = kt_run_method(&wanted_run, storage);
     if (*method != NULL)
         return -1;
     kt_nearest nearest = kt_nearest_make(wanted, NULL);
@@ -322,7 +331,7 @@ static int show(const kt_stability_subject *subject, const arguments *given) {
 static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
     kt_run run = scene->run;
     kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
-    int code = choose_method(given->integrator, &run, &subject.method);
+    int code = choose_method(given->integrator, &run, &subject.by_rho, &subject.method);
     if (code >= 0 || (given->plot != NULL && (code = kt_plot_check(given->plot)) >= 0))
         return code;
     if (given->duration > 0.0)

@@ -16,6 +16,7 @@ typedef struct kt_stability_subject {
     const kt_spectrum *spectrum;
     double duration, step;   /* step: the one requested, s; 0: none */
     const kt_method *method; /* the method to draw */
+    kt_method by_rho;        /* two-step with the scene's rho */
 } kt_stability_subject;
 
 /* Writes "slider, right, left": the joints with at least a tenth of the largest amplitude in a mode, in descending

@@ -25,6 +25,9 @@ static json_t *describe_method(const kt_outcome *outcome) {
     const kt_scene *scene = outcome->scene;
     json_t *method = json_object();
     json_object_set_new(method, "integrator", json_string(run->integrator));
+    kt_method storage;
+    if (kt_run_method(run, &storage) == &storage)
+        json_object_set_new(method, "rho", json_real(run->rho));
     if (run->step > 0.0) {
         json_object_set_new(method, "step", json_real(run->step));
     } else {

@@ -76,6 +76,7 @@ typedef struct kt_run {
     const char *integrator;        /* a name that kt_method_find knows */
     double step;                   /* s; > 0: fixed step, and the tolerances are not read */
     double relative, absolute;     /* tolerances of an adaptive method, of the numbers of q and v */
+    double rho;                    /* two-step: the spectral radius at infinity, 0 to 1; others do not read it */
     kt_metric metric;              /* this and plan are for kt_model_options: a simulation uses those that its model was
                                    compiled with */
     kt_plan plan;                  /* as metric */
@@ -85,7 +86,7 @@ typedef struct kt_run {
     int marker_count;              /* length of markers */
 } kt_run;
 
-/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, identity, auto, default records. */
+/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, rho 0.6, identity, auto, default records. */
 KT_API kt_run kt_run_default(void);
 
 /* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
@@ -94,9 +95,13 @@ KT_API kt_run kt_run_default(void);
 /* Checks the times and tolerances of a run: they are finite and not negative, the duration is 0 or not below
  * KT_DURATION_LEAST, a step is not lost in the rounding of the times that it leads to, there are no more records than
  * can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding level of
- * numbers (KT_TOLERANCE_LEAST). kt_simulation_init makes this check as well. Errors: KT_ERROR_ARGUMENT, where:
- * "duration", "step", "interval" or "tolerance". Cost: a few comparisons. */
+ * numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors: KT_ERROR_ARGUMENT, where:
+ * "duration", "step", "interval", "tolerance" or "rho". Cost: a few comparisons. */
 KT_API kt_status kt_run_check(const kt_run *run, kt_error *error);
+
+/* The method of a run: the built-in one of its name, or where that is given by rho a copy of it with the run's, in
+ * *storage, which must outlive its use; NULL if there is none of that name. */
+KT_API const kt_method *kt_run_method(const kt_run *run, kt_method *storage);
 
 /* Returns the bits of what a run records of this model: run->record, or those that KT_RECORD_DEFAULT stands for. */
 KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);

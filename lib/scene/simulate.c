@@ -123,6 +123,7 @@ static const kt_field simulate_fields[] = {
     {.key = "integrator", .kind = &kind_integrator, AT(run)},
     {.key = "step", .kind = &kt_kind_positive, AT(run.step)},
     {.key = "tolerance", .kind = &kind_tolerance, AT(run)},
+    {.key = "rho", .kind = &kt_kind_number, AT(run.rho)},
     {.key = "formulation", .kind = &kt_kind_choice, AT(formulation), .detail = &formulations},
     {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
     {.key = "metric", .kind = &kt_kind_choice, AT(run.metric), .detail = &metrics},
@@ -135,6 +136,10 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
     kt_node *step = kt_node_find(node, "step"), *tolerance = kt_node_find(node, "tolerance");
     kt_node *integrator = kt_node_find(node, "integrator");
     const kt_method *method = kt_method_find(run->integrator);
+    kt_node *rho = kt_node_find(node, "rho");
+    if (rho != NULL && method != NULL && !(method->rho > 0.0) && !kt_node_is_faulty(integrator))
+        kt_fault_at(r, KT_ERROR_SCENE, scope, rho,
+                    "'rho' is for integrator two-step, and this is %s; leave it out, or take two-step", method->name);
     if (step != NULL && tolerance != NULL) {
         kt_fault_at(r, KT_ERROR_SCENE, scope, tolerance,
                     "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out");
@@ -167,6 +172,8 @@ static void check_limits(kt_reader *r, const kt_scope *scope, kt_node *node, con
         kt_fault_at(r, KT_ERROR_SCENE, &here, given != NULL ? given : node, "%s", error.message);
         if (strcmp(error.where, "duration") == 0) {
             left.duration = standard.duration;
+        } else if (strcmp(error.where, "rho") == 0) {
+            left.rho = standard.rho;
         } else {
             left.step = standard.step;
             left.relative = standard.relative;

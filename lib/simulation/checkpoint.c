@@ -56,9 +56,11 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     kt_checkpoint_head head;
     memset(&head, 0, sizeof head);
     memcpy(head.kind, checkpoint_kind, sizeof head.kind);
-    const char *name = kt_integrator_method(simulation->integrator)->name;
-    if (name != NULL)
-        snprintf(head.method, sizeof head.method, "%s", name);
+    const kt_method *method = kt_integrator_method(simulation->integrator);
+    if (method->name != NULL && method->rho > 0.0)
+        snprintf(head.method, sizeof head.method, "%.8s %.14g", method->name, method->rho);
+    else if (method->name != NULL)
+        snprintf(head.method, sizeof head.method, "%s", method->name);
     head.size = measure(&simulation->size).total;
     head.nq = simulation->size.nq;
     head.nv = simulation->size.nv;

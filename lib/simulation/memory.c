@@ -17,6 +17,7 @@ typedef struct kt_simulation_request {
     kt_run run;
     kt_simulation_options options;
     const kt_method *method;
+    kt_method by_rho;      /* storage of `method` */
     const kt_model *model; /* that is integrated */
     unsigned record;
 } kt_simulation_request;
@@ -26,7 +27,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     settings->run = run != NULL ? *run : kt_run_default();
     settings->options = options != NULL ? *options : kt_simulation_options_default();
     const char *name = settings->run.integrator != NULL ? settings->run.integrator : kt_run_default().integrator;
-    settings->method = settings->options.method != NULL ? settings->options.method : kt_method_find(name);
+    settings->method =
+        settings->options.method != NULL ? settings->options.method : kt_run_method(&settings->run, &settings->by_rho);
     if (settings->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "there is no method '%s'; kt_method_at lists those that there are", name);
@@ -111,9 +113,10 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
     options.newton = newton_of(settings);
-    const kt_status status =
-        kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, settings->method,
-                           simulation->size.n, &options, &simulation->integrator, error);
+    simulation->method = settings->by_rho;
+    const kt_method *method = settings->method == &settings->by_rho ? &simulation->method : settings->method;
+    const kt_status status = kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, method,
+                                                simulation->size.n, &options, &simulation->integrator, error);
     if (status == KT_OK)
         simulation->size.history = kt_integrator_history_size(simulation->integrator);
     return status;

@@ -9,6 +9,7 @@ kt_run kt_run_default(void) {
     run.duration = 10.0;
     run.integrator = "dopri5";
     run.relative = 1e-9;
+    run.rho = 0.6;
     run.absolute = 1e-9;
     return run;
 }
@@ -45,7 +46,20 @@ static kt_status check_tolerances(const kt_run *run, kt_error *error) {
     return KT_OK;
 }
 
+/* The two-step family is given by rho; bdf2 is its member with rho = 0. */
+const kt_method *kt_run_method(const kt_run *run, kt_method *storage) {
+    const kt_method *method = kt_method_find(run->integrator != NULL ? run->integrator : kt_run_default().integrator);
+    if (method == NULL || !(method->rho > 0.0))
+        return method;
+    *storage = *method;
+    storage->rho = run->rho;
+    return storage;
+}
+
 kt_status kt_run_check(const kt_run *run, kt_error *error) {
+    if (!(run->rho >= 0.0 && run->rho <= 1.0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "rho", "%g: the spectral radius at infinity must be 0 to 1",
+                            run->rho);
     if (!not_negative(run->duration))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "duration", "%g s: must be zero or more", run->duration);
     if (run->duration > 0.0 && run->duration < KT_DURATION_LEAST)

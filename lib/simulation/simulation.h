@@ -91,6 +91,7 @@ struct kt_simulation {
     const kt_transformation *transformation; /* from one to the other, or NULL */
     kt_data *data, *user_data;               /* scratch; the same if the models are the same */
     kt_integrator *integrator;
+    kt_method method;          /* that of the run, where it is given by rho */
     const double *tau;         /* inputs of the last step: nv, or NULL */
     const kt_wrench *external; /* one for each body, or NULL */
     int groups;                /* of loops */

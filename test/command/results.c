@@ -342,3 +342,19 @@ KT_TEST(balance_is_recorded_and_summed_up) {
     ran = kt_shell("$K run d.yaml --out /dev/null");
     kt_check_contains("report", ran.err, "the balance closes to");
 }
+
+/* The spectral radius at infinity is an option of two-step alone, and stands in the summary. */
+KT_TEST(rho_is_told_and_refused_where_it_is_not_read) {
+    kt_ran ran = kt_shell("$K run " KT_SCENES "/pendulum.yaml --integrator two-step --rho 0.25 --step 0.01 "
+                          "--duration 0.1 --out /dev/null --quiet --summary -");
+    kt_check_equal_int("exit code", ran.code, 0);
+    json_t *root = kt_json(ran.out);
+    kt_check_near("rho", kt_json_at(root, "method.rho"), 0.25, 0.0);
+    json_decref(root);
+    ran = kt_shell("$K run " KT_SCENES "/pendulum.yaml --integrator rk4 --rho 0.25 --step 0.01");
+    kt_check_equal_int("of another", ran.code, 1);
+    kt_check_contains("words", ran.err, "--rho is for --integrator two-step, and this is rk4");
+    ran = kt_shell("$K run " KT_SCENES "/pendulum.yaml --integrator two-step --rho 1.25 --step 0.01");
+    kt_check_equal_int("out of range", ran.code, 1);
+    kt_check_contains("words", ran.err, "rho: 1.25: the spectral radius at infinity must be 0 to 1");
+}

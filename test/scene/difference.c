@@ -205,6 +205,7 @@ static bool run_differs(const kt_run *a, const kt_run *b) {
     VALUE(metric);
     VALUE(plan);
     BITS(interval);
+    BITS(rho);
     VALUE(record);
     VALUE(marker_count);
     for (int i = 0; i < a->marker_count; i++) {

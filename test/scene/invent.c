@@ -408,6 +408,8 @@ static void invent_run(inventor *v) {
     if (chance(v)) {
         run->integrator = kt_method_at(pick(v, kt_method_count()))->name;
         run->step = positive(v);
+        if (strcmp(run->integrator, "two-step") == 0)
+            run->rho = 0.125 * pick(v, 9);
     } else if (chance(v)) {
         run->relative = chance(v) ? 0.0 : positive(v);
         run->absolute = chance(v) ? run->relative + 1e-12 : positive(v);

@@ -250,6 +250,20 @@ KT_TEST(every_method_is_known_by_its_name) {
     }
 }
 
+KT_TEST(the_two_step_method_has_a_radius_at_infinity) {
+    kt_scene scene;
+    kt_method storage;
+    if (kt_parse_right("kinetree: 1\nsimulate: {integrator: two-step, step: 0.1, rho: 0.25}\n", &scene)) {
+        CHECK_NUMBERS("rho", &scene.run.rho, 0.25);
+        CHECK_NUMBERS("of its method", &kt_run_method(&scene.run, &storage)->rho, 0.25);
+        kt_scene_free(&scene);
+    }
+    if (kt_parse_right("kinetree: 1\nsimulate: {integrator: bdf2, step: 0.1}\n", &scene)) {
+        kt_check_true("bdf2 has its own", kt_run_method(&scene.run, &storage) == kt_method_find("bdf2"));
+        kt_scene_free(&scene);
+    }
+}
+
 KT_TEST(tolerances_are_one_number_or_two) {
     kt_scene scene;
     if (kt_parse_right("kinetree: 1\nsimulate: {tolerance: 1e-6}\n", &scene)) {

@@ -134,6 +134,9 @@ KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
     run = kt_run_default();
     run.interval = -0.5;
     check_run(run, "interval", "-0.5 s: must be above zero");
+    run.interval = 0.0;
+    run.rho = -0.1;
+    check_run(run, "rho", "-0.1: the spectral radius at infinity must be 0 to 1");
     run = kt_run_default();
     run.relative = -1.0;
     check_run(run, "tolerance", "-1 (relative), 1e-09 (absolute): must be finite and not negative");

@@ -98,6 +98,46 @@ KT_TEST(restored_simulation_goes_on_bit_for_bit) {
     kt_tree_free(&stage.tree);
 }
 
+/* rho is that of the run: 0 has the bits of bdf2, as a method of the caller's has those of the run; and a checkpoint of one
+ * is not taken for one of another. */
+KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
+    static kt_stage stage;
+    kt_error error;
+    if (!set_stage(&stage))
+        return;
+    kt_run run = kt_run_fixed("two-step", 0.02, 1.0), bdf = kt_run_fixed("bdf2", 0.02, 1.0);
+    kt_method own = *kt_method_find("two-step");
+    kt_simulation_options options = kt_simulation_options_default();
+    own.rho = 0.2;
+    options.method = &own;
+    run.rho = 0.0;
+    kt_simulation *none = begin(&stage, &run), *two = begin(&stage, &bdf);
+    run.rho = 0.2;
+    kt_simulation *some = begin(&stage, &run), *callers = kt_scene_simulate(stage.tree.model, &bdf, &options);
+    kt_simulation *all[] = {none, two, some, callers};
+    const size_t nq = (size_t)stage.tree.nq;
+    for (int i = 0; i < 4; i++) {
+        (void)kt_fine("state", kt_simulation_set_state(all[i], 0.0, stage.state.q, stage.state.v, &error), &error);
+        (void)kt_fine("torque", kt_simulation_set_torque(all[i], stage.state.tau, &error), &error);
+        (void)kt_fine("wrenches", kt_simulation_set_wrenches(all[i], stage.state.external, &error), &error);
+        (void)kt_fine("run", kt_simulation_advance(all[i], 0.2, &error), &error);
+    }
+    kt_check_equal_bits("rho = 0 and bdf2", kt_simulation_positions(none), kt_simulation_positions(two), nq);
+    kt_check_equal_bits("rho = 0.2 and the caller's", kt_simulation_positions(some), kt_simulation_positions(callers),
+                        nq);
+    kt_check_true("rho makes a difference",
+                  memcmp(kt_simulation_positions(none), kt_simulation_positions(some), nq * sizeof(double)) != 0);
+    void *block = malloc(kt_simulation_state_size(some));
+    kt_simulation_save(some, block);
+    kt_check_equal_int("the caller's goes on", kt_simulation_restore(callers, block, &error), KT_OK);
+    kt_check_equal_int("another rho does not", kt_simulation_restore(none, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "another integrator: two-step 0.2");
+    free(block);
+    for (int i = 0; i < 4; i++)
+        kt_simulation_free(all[i]);
+    kt_tree_free(&stage.tree);
+}
+
 /* What was set and waits for the next step is part of a checkpoint. */
 KT_TEST(checkpoint_keeps_torques_that_wait) {
     static kt_stage stage;
