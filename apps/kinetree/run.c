@@ -84,6 +84,7 @@ static int take_record(const kt_record *record, void *user) {
     }
     watch(sinks->outcome, record);
     kt_watch_step(sinks->modes, sinks->outcome, record);
+    kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
     if (kt_csv_write(sinks->csv, record) != 0) {
         sinks->failed = true;
@@ -360,6 +361,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_warn_of_step(outcome, modes);
         kt_mode_watch_free(modes);
+        kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
         warn_of_frames(outcome, results.motion);

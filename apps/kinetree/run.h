@@ -71,6 +71,15 @@ int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 /* Time of a monotonic clock, s. */
 double kt_clock(void);
 
+/* What kt_watch_stability has seen. */
+typedef struct kt_stability_watch {
+    int looks;             /* records at which the fastest mode was estimated */
+    int compared, bounded; /* parts of the run between them; those whose steps were at the limit */
+    double time, rate;     /* s, 1/s, at the last of them */
+    uint64_t steps;        /* taken up to there */
+    double fastest;        /* 1/s, of the bounded parts */
+} kt_stability_watch;
+
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_outcome {
@@ -79,16 +88,17 @@ typedef struct kt_outcome {
     const kt_absolute *absolute; /* its absolute formulation, where that is integrated; else NULL */
     const kt_run *run;           /* with the options of the command line applied */
     kt_simulation *simulation;
-    const char *name;       /* the scene's name, or the file's if it has none */
-    bool unprojected;       /* --unprojected */
-    int64_t records;        /* number of records passed to the recorder */
-    kt_energy_watch energy; /* watches the energy of all records */
-    uint64_t sound_steps;   /* steps taken at the last record without blow-up */
-    bool is_blown_up;       /* the blow-up has been reported */
-    double corrected_since; /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
-    double advised_step;    /* s, the smallest step that a warning has suggested; 0: none */
-    kt_residual constraint; /* largest residuals */
-    json_t *moved;          /* changes of the given values by the assembly (kt_start_moved) */
+    const char *name;             /* the scene's name, or the file's if it has none */
+    bool unprojected;             /* --unprojected */
+    int64_t records;              /* number of records passed to the recorder */
+    kt_energy_watch energy;       /* watches the energy of all records */
+    uint64_t sound_steps;         /* steps taken at the last record without blow-up */
+    bool is_blown_up;             /* the blow-up has been reported */
+    double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
+    kt_stability_watch stability; /* watches adaptive explicit steps */
+    double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
+    kt_residual constraint;       /* largest residuals */
+    json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
     double cpu_seconds;
     kt_error
         failed; /* why the run has ended early; KT_OK: it has not, or a message was printed that no call returned */
@@ -117,6 +127,11 @@ void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
 #define KT_CORRECTION_ERROR 0.1
 void kt_watch_correction(kt_outcome *outcome);
 void kt_warn_of_correction(kt_outcome *outcome);
+
+/* For adaptive steps of an explicit method: kt_watch_stability estimates the fastest mode at a dozen records (17
+ * evaluations each at most), kt_warn_of_stability warns if steps were bounded by stability for most of the run. */
+void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
+void kt_warn_of_stability(kt_outcome *outcome);
 
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);

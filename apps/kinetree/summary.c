@@ -167,6 +167,9 @@ static void say_cost(const kt_outcome *outcome, double time) {
     fprintf(stderr, "  %llu step%s", (unsigned long long)counts.steps, plural((long long)counts.steps));
     if (counts.rejected > 0)
         fprintf(stderr, " (%llu rejected)", (unsigned long long)counts.rejected);
+    if (counts.switches > 0)
+        fprintf(stderr, ", %llu switch%s between explicit and implicit ones", (unsigned long long)counts.switches,
+                counts.switches > 1 ? "es" : "");
     fprintf(stderr, ", %llu evaluations, %.3g s of CPU time", (unsigned long long)counts.evaluations,
             outcome->cpu_seconds);
     if (outcome->cpu_seconds > 0.0 && time > 0.0)

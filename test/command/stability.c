@@ -187,6 +187,31 @@ static int count(const char *text, const char *part) {
     return found;
 }
 
+/* The fastest decay of the governor is 8117 /s, so that steps of dopri5 stay below 3.3066 / 8117.2 s, whatever the tolerance. */
+KT_TEST(run_tells_that_stability_bounds_adaptive_explicit_steps_and_what_is_cheaper) {
+    static const char *const methods[] = {"dopri5", "dop853"};
+    for (int i = 0; i < 2; i++) {
+        kt_ran ran =
+            kt_shell("$K run " GOVERNOR " --integrator %s --tolerance 1e-6 --duration 3 --out /dev/null --summary - "
+                     "2>err.txt",
+                     methods[i]);
+        json_t *root = kt_json(ran.out);
+        kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "bounded_by_stability");
+        kt_check_near("the rate", kt_json_at(root, "warnings[0].value"), 8117.2033, 0.05 * 8117.2033);
+        json_decref(root);
+        const char *words = kt_read_file("err.txt");
+        kt_check_equal_int("once", count(words, "bounded by its stability, not by the tolerance, in"), 1);
+        kt_check_contains("remedy", words, "Take auto, or radau5");
+    }
+    kt_ran ran = kt_shell("$K run " GOVERNOR " --integrator auto --tolerance 1e-6 --duration 3 --out /dev/null");
+    kt_check_equal_int("not of auto", count(ran.err, "warning"), 0);
+    kt_check_contains("but that it has switched", ran.err, ", 1 switch between explicit and implicit ones, ");
+    ran = kt_shell("$K run " KT_SCENES "/double-pendulum.yaml --integrator dopri5 --tolerance 1e-6 --out /dev/null");
+    kt_check_equal_int("nor where accuracy decides", count(ran.err, "bounded by"), 0);
+    ran = kt_shell("$K run " KT_SCENES "/servo-arm.yaml --integrator dopri5 --tolerance 1e-9 --out /dev/null");
+    kt_check_equal_int("nor with springs that have to be followed", count(ran.err, "bounded by"), 0);
+}
+
 KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     kt_ran ran = kt_shell("$K run " GOVERNOR " --integrator rk4 --step 1e-3 --out /dev/null");
     kt_check_equal_int("it blows up, too", ran.code, 4);

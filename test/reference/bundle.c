@@ -75,7 +75,10 @@ KT_TEST(scenes_that_were_promised_are_there) {
                                         "rolling-ball",
                                         "rope",
                                         "engine-mounts",
-                                        "servo-arm"};
+                                        "servo-arm",
+                                        "fishing-rod",
+                                        "five-bar",
+                                        "shot"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         kt_case c;
         kt_check_true(names[i], kt_case_open(&c, names[i]));

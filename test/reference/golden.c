@@ -195,7 +195,10 @@ enum { RECORDS = 100 };
 
 /* The scene's time between records, or what makes half of it a step that is stable for rk4. */
 static double interval_of(const kt_case *c) {
-    const double parts = strcmp(c->name, "flyball-governor") == 0      ? 100.0
+    const double parts = strcmp(c->name, "fishing-rod") == 0           ? 200.0
+                         : strcmp(c->name, "flyball-governor") == 0    ? 100.0
+                         : strcmp(c->name, "five-bar") == 0            ? 100.0
+                         : strcmp(c->name, "shot") == 0                ? 20.0
                          : strcmp(c->name, "tethered-satellites") == 0 ? 10.0
                                                                        : 1.0;
     return c->scene.run.interval / parts;

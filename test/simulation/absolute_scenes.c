@@ -89,7 +89,7 @@ static double force_of(const kt_scene *scene, double length, double rate) {
 }
 
 /* Relative to the largest; bound: five times the largest of all scenes, for each freedom squared; and what eight
- * roundings of a metre do to a spring. */
+ * roundings of a metre do to a spring, of which a link in a row has one at either end. */
 static void compare_accelerations(const char *name, const kt_scene *scene, const kt_model *model,
                                   const kt_absolute *absolute) {
     kt_worst worst = kt_worst_make(name);
@@ -107,7 +107,7 @@ static void compare_accelerations(const char *name, const kt_scene *scene, const
                weighted_accelerations(tree, other, model, data, a, b, &least);
         for (int i = 0; i < nv; i++)
             most = fmax(most, fabs(a[i]));
-        const double bound = 9e-15 * nv * nv + force_of(scene, 8.0 * DBL_EPSILON, 0.0) / (least * most);
+        const double bound = 9e-15 * nv * nv + 2.0 * force_of(scene, 8.0 * DBL_EPSILON, 0.0) / (least * most);
         for (int i = 0; i < nv && fine; i++)
             kt_worst_near(&worst, b[i] / most, a[i] / most, bound, "t = %g, %d", t, i);
     }

@@ -56,9 +56,11 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
     free(entries);
 }
 
-/* A fixed step that suits the scene; the governor's springs bear no more. */
+/* A fixed step that suits the scene; stiff springs and dampers bear no more. */
 static kt_run run_of(const char *name, const kt_run *given, const char *method, unsigned record) {
-    const double part = strcmp(name, "flyball-governor.yaml") == 0 ? 1e-6 : 1e-4;
+    const bool stiff = strcmp(name, "flyball-governor.yaml") == 0 || strcmp(name, "fishing-rod.yaml") == 0 ||
+                       strcmp(name, "five-bar.yaml") == 0;
+    const double part = stiff ? 1e-6 : 1e-4;
     kt_run run = kt_run_fixed(method, part * given->duration, STEPS * (part * given->duration));
     run.interval = run.step;
     run.record = record;
