@@ -7,13 +7,14 @@
  * keeps the number of open links low link by link, that of the model, and one by depth.
  */
 #include "compile/attach.h"
+#include "reduction/planar_front.h"
 #include "reduction/reduce.h"
 
 #include <string.h>
 
 /* Operations that a step of the elimination costs besides those that are counted, and the ratio of operations below which
- * fronts take less time than dense matrices, in the plane and in space: with these a row of ten windows stays
- * dense (bench/run loops, planar), whose fronts took 1.2 to 1.3 times as long. */
+ * fronts take less time than dense matrices, in the plane and in space. Narrow fronts (reduction/planar_front.h) always
+ * do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4. */
 #define STEP_FLOPS 300.0
 #define WORTH_PLANAR 0.25
 #define WORTH_SPATIAL 0.125
@@ -257,6 +258,21 @@ static double flops_of(const planner *p, const int32_t *order) {
     return sum;
 }
 
+/* Whether this order's fronts are narrow (compile/rank.c), if all equations are independent. */
+static bool is_narrow(const planner *p, const int32_t *order) {
+    int32_t params = 0;
+    bool narrow = p->group->parent == 0 && kt_group_is_planar(p->m, p->group);
+    measure_order(p, order);
+    count_open(p);
+    for (int32_t l = 0; l < p->count && narrow; l++) {
+        const int32_t rows = p->a->slot[l];
+        params += kt_link_dofs(&p->m->link[order[l]]);
+        narrow = params <= KT_NARROW && rows <= KT_NARROW_ROWS && rows <= params && p->a->opened[l] == 0;
+        params = p->a->change[l] ? params - rows : 0;
+    }
+    return narrow;
+}
+
 static double dense_flops(const planner *p) {
     double m = p->group->v_count, k = 0.0;
     for (int i = 0; i < p->group->loop_count; i++)
@@ -385,7 +401,8 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
                 memcpy(a->best, a->order, (size_t)p.count * sizeof *a->best);
             flops = fmin(flops, of);
         }
-        group->front.used = m->structure == KT_STRUCTURE_FRONTS || flops < worth * dense_flops(&p);
+        group->front.used =
+            m->structure == KT_STRUCTURE_FRONTS || flops < worth * dense_flops(&p) || is_narrow(&p, a->best);
         if (!group->front.used)
             continue;
         measure_order(&p, a->best);
