@@ -21,7 +21,7 @@ kt_status kt_multistep_check_sizes(const kt_method *method, kt_error *error);
 kt_status kt_multistep_check(const kt_method *method, kt_error *error);
 
 /* Linear stability of these families. */
-kt_status kt_multistep_stability(const kt_method *method, int stages, kt_stability *stability, kt_error *error);
+kt_status kt_multistep_stability(const kt_method *method, int stages, kt_stability *out, kt_error *error);
 kt_complex kt_multistep_value(const kt_stability *stability, kt_complex z);
 double kt_multistep_gain(const kt_stability *stability, kt_complex z);
 double kt_multistep_real_limit(const kt_stability *stability);
