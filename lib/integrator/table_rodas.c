@@ -15,7 +15,7 @@
  */
 #include "integrator/rosenbrock.h"
 
-static const double alpha[] = {
+static const double alpha_ij[] = {
     /* 1 */
     0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     /* 2 */
@@ -36,7 +36,7 @@ static const double alpha[] = {
     /* 8 */
     -0.00348725019925285093379576, -0.129966971205643223850487, 1.52594176080624425911321, 1.14961409491235903250418,
     -0.704335711588221780355056, -1.04970348591977291167963, 0.211937563194287475201583, 0.0};
-static const double gamma[] = {
+static const double gamma_ij[] = {
     /* 1 */
     0.211937563194287475201583, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     /* 2 */
@@ -126,11 +126,11 @@ const kt_method kt_method_rodas5p = {
     .stages = 8,
     .order = 5,
     .embedded_order = 4,
-    .a = alpha,
+    .a = alpha_ij,
     .b = b,
     .c = c,
     .e = e,
     .dense_order = 4,
-    .gamma = gamma,
+    .gamma = gamma_ij,
     .transformed = &transformed,
 };
