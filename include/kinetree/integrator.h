@@ -37,30 +37,31 @@ extern "C" {
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
-/* The built-in methods, in rising order; those that are implicit stand out, as a library without Jacobians lacks them. */
-#define KT_METHOD_LIST_BY_KIND(EXPLICIT, IMPLICIT)                                                                     \
-    EXPLICIT(euler)                                                                                                    \
-    IMPLICIT(implicit_euler)                                                                                           \
-    EXPLICIT(midpoint)                                                                                                 \
-    EXPLICIT(heun)                                                                                                     \
-    EXPLICIT(ralston)                                                                                                  \
-    IMPLICIT(crank_nicolson)                                                                                           \
-    IMPLICIT(bdf2)                                                                                                     \
-    IMPLICIT(two_step)                                                                                                 \
-    EXPLICIT(ab2)                                                                                                      \
-    EXPLICIT(rkc2)                                                                                                     \
-    EXPLICIT(kutta3)                                                                                                   \
-    EXPLICIT(bs32)                                                                                                     \
-    EXPLICIT(rk4)                                                                                                      \
-    EXPLICIT(rk38)                                                                                                     \
-    EXPLICIT(ab4)                                                                                                      \
-    EXPLICIT(rkc4)                                                                                                     \
-    EXPLICIT(dopri5)                                                                                                   \
-    EXPLICIT(tsit5)                                                                                                    \
-    IMPLICIT(auto)                                                                                                     \
-    IMPLICIT(rodas5p)                                                                                                  \
-    IMPLICIT(radau5)                                                                                                   \
-    EXPLICIT(dop853)
+/* The built-in methods, in rising order. A library without Jacobians, which is meant to be small, lacks those that stand
+ * out: the implicit and the multistep ones. */
+#define KT_METHOD_LIST_BY_KIND(CORE, MORE)                                                                             \
+    CORE(euler)                                                                                                        \
+    MORE(implicit_euler)                                                                                               \
+    CORE(midpoint)                                                                                                     \
+    CORE(heun)                                                                                                         \
+    CORE(ralston)                                                                                                      \
+    MORE(crank_nicolson)                                                                                               \
+    MORE(bdf2)                                                                                                         \
+    MORE(two_step)                                                                                                     \
+    MORE(ab2)                                                                                                          \
+    CORE(rkc2)                                                                                                         \
+    CORE(kutta3)                                                                                                       \
+    CORE(bs32)                                                                                                         \
+    CORE(rk4)                                                                                                          \
+    CORE(rk38)                                                                                                         \
+    MORE(ab4)                                                                                                          \
+    CORE(rkc4)                                                                                                         \
+    CORE(dopri5)                                                                                                       \
+    CORE(tsit5)                                                                                                        \
+    MORE(auto)                                                                                                         \
+    MORE(rodas5p)                                                                                                      \
+    MORE(radau5)                                                                                                       \
+    CORE(dop853)
 #define KT_METHOD_LIST(X) KT_METHOD_LIST_BY_KIND(X, X)
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
