@@ -109,3 +109,28 @@ KT_TEST(a_jacobian_serves_for_many_steps_where_nothing_is_stiff) {
         kt_case_close(&c);
     }
 }
+
+/* auto has the bits of dopri5 where nothing is stiff; on the double pendulum at every tolerance. */
+KT_TEST(auto_never_leaves_dopri5_where_nothing_is_stiff) {
+    static const char *const scenes[] = {"double-pendulum", "chain",        "arm7",     "andrews",    "bricard",
+                                         "spinning-top",    "rolling-disc", "watt",     "skate",      "three-body",
+                                         "slider-crank",    "cart-pole",    "humanoid", "hooke-shaft"};
+    static const double tolerances[] = {1e-3, 1e-4, 1e-5, 1e-7, 1e-11};
+    for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
+        kt_case c;
+        int differ = 0;
+        if (kt_case_open(&c, scenes[i]))
+            for (int k = i == 0 ? 0 : 3; k < (i == 0 ? 5 : 4); k++) {
+                double y[2][MOST + MOST];
+                kt_simulation_counts counts = {0};
+                const double duration = fmin(c.scene.run.duration, i == 0 ? 10.0 : 0.3);
+                if (end_of(&c, "auto", 0.0, tolerances[k], duration, y[0], &counts) &&
+                    end_of(&c, "dopri5", 0.0, tolerances[k], duration, y[1], NULL))
+                    differ +=
+                        counts.switches != 0 ||
+                        memcmp(y[0], y[1], (size_t)(kt_model_nq(c.model) + kt_model_nv(c.model)) * sizeof(double)) != 0;
+            }
+        kt_check_equal_int(scenes[i], differ, 0);
+        kt_case_close(&c);
+    }
+}
