@@ -28,6 +28,13 @@ void kt_articulated_number(kt_model *model);
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
+/* Gives the groups' matrices their places in the data (gather.c). */
+void kt_groups_place_matrices(kt_model *model);
+
+/* Determines from the ranks at which steps of fronts equations may be passed on, and how much
+ * memory the groups need then (fronts.c); kt_groups_place_matrices has to follow. */
+void kt_fronts_pass(kt_model *model);
+
 /* Sets the lengths of springs that start unstretched. Errors: KT_ERROR_MEMORY. */
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
 

@@ -288,7 +288,7 @@ static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *or
     kt_attach *a = p->a;
     kt_model *m = p->m;
     kt_front_step *step = m->front + plan->step;
-    int32_t *vacant = a->order, vacancies = 0, left = plan->step, loop = first_loop, row = 0;
+    int32_t *vacant = a->order, vacancies = 0, left = plan->step, loop = first_loop;
     memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
     memset(a->opened, 0, (size_t)(p->count + 1) * sizeof *a->opened);
     for (int l = 0; l < p->count; l++)
@@ -314,9 +314,6 @@ static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *or
         a->slot[order[l]] = step[l].slot = vacancies ? vacant[--vacancies] : plan->slots++;
         m->front_step[p->group->v + m->link[order[l]].local] = l;
         step[l].up = is_in_group(p, up) ? a->step[up] : -1;
-        step[l].row = row;
-        for (int32_t i = 0; i < step[l].loop_count; i++)
-            row += m->loop[m->front_loop[step[l].loop + i]].row_count;
         for (int32_t i = step[l].leave; i < step[l].leave + step[l].leave_count; i++) {
             vacant[vacancies++] = a->slot[m->front_leave[i]];
             m->front_leave[i] = a->step[m->front_leave[i]];
@@ -361,19 +358,20 @@ static void write_terms(const planner *p, kt_front_plan *plan, int32_t first_ter
 }
 
 /* Determines the most memory that the steps can need. */
-static void write_sizes(const planner *p, kt_front_plan *plan) {
-    kt_front_step *step = p->m->front + plan->step;
+static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
+    kt_front_step *step = m->front + plan->step;
     size_t kept = 0, open = 0, relations = 0, width = 0, used = 0;
-    for (int32_t l = 0; l < p->count; l++) {
-        kt_front_size s = {.params = kept + (size_t)kt_link_dofs(&p->m->link[step[l].link])};
+    for (int32_t l = 0; l < count; l++) {
+        kt_front_size s = {.params = kept + (size_t)kt_link_dofs(&m->link[step[l].link])};
         for (int32_t i = 0; i < step[l].loop_count; i++)
-            s.rows += (size_t)p->m->loop[p->m->front_loop[step[l].loop + i]].row_count;
+            s.rows += (size_t)m->loop[m->front_loop[step[l].loop + i]].row_count;
+        s.rows += s.rows ? (size_t)plan->pending : 0;
         open += 1 - (size_t)step[l].leave_count;
         for (int32_t i = 0; i < step[l].term_count; i++)
-            relations += p->m->front_term[step[l].term + i].first;
+            relations += m->front_term[step[l].term + i].first;
         for (int32_t i = 0; i < step[l].loop_count; i++)
-            relations -= p->m->loop[p->m->front_loop[step[l].loop + i]].term_count > 0;
-        s.touch = KT_FRONT_SPACE * open + relations;
+            relations -= m->loop[m->front_loop[step[l].loop + i]].term_count > 0;
+        s.touch = KT_FRONT_SPACE * open + relations + (size_t)plan->pending;
         s.kept = kept = least(s.params, s.touch);
         width = s.params > width ? s.params : width;
         step[l].at = used;
@@ -381,6 +379,43 @@ static void write_sizes(const planner *p, kt_front_plan *plan) {
     }
     plan->width = (int32_t)width;
     plan->count = used + kt_front_running_count(plan);
+}
+
+/* Determines at which steps equations may be passed on: those after which one is complete that its step does not need at
+ * generic positions. A group that cannot move there may have been seen in another assembly, and every step counts.
+ * Returns whether there is such a step. */
+static bool find_waits(kt_model *m, const kt_group *group, int rows) {
+    const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;
+    const int32_t *cap = m->front_cap + first;
+    const bool rigid = group->rank[rows] == group->v_count;
+    bool waits = false, any = false;
+    for (int32_t l = group->link_count - 1; l >= 0; l--) {
+        const kt_front_step *step = &m->front[group->front.step + l];
+        int32_t count = 0;
+        for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
+            const kt_loop_record *loop = &m->loop[m->front_loop[i]];
+            for (int32_t r = 0; r < loop->row_count; r++) {
+                const int32_t slot = m->slot[group->row + loop->row + r];
+                count += slot >= 0 && slot < group->count[rows];
+            }
+        }
+        m->front_waits[first + (size_t)l] = waits;
+        any = any || (waits && count > 0);
+        waits = waits || count > cap[l] - (l ? cap[l - 1] : 0) || (count > 0 && rigid);
+    }
+    return any;
+}
+
+void kt_fronts_pass(kt_model *m) {
+    for (size_t g = 0; g < m->n.group; g++) {
+        kt_group *group = &m->group[g];
+        bool any = false;
+        for (int rows = 0; rows < KT_ROWS_COUNT && group->front.used; rows++)
+            any = find_waits(m, group, rows) || any;
+        group->front.pending = any ? KT_FRONT_PENDING : 0;
+        if (any)
+            write_sizes(m, &group->front, group->link_count);
+    }
 }
 
 void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
@@ -408,7 +443,7 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
         measure_order(&p, a->best);
         write_steps(&p, &group->front, a->best, loop);
         write_terms(&p, &group->front, term);
-        write_sizes(&p, &group->front);
+        write_sizes(m, &group->front, p.count);
         step += p.count;
         loop += group->loop_count;
         for (int i = 0; i < group->loop_count; i++)

@@ -113,7 +113,8 @@ static void place_groups(kt_model *m) {
     }
 }
 
-static void place_matrices(kt_model *m) {
+void kt_groups_place_matrices(kt_model *m) {
+    m->n.dense = 0;
     for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
         m->group[g].dense = m->n.dense;
         m->n.dense += kt_group_layout(&m->group[g]);
@@ -169,5 +170,5 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     mark_passing(m);
     if (KT_HAS_LOOPS && m->n.front)
         kt_attach_plan_fronts(a, m);
-    place_matrices(m);
+    kt_groups_place_matrices(m);
 }

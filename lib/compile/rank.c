@@ -130,7 +130,7 @@ static void note_steps(const kt_model *model, const kt_data *data, const kt_grou
         w.work[slot] = 0.0;
     for (int32_t s = 0; s < group->link_count; s++)
         for (int32_t i = 0; i < count[s].rank; i++)
-            w.work[w.pivot[model->front[group->front.step + s].row + i]] = 1.0;
+            w.work[w.pivot[count[s].first + i]] = 1.0;
     for (int32_t row = 0; row < group->row_count && best; row++)
         chosen[group->row + row] = w.work[model->slot[group->row + row]] > 0.0;
 }
@@ -262,9 +262,9 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
 }
 
 /* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted) on a tree that begins on
- * the ground. Those of relations are no wrenches on links. */
+ * the ground. Those of relations are no wrenches on links, and where equations may be passed on, the fronts do that. */
 static bool is_of_few(const kt_model *model, const kt_group *group) {
-    bool few = group->front.used && group->parent == 0 && group->rank[KT_ROWS_ALL] > 0 &&
+    bool few = group->front.used && !group->front.pending && group->parent == 0 && group->rank[KT_ROWS_ALL] > 0 &&
                group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX &&
                kt_delassus_count((size_t)group->v_count) <= group->front.count;
     for (int i = 0; i < group->loop_count && few; i++)
@@ -280,8 +280,8 @@ static bool is_narrow(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
     int32_t params = 0, open = 0, rank = 0;
-    bool narrow = plan->used && !group->fits_delassus && group->parent == 0 && kt_group_is_planar(model, group) &&
-                  plan->relations == 0 && plan->slots <= KT_NARROW_SLOTS &&
+    bool narrow = plan->used && !plan->pending && !group->fits_delassus && group->parent == 0 &&
+                  kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_NARROW_SLOTS &&
                   kt_narrow_count((size_t)group->link_count) <= plan->count;
     for (int32_t s = 0; s < group->link_count && narrow; s++) {
         const kt_front_step *step = &model->front[plan->step + s];
@@ -317,8 +317,14 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
                     model->weight[first + (size_t)model->slot[group->row + row]] = PREFERRED;
         }
         group->fits_pin = is_pin(model, group);
-        group->fits_delassus = is_of_few(model, group);
-        group->fits_narrow = is_narrow(model, group);
+    }
+    if (model->n.front) {
+        kt_fronts_pass(model);
+        kt_groups_place_matrices(model);
+    }
+    for (size_t g = 0; g < model->n.group; g++) {
+        model->group[g].fits_delassus = is_of_few(model, &model->group[g]);
+        model->group[g].fits_narrow = is_narrow(model, &model->group[g]);
     }
     kt_armature_note(model);
 }

@@ -16,7 +16,6 @@ typedef struct kt_front_step {
     int32_t loop, loop_count;   /* in model->front_loop: the loops that are complete with this link */
     int32_t term, term_count;   /* in model->front_term: the terms of relations on this link's coordinate */
     int32_t leave, leave_count; /* in model->front_leave: steps of links on which nothing depends any more */
-    int32_t row;                /* its first equation among the group's, in the order of elimination */
     size_t at;                  /* its first number among the group's matrices */
 } kt_front_step;
 
@@ -32,12 +31,14 @@ typedef struct kt_front_plan {
     bool used;                /* otherwise the group is reduced by dense matrices */
     int32_t step;             /* the first of its steps, one a link */
     int32_t slots, relations; /* how many there are at most: links, equations */
+    int32_t pending;          /* and equations that a step passes on: KT_FRONT_PENDING or none */
     int32_t width;            /* the largest number of parameters */
     size_t count;             /* of the numbers that it needs in the data */
 } kt_front_plan;
 
-/* The number of components of an acceleration in space; in a plane there are half as many. */
-enum { KT_FRONT_SPACE = 6 };
+/* The number of components of an acceleration in space; in a plane there are half as many. The number of equations that
+ * can be passed on at a time. */
+enum { KT_FRONT_SPACE = 6, KT_FRONT_PENDING = 6 };
 
 /* The most that a step can have: parameters, the new ones included; equations that it closes; parameters that are kept;
  * vectors in slots, an upper bound of that. */
@@ -54,7 +55,7 @@ static inline size_t kt_front_step_count(const kt_front_size *s) {
 /* The arrays that all steps of a group share: what slots hold, by parameters and constant; the energy, its linear part,
  * and the size of its terms; a solution; the sizes of speeds; what else is computed on the way. */
 static inline size_t kt_front_vectors(const kt_front_plan *plan) {
-    return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations;
+    return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->pending;
 }
 static inline size_t kt_front_level(const kt_front_plan *plan) { return (size_t)plan->width + KT_FRONT_SPACE; }
 static inline size_t kt_front_running_count(const kt_front_plan *plan) {

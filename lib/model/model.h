@@ -73,6 +73,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_front_term, front_term, kt_where(n->front, n->term), "terms of relations, in the order of these steps")       \
     X(double, front_usual, KT_ROWS_COUNT * n->front, "size of a step's last independent equation, the largest seen")   \
     X(int32_t, front_step, kt_where(n->front, n->group_v), "steps of links, by first coordinates, group by group")     \
+    X(bool, front_waits, KT_ROWS_COUNT * n->front, "whether a later step completes redundant equations")               \
     X(int32_t, front_cap, KT_ROWS_COUNT * n->front, "independent equations up to a step, at generic positions")        \
     X(bool, held, n->v, "coordinates whose positions assembly fixes")                                                  \
     X(bool, held_velocity, n->v, "coordinates whose velocities assembly fixes")                                        \
@@ -182,11 +183,14 @@ typedef struct kt_front_motion {
     kt_v4 point, velocity, alpha, linear;
 } kt_front_motion;
 
-/* What the last factorisation found at a step: parameters, the new ones included; equations that it completed; of them,
- * independent ones; parameters afterwards, and of these those that are kept; vectors in slots. */
+/* What the last factorisation found at a step: parameters, the new ones included; equations, those that earlier steps
+ * have passed on included; of them, independent ones; parameters afterwards, and of these those that are kept; vectors in slots. */
 typedef struct kt_front_count {
     int32_t params, rows, rank, left, kept, vectors;
-    double last; /* size of the last independent equation */
+    int32_t first;                                          /* the equations' place among the group's pivots */
+    int32_t waiting, passed;                                /* equations passed on to this step, and by it */
+    int32_t wait[KT_FRONT_PENDING], pass[KT_FRONT_PENDING]; /* which */
+    double last;                                            /* size of the last independent equation */
 } kt_front_count;
 
 /* Links with an entry among the articulated inertias: all where there are constraint groups, otherwise those with
@@ -231,7 +235,8 @@ static inline size_t kt_links_as_articulated(size_t links) {
     X(double, last, n->group, "size of its last independent direction if it is near a singular position")              \
     X(kt_front_count, front, n->front, "steps of the groups that are reduced by fronts, as last factored")             \
     X(kt_front_motion, front_motion, kt_where(n->front, n->group_v), "motion of the links, by first coordinates")      \
-    X(int32_t, front_live, kt_where(n->front, n->front + n->loop), "slots in use: of links, then of relations")        \
+    X(int32_t, front_live, kt_where(n->front, n->front + n->loop + KT_FRONT_PENDING),                                  \
+      "slots in use: of links, of relations, passed on")                                                               \
     X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
     X(bool, solved, n->group, "whether the last evaluation has found a group's multipliers (reduction/delassus.h)")    \

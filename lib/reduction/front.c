@@ -103,9 +103,23 @@ static int count_vectors(const kt_front *f) {
     return count;
 }
 
-/* D' Pi = Q [R1; 0] with pivoting, up to `most` columns. *first is the squared size of the largest direction of all
- * steps so far. Returns the rank, or -1 if a number is not finite. */
-KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, double *first) {
+/* A direction is small, and may be passed on, below these parts of its step's usual size, as within a step an equation is
+ * replaced by one that is 16 times longer (rank.c), and of what its entries could be. */
+#define SMALL_OF_USUAL (1.0 / 16.0)
+#define SMALL_OF_REACH (1.0 / 16.0)
+
+KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, double usual) {
+    const double weight = f->w.weight ? f->w.weight[equation] : 1.0;
+    const double reach = kt_front_reach(f->model, f->components < KT_FRONT_SPACE, &f->w, equation) *
+                         f->w.scale[equation] / fmax(1.0, f->model->length);
+    const double small = weight * fmax(SMALL_OF_USUAL * usual, SMALL_OF_REACH * reach);
+    return squares < small * small;
+}
+
+/* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small directions
+ * are left and all can be passed on. *first is the squared size of the largest direction of all steps so far. Returns
+ * the rank, or -1 if a number is not finite. */
+KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, const double *usual, double *first) {
     const int n = d->m, k = d->k;
     double *norm = f->w.work, all = 0.0;
     int rank = 0;
@@ -123,6 +137,8 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, d
         *first = kt_larger(*first, norm[best]);
         if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * *first))
             break;
+        if (usual && k - rank <= f->plan->pending && is_small(f, d->pivot[best], norm[best], *usual))
+            break;
         if (best != rank) {
             const double norm_of = norm[rank];
             kt_swap_columns(d, n, rank, best);
@@ -137,6 +153,41 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, d
             d->factor[c * n + i] /= weight;
     }
     return rank;
+}
+
+/* Takes the equations that earlier steps have passed on, whose rows follow those of the step. */
+KT_INLINE void take_passed(kt_front *f, kt_front_count *count, int n, double *rows, int32_t *pivot) {
+    for (int d = 0; f->passing && d < f->passing->passed; d++) {
+        const int32_t slot = kt_front_pending(f, d);
+        count->wait[count->waiting++] = pivot[count->rows] = f->passing->pass[d];
+        memcpy(rows + count->rows++ * n, kt_front_vector(f, slot), (size_t)n * sizeof *rows);
+        kt_front_release(f, slot);
+    }
+    f->passing = NULL;
+}
+
+/* Passes the equations on that have not been eliminated, but for those that are redundant here: what is left of them, in slots. */
+KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor *x, const int32_t *pivot, int rank,
+                       double first) {
+    const int n = count->params;
+    double *early = x->early;
+    for (int32_t l = 0; l < f->live_count; l++)
+        early += kt_front_vector_count(f, f->live[l]) * rank;
+    for (int c = rank; c < count->rows && count->rows - rank <= f->plan->pending; c++) {
+        const double *row = x->rows + c * n, weight = f->w.weight ? f->w.weight[pivot[c]] : 1.0;
+        if (!(kt_squares(row, rank, n) > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
+            continue;
+        const int32_t slot = kt_front_pending(f, count->passed);
+        double *t = kt_front_vector(f, slot);
+        for (int j = 0; j < rank; j++)
+            *early++ = row[j] / weight;
+        for (int i = rank; i < n; i++)
+            t[i - rank] = row[i] / weight;
+        count->pass[count->passed++] = pivot[c];
+        kt_front_enter(f, slot);
+    }
+    if (count->passed)
+        f->passing = count;
 }
 
 /* Multiplies what slots hold by Q', stores the first `rank` entries in `early` and removes them. */
@@ -203,11 +254,12 @@ typedef struct front_goal {
     bool eliminate, regular;
     const double *usual;
     const int32_t *cap;
+    const bool *waits;
 } front_goal;
 
 /* What has been found up to a step. */
 typedef struct found {
-    int params, rank, dropped;
+    int params, rank, dropped, pivots;
     double first; /* the squared size of the largest direction */
     double last;  /* the smallest of the last directions, relative to their usual sizes */
 } found;
@@ -219,19 +271,21 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     kt_front_factor x;
     double own[KT_DOF_MAX * KT_FRONT_SPACE];
     const int dofs = kt_front_subspace(f, step->link, own), n = at->params + dofs;
-    int32_t *pivot = f->w.pivot + step->row;
+    int32_t *pivot = f->w.pivot + at->pivots;
     extend(f, at->params, dofs);
-    *count = (kt_front_count){.params = n};
+    *count = (kt_front_count){.params = n, .first = at->pivots};
     kt_front_factor_find(f, s, &x);
     take_link(f, step, own, dofs, at->params, x.motion);
     take_terms(f, step, at->params);
     count->rows = complete_loops(f, step, n, x.rows, pivot);
+    if (count->rows)
+        take_passed(f, count, n, x.rows, pivot);
     leave(f, step);
-    count->vectors = count_vectors(f);
     kt_front_factor_find(f, s, &x);
     if (count->rows && goal->eliminate) {
+        const double *usual = goal->waits[s] && !goal->regular ? goal->usual + s : NULL;
         const kt_group_work d = {.m = n, .k = count->rows, .factor = x.rows, .pivot = pivot, .reflector = x.scale};
-        const int rank = factor_rows(f, &d, goal->cap[s] - at->rank - at->dropped, &at->first);
+        const int rank = factor_rows(f, &d, goal->cap[s] - at->rank - at->dropped, usual, &at->first);
         if (rank < 0)
             return false;
         count->rank = rank;
@@ -244,7 +298,12 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
         at->rank += count->rank;
         at->dropped += rank - count->rank;
         reflect_slots(f, &x, n, count->rank);
+        if (usual)
+            pass_on(f, count, &x, pivot, rank, at->first);
     }
+    at->pivots += count->rows - count->passed;
+    count->vectors = count_vectors(f);
+    kt_front_factor_find(f, s, &x);
     count->left = n - count->rank;
     at->params = count->kept = keep_seen(f, &x, count->left);
     return true;
@@ -261,8 +320,11 @@ int KT_KERNEL(kt_front_factor)(const kt_model *model, kt_data *data, size_t g, k
     kt_front f;
     kt_front_find(model, data, g, rows, &f);
     const size_t first = (size_t)rows * model->n.front + (size_t)f.plan->step;
-    const front_goal goal = {
-        .eliminate = true, .regular = regular, .usual = model->front_usual + first, .cap = model->front_cap + first};
+    const front_goal goal = {.eliminate = true,
+                             .regular = regular,
+                             .usual = model->front_usual + first,
+                             .cap = model->front_cap + first,
+                             .waits = model->front_waits + first};
     found at = {.first = f.w.least * f.w.least, .last = (double)INFINITY};
     data->factored[g] = rows;
     data->last[g] = 0.0;
@@ -291,7 +353,7 @@ double KT_KERNEL(kt_front_measure)(const kt_model *model, kt_data *data, size_t 
         kt_front_factor x;
         kt_front_factor_find(&f, s, &x);
         for (int r = 0; r < count->rows; r++) {
-            const double scale = f.w.scale[f.w.pivot[f.step[s].row + r]];
+            const double scale = f.w.scale[f.w.pivot[count->first + r]];
             sum += kt_squares(x.rows + r * count->params, 0, count->params) / (scale * scale);
         }
     }
@@ -443,7 +505,11 @@ KT_INLINE double constant_of(const kt_front *f, const kt_front_step *step, const
 KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
     const kt_front_step *step = &f->step[s];
     const int rank = f->count[s].rank, n = f->count[s].params;
-    const int32_t *pivot = f->w.pivot + step->row;
+    const int32_t *pivot = f->w.pivot + f->count[s].first;
+    for (int d = 0; d < f->count[s].waiting; d++)
+        for (int j = 0; j < rank; j++)
+            if (pivot[j] == f->count[s].wait[d])
+                x->y[j] = f->w.right[pivot[j]] - *kt_front_constant(f, kt_front_pending(f, d));
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
         const kt_loop_record *loop = &f->model->loop[index];
@@ -458,6 +524,32 @@ KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
         for (int i = 0; i < j; i++)
             sum -= x->rows[j * n + i] * x->y[i];
         x->y[j] = sum / x->rows[j * (n + 1)];
+    }
+}
+
+/* The constants of equations that the step passes on begin with those that they have had before it. */
+KT_INLINE void pass_constants(kt_front *f, int s) {
+    const kt_front_step *step = &f->step[s];
+    const kt_front_count *count = &f->count[s];
+    double constant[KT_FRONT_PENDING] = {0.0};
+    for (int d = 0; d < count->passed; d++) {
+        for (int e = 0; e < count->waiting; e++)
+            if (count->wait[e] == count->pass[d])
+                constant[d] = *kt_front_constant(f, kt_front_pending(f, e));
+        for (int i = step->loop; i < step->loop + step->loop_count; i++) {
+            const int32_t index = f->model->front_loop[i];
+            const kt_loop_record *loop = &f->model->loop[index];
+            const int32_t *slot = kt_front_slots(f, loop);
+            for (int r = 0; r < loop->row_count; r++)
+                if (slot[r] == count->pass[d])
+                    constant[d] = constant_of(f, step, loop, index, slot[r]);
+        }
+    }
+    for (int d = 0; d < count->waiting; d++)
+        kt_front_release(f, kt_front_pending(f, d));
+    for (int d = 0; d < count->passed; d++) {
+        *kt_front_constant(f, kt_front_pending(f, d)) = constant[d];
+        kt_front_enter(f, kt_front_pending(f, d));
     }
 }
 
@@ -486,7 +578,7 @@ KT_INLINE void carry_y(const kt_front *f, const kt_front_factor *x, int rank) {
 /* Adds the squares of the violations (D p + gap) / scale, halved. */
 KT_INLINE void add_violations(const kt_front *f, int s, const kt_front_factor *x, const double *gap) {
     const int n = f->count[s].params, level = f->level;
-    const int32_t *pivot = f->w.pivot + f->step[s].row;
+    const int32_t *pivot = f->w.pivot + f->count[s].first;
     for (int r = 0; r < f->count[s].rows; r++) {
         const double *d = x->rows + r * n, scale = f->w.scale[pivot[r]];
         for (int i = 0; i < n; i++) {
@@ -627,6 +719,8 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
             add_violations(f, s, &x, aim->gap);
         if (count->rank)
             find_y(f, s, &x);
+        if (count->waiting || count->passed)
+            pass_constants(f, s);
         leave(f, step);
         if (count->rank) {
             impose(f, s, &x, base);
@@ -683,15 +777,6 @@ KT_INLINE void substitute(const kt_front *f, int s, int base, double *z) {
         kt_reflect(x.rows + j * n, x.scale[j], j, n, p);
 }
 
-/* Takes the coordinates of a step's link from its parameters; returns how many others there are. */
-KT_INLINE int take_coordinates(const kt_front *f, int s, const double *p, double *step) {
-    const kt_link *link = &f->model->link[f->step[s].link];
-    const int dofs = kt_link_dofs(link), n = f->count[s].params - dofs;
-    for (int d = 0; d < dofs; d++)
-        step[link->v + d] = p[n + d];
-    return n;
-}
-
 void KT_KERNEL(kt_front_respond)(const kt_model *model, kt_data *data, size_t g, const double *base, double *step) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
@@ -700,40 +785,6 @@ void KT_KERNEL(kt_front_respond)(const kt_model *model, kt_data *data, size_t g,
         f.z[c] = base[c];
     for (int s = f.group->link_count - 1; s >= 0; s--) {
         substitute(&f, s, count, f.z);
-        (void)take_coordinates(&f, s, f.z + count, step);
-    }
-}
-
-/* ---- the null space ---------------------------------------------------------------------------------------------- */
-
-/* The parameters that nothing sees, one after the other, at unit rate, are a basis: the changes of parameters are
- * orthogonal. */
-void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x) {
-    kt_front f;
-    int s = 0, n = 0;
-    kt_front_find(model, data, g, data->factored[g], &f);
-    for (int l = 0; l < f.group->v_count; l++)
-        x[model->group_v[f.group->v + l]] = 0.0;
-    for (; column >= f.count[s].left - f.count[s].kept; s++)
-        column -= f.count[s].left - f.count[s].kept;
-    double *p = f.z;
-    for (int i = 0; i < f.count[s].left; i++)
-        p[i] = 0.0;
-    p[f.count[s].kept + column] = 1.0;
-    for (; s >= 0; s--) {
-        const kt_front_count *at = &f.count[s];
-        kt_front_factor factor;
-        kt_front_factor_find(&f, s, &factor);
-        for (int i = n ? at->kept : at->left; i < at->left; i++)
-            p[i] = 0.0;
-        for (int j = at->kept - 1; j >= 0 && at->kept < at->left; j--)
-            kt_reflect(factor.seen + j * at->left, factor.seen_scale[j], j, at->left, p);
-        for (int i = at->left - 1; i >= 0; i--)
-            p[at->rank + i] = p[i];
-        for (int i = 0; i < at->rank; i++)
-            p[i] = 0.0;
-        for (int j = at->rank - 1; j >= 0; j--)
-            kt_reflect(factor.rows + j * at->params, factor.scale[j], j, at->params, p);
-        n = take_coordinates(&f, s, p, x) + 1; /* from here on what is not seen does not move */
+        (void)kt_front_take_coordinates(&f, s, f.z + count, step);
     }
 }

@@ -14,6 +14,10 @@
  * After the last link nothing is kept, and a backward pass through the steps gives x. If the parent accelerates, the
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
+ * An equation that is small at a step although it usually is not, where a later step completes equations that are
+ * redundant, is passed on, as a row D whose slot holds D and the constant part like T and t: the later one may determine
+ * the same motion far better, as of three wheels joined by three rods one that is at its dead centre.
+ *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
  * orthogonal factors: the rank of each loop's equations is that among motions which close all loops before it. Nothing
  * but the energy, T and t pass from step to step, therefore the factors that depend on the equations alone serve for
@@ -74,6 +78,7 @@ typedef struct kt_front {
     const kt_front_plan *plan;
     const kt_front_step *step;
     kt_front_count *count;
+    const kt_front_count *passing; /* the step whose passed equations are in slots, or NULL */
     kt_group_work w;
     const bool *fixed;
     int32_t *live, live_count; /* slots in use: links', then relations' */
@@ -138,7 +143,13 @@ static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_facto
     x->gain = at;
 }
 
-/* The first vector in the slot of a link, given by its step, or of a relation, by the number of links and its index. */
+/* The holders: a link is given by its step, a relation by the number of links and its index, and the d-th equation that
+ * has been passed on by these numbers and d. */
+static inline int32_t kt_front_pending(const kt_front *f, int d) {
+    return f->group->link_count + f->plan->relations + d;
+}
+
+/* The first vector in the slot of a holder. */
 static inline size_t kt_front_place(const kt_front *f, int32_t holder) {
     const int32_t links = f->group->link_count;
     return holder < links ? KT_FRONT_SPACE * (size_t)f->step[holder].slot

@@ -86,4 +86,13 @@ static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_ste
     return f->group->link_count + f->model->front_term[i].slot;
 }
 
+/* Takes the coordinates of a step's link from its parameters; returns how many others there are. */
+static inline int kt_front_take_coordinates(const kt_front *f, int s, const double *p, double *step) {
+    const kt_link *link = &f->model->link[f->step[s].link];
+    const int dofs = kt_link_dofs(link), n = f->count[s].params - dofs;
+    for (int d = 0; d < dofs; d++)
+        step[link->v + d] = p[n + d];
+    return n;
+}
+
 #endif

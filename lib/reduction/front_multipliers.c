@@ -112,6 +112,16 @@ static void solve_multipliers(const kt_front_count *count, const kt_front_factor
     }
 }
 
+/* Before the step the slots hold the equations that it has taken, and not those that it has passed on. */
+static void return_passed(kt_front *f, const kt_front_count *count, const double *lambda) {
+    for (int d = 0; d < count->passed; d++)
+        kt_front_release(f, kt_front_pending(f, d));
+    for (int d = 0; d < count->waiting; d++) {
+        *kt_front_constant(f, kt_front_pending(f, d)) = lambda[count->wait[d]];
+        kt_front_enter(f, kt_front_pending(f, d));
+    }
+}
+
 /* Before the step the slots in use are those after it, with those that it has released and without those it has taken.
  * The wrench on its link goes to the parent. */
 static void undo_step(kt_front *f, int s) {
@@ -138,7 +148,8 @@ void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_
         kt_front_factor x;
         kt_front_factor_find(&f, s, &x);
         unload_slots(&f, x.early, f.count[s].rank, x.force);
-        solve_multipliers(&f.count[s], &x, f.w.pivot + step->row, lambda);
+        solve_multipliers(&f.count[s], &x, f.w.pivot + f.count[s].first, lambda);
+        return_passed(&f, &f.count[s], lambda);
         for (int i = step->loop; i < step->loop + step->loop_count; i++)
             if (model->loop[model->front_loop[i]].term_count)
                 kt_front_enter(&f, kt_front_relation_of(&f, step, model->front_loop[i]));
