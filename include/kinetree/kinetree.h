@@ -9,6 +9,7 @@
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/effect.h"
+#include "kinetree/identification.h"
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"

@@ -1,0 +1,65 @@
+/* The regressor of inverse dynamics: what its columns are, the model's own parameters, and the columns of friction; those of
+ * bodies are written by dynamics/regressor.c. */
+#include "dynamics/regressor.h"
+#include "control/control.h"
+#include "kinetree/identification.h"
+
+#include <string.h>
+
+int kt_regressor_columns(const kt_model *model) {
+    return KT_BODY_PARAMETERS * ((int)model->n.body - 1) + 3 * (int)model->n.v;
+}
+
+kt_parameter kt_regressor_parameter(const kt_model *model, int column) {
+    const int bodies = KT_BODY_PARAMETERS * ((int)model->n.body - 1), nv = (int)model->n.v;
+    if (column < bodies)
+        return (kt_parameter){.kind = (kt_parameter_kind)(column % KT_BODY_PARAMETERS),
+                              .body = 1 + column / KT_BODY_PARAMETERS,
+                              .coordinate = -1};
+    const int coordinate = (column - bodies) % nv;
+    return (kt_parameter){.kind = (kt_parameter_kind)(KT_PARAMETER_ARMATURE + (column - bodies) / nv),
+                          .body = kt_body_of_velocity(model, coordinate),
+                          .coordinate = coordinate};
+}
+
+void kt_regressor_parameters(const kt_model *model, double *parameters) {
+    memset(parameters, 0, (size_t)kt_regressor_columns(model) * sizeof *parameters);
+    for (size_t b = 1; b < model->n.body; b++) {
+        const kt_body_record *body = &model->body[b];
+        const double m = body->mass;
+        const kt_vec3 h = kt_vec3_scale(m, body->com);
+        const kt_sym3 i = kt_sym3_shift(body->inertia, m, body->com);
+        const double all[KT_BODY_PARAMETERS] = {m, h.x, h.y, h.z, i.xx, i.yy, i.zz, i.xy, i.xz, i.yz};
+        memcpy(parameters + KT_BODY_PARAMETERS * (b - 1), all, sizeof all);
+    }
+}
+
+static void write_bodies(const kt_model *model, const kt_data *data, double *y) {
+#ifdef KT_ISAS
+    if (model->level == KT_ISA_V4)
+        kt_regressor_bodies_v4(model, data, y);
+    else if (model->level == KT_ISA_V3)
+        kt_regressor_bodies_v3(model, data, y);
+    else
+#endif
+        kt_regressor_bodies_baseline(model, data, y);
+}
+
+kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                                double *regressor, kt_error *error) {
+    const size_t nv = model->n.v;
+    const kt_status status = kt_links_update(model, data, q, v, a, false, NULL, error);
+    if (status != KT_OK)
+        return status;
+    write_bodies(model, data, regressor);
+    double *const armature = regressor + KT_BODY_PARAMETERS * (model->n.body - 1) * nv,
+                  *const viscous = armature + nv * nv, *const coulomb = viscous + nv * nv;
+    memset(armature, 0, 3 * nv * nv * sizeof *armature);
+    for (size_t i = 0; i < nv; i++) {
+        const double rate = v ? v[i] : 0.0;
+        armature[i * (nv + 1)] = a ? a[i] : 0.0;
+        viscous[i * (nv + 1)] = rate;
+        coulomb[i * (nv + 1)] = (rate > 0.0) - (rate < 0.0);
+    }
+    return KT_OK;
+}
