@@ -4,8 +4,9 @@
  * above KT_DEPENDENT of its whole length depends on the base columns before it,
  *     R_B x = R_k,    base_i = pi_i + sum_k x_ik pi_k.
  */
-#include "control/control.h"
+#include "base/arena.h"
 #include "kinetree/identification.h"
+#include "model/model.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -226,6 +227,7 @@ static void add_term(words *to, const kt_model *model, int column, double coeffi
                            factor, symbols[p.kind], kt_body_name(model, p.body), which);
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): it is written by way of the words */
 int kt_base_parameter_name(const kt_model *model, int rank, const int *column, const double *relation, int index,
                            char *text, size_t size) {
     const int rest = kt_regressor_columns(model) - rank;

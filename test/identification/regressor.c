@@ -1,6 +1,6 @@
 /* The regressor against inverse dynamics of trees with other masses, and base parameters against published numbers and
  * sets, with forces of random parameters. */
-#include "along.h"
+#include "../control/along.h"
 
 #include "kinetree/identification.h"
 

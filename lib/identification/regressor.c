@@ -1,7 +1,6 @@
 /* The regressor of inverse dynamics: what its columns are, the model's own parameters, and the columns of friction; those of
  * bodies are written by dynamics/regressor.c. */
 #include "dynamics/regressor.h"
-#include "control/control.h"
 #include "kinetree/identification.h"
 
 #include <string.h>
