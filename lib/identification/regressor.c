@@ -31,6 +31,7 @@ void kt_regressor_parameters(const kt_model *model, double *parameters) {
         const double all[KT_BODY_PARAMETERS] = {m, h.x, h.y, h.z, i.xx, i.yy, i.zz, i.xy, i.xz, i.yz};
         memcpy(parameters + KT_BODY_PARAMETERS * (b - 1), all, sizeof all);
     }
+    memcpy(parameters + KT_BODY_PARAMETERS * (model->n.body - 1), model->armature, model->n.v * sizeof *parameters);
 }
 
 static void write_bodies(const kt_model *model, const kt_data *data, double *y) {
