@@ -303,6 +303,7 @@ static int write_small(motion *m, const kt_draw_arguments *arguments, const char
             thin_states(m, (int)fmax(fmin(0.97 * share * m->state_count, m->state_count - 1), 2.0));
         drawing->is_plain = drawing->is_plain || !is_small;
     }
+    drawing->subtitle = NULL; /* its memory ends here */
     if (code != KT_EXIT_DONE)
         return code;
     if (drawing->is_plain)
