@@ -12,6 +12,7 @@
 #define KINETREE_MODEL_H
 
 #include "kinetree/description.h"
+#include "kinetree/descriptor.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -200,6 +201,86 @@ typedef struct kt_iterations {
 
 /* Since the data were initialised or this was last called. */
 KT_API kt_iterations kt_data_iterations(kt_data *data);
+
+/* ---- parameters ---------------------------------------------------------------------------------------------------
+ *
+ * Numbers of a mechanism that may change while a program runs: payloads, gravity, springs, dampers, friction, rotors,
+ * targets.
+ *
+ * A compiled model is immutable. What may change is a copy of it (kt_model_copy), in the caller's memory, one a thread: a
+ * parameter is found by its name once, and set in a copy as often as wanted, without allocation. Data of the original serve
+ * its copies. Nothing is computed for a parameter that is never set: a copy is a model like any other.
+ *
+ *     kt_parameter payload;
+ *     kt_model *own;
+ *     kt_model_copy(model, memory, size, &own, &error);
+ *     kt_parameter_find(model, "hand.mass", &payload, &error);
+ *     kt_parameter_set(own, &payload, (double[]){2.5}, &error);
+ *
+ * | name | numbers |
+ * |---|---|
+ * | gravity | 3: world frame, m/s^2 |
+ * | BODY.mass | 1: kg; com and inertia stay what they are, also where they came from a shape |
+ * | BODY.com | 3: body frame, m |
+ * | BODY.inertia | 6: xx, yy, zz, xy, xz, yz about the com, body axes, kg m^2 |
+ * | BODY.armature | as many as its joint has velocities: kg m^2 or kg |
+ * | BODY.hold | 1: not 0 if assembly keeps the joint (`hold` of a description) |
+ * | effect NAME.KEY | a number of an effect (stiffness, damping, length, coulomb ...) under its key; of a bushing six |
+ * | effect NAME.KEY | a function of time (rest, target, torque): 4 numbers, as of a loop; value of a force or torque: 3 |
+ * | loop NAME.KEY | a function of time (position, length, offset): 4 numbers, see below |
+ *
+ * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0, from the numbers x, v, a, t0: position, velocity and
+ * acceleration at the time t0 and, between two settings, what follows from them. (A distance must be > 0 at t0.)
+ *
+ * What is decided when a model is compiled stays: the plan, the structural ranks, and the sizes below which inertias count
+ * as none. Every number is checked as in a description; relations between several numbers (lower < upper) are not.
+ * Derivatives with respect to a parameter: the equations of motion r(q, v, a; p) = 0 (kt_dynamics_inverse, minus forces of
+ * effects) are linear in gravity, mass, inertia, armature and in the stiffnesses, dampings and coefficients of friction of
+ * effects, and quadratic in com, so that (r(p + d) - r(p - d)) / 2d, with d of the size of p, is exact up to rounding.
+ */
+
+/* The most numbers that a parameter has. */
+enum { KT_PARAMETER_MAX = 6 };
+
+/* What a parameter belongs to. */
+typedef enum kt_parameter_kind {
+    KT_PARAMETER_GRAVITY = 0,  /* the gravity of all */
+    KT_PARAMETER_MASS,         /* mass of a body */
+    KT_PARAMETER_COM,          /* centre of mass of a body */
+    KT_PARAMETER_INERTIA,      /* inertia of a body */
+    KT_PARAMETER_ARMATURE,     /* rotor inertias of a body's joint */
+    KT_PARAMETER_HOLD,         /* whether assembly keeps a body's joint */
+    KT_PARAMETER_EFFECT,       /* one number or six of an effect */
+    KT_PARAMETER_EFFECT_CURVE, /* function of time of an effect */
+    KT_PARAMETER_EFFECT_VALUE, /* components of a force or torque */
+    KT_PARAMETER_LOOP_CURVE,   /* function of time of a loop */
+} kt_parameter_kind;
+
+/* A parameter, as kt_parameter_find returns it; the same for a model and all its copies. */
+typedef struct kt_parameter {
+    kt_parameter_kind kind;
+    int item;          /* body, effect or loop */
+    int count;         /* of its numbers */
+    const kt_key *key; /* of an effect or loop; of others NULL */
+} kt_parameter;
+
+/* Finds a parameter by its name. Errors: KT_ERROR_ARGUMENT for a name that does not exist, with the nearest one.
+ * O(effects + loops). */
+KT_API KT_CHECKED kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter,
+                                              kt_error *error);
+
+/* The present numbers of a parameter into values (parameter->count). Of a function of time that has not been set: its value
+ * and rates at the time 0, and 0. O(1). */
+KT_API void kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values);
+
+/* Sets the numbers of a parameter (parameter->count) in a copy of a model. Equal numbers give the bits of a model that was
+ * compiled with them, except that several bodies on one link may add up in another order. No data may be in use by a call
+ * with the copy meanwhile; while a simulation runs on it, kt_simulation_set_parameter serves instead. Checkpoints do not
+ * contain parameters: set them again before a run is resumed.
+ * Errors: KT_ERROR_ARGUMENT (the model is no copy), KT_ERROR_MODEL (a number that cannot be, told as for a description);
+ * the copy is then unchanged. O(1); of a body's mass, com and inertia O(bodies); of armature O(links). */
+KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values,
+                                             kt_error *error);
 
 #ifdef __cplusplus
 }

@@ -248,6 +248,15 @@ KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, d
  * those set before then remain in force. O(nv). */
 KT_API KT_CHECKED kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error);
 
+/* Sets a parameter of the model, a copy on which this simulation was created (kt_model_copy), from the next step on: as
+ * kt_parameter_set, and slopes from before are forgotten. If a loop's target jumps, the projection at the end of that step
+ * closes the loop. An energy balance counts the change of a payload's energy as drift. Errors: those of
+ * kt_parameter_set; KT_ERROR_ARGUMENT (another model), KT_ERROR_UNSUPPORTED (another formulation is integrated). Nothing
+ * is allocated. */
+KT_API KT_CHECKED kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
+                                                        const kt_parameter *parameter, const double *values,
+                                                        kt_error *error);
+
 /* Sets the wrenches on the bodies (kt_model_body_count entries, entry 0 ignored; NULL: none): moment about the body
  * frame's origin and force, world axes; they are constant as the torques are. Errors: KT_ERROR_NOT_FINITE naming the
  * body. */

@@ -287,13 +287,13 @@ static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
 /* Marks the coordinates of a joint named by `hold`, which assembly fixes: those that the description gives. If it gives
  * no position of this joint, all its positions are fixed, and if it gives no velocity of any joint, all its velocities
  * are: their values then come from the caller of kt_state_assemble. */
-static void hold(kt_model *m, const kt_body_record *body) {
+void kt_joint_hold(kt_model *m, const kt_body_record *body, bool held) {
     const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
     const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);
     const bool has_velocities = gives(m, 0, m->n.v, KT_VELOCITY_GIVEN);
     for (size_t k = first; k < first + count; k++) {
-        m->held[k] = !has_position || (m->given[k] & KT_POSITION_GIVEN) != 0;
-        m->held_velocity[k] = !has_velocities || (m->given[k] & KT_VELOCITY_GIVEN) != 0;
+        m->held[k] = held && (!has_position || (m->given[k] & KT_POSITION_GIVEN) != 0);
+        m->held_velocity[k] = held && (!has_velocities || (m->given[k] & KT_VELOCITY_GIVEN) != 0);
     }
 }
 
@@ -323,7 +323,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_attach_fill_groups(a, m);
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)
-        hold(m, &m->body[kt_body_find(m, d->hold[i])]);
+        kt_joint_hold(m, &m->body[kt_body_find(m, d->hold[i])], true);
     status = fill_effects(a, m, &number, &text, error);
     if (status != KT_OK) {
         kt_aligned_release(m);

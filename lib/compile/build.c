@@ -197,17 +197,6 @@ static kt_status keep_bodies(build *b, kt_error *error) {
     return KT_OK;
 }
 
-/* Adds a body's inertia to its link's, about the link's origin and in its axes. */
-static void load_link(kt_model *m, const kt_body_record *body) {
-    kt_link *link = &m->link[body->link];
-    const kt_vec3 com = kt_pose_apply(body->in_link, body->com);
-    const kt_sym3 about_com = kt_sym3_rotate(body->in_link.rotation, body->inertia);
-    const kt_sym3 j = kt_sym3_shift(about_com, body->mass, com);
-    link->inertia = kt_sym3_add(link->inertia, j);
-    link->moment = kt_vec3_add(link->moment, kt_vec3_scale(body->mass, com));
-    link->mass += body->mass;
-}
-
 static bool is_same(kt_mat3 a, kt_mat3 b) {
     return a.x.x == b.x.x && a.y.y == b.y.y && a.z.z == b.z.z && a.x.y == b.x.y && a.x.z == b.x.z && a.y.x == b.y.x &&
            a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
@@ -252,7 +241,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     body->link = up;
     body->in_link = frame;
     body->fixed = up == 0;
-    load_link(m, body);
+    kt_link_load(m, body);
 }
 
 /* Creates the links of a body and of all that it carries, depth first. If `stop`, only the links of bodies that are

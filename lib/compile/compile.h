@@ -43,6 +43,22 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
 KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
+/* weigh.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
+void kt_link_load(kt_model *model, const kt_body_record *body);
+/* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
+void kt_link_weigh(kt_model *model, int32_t link);
+/* The part of a planar link that follows from the inertia of its link. */
+void kt_planar_link_weigh(kt_model *model, size_t place);
+/* Gravity along the axes of a plane. */
+void kt_plane_weigh(const kt_model *model, kt_plane *plane);
+
+/* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
+void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
+
+/* parameter.c: whether kt_parameter_set would succeed. */
+KT_CHECKED kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
+                                        kt_error *error);
+
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */
 
 /* Each of these reports the faults of an item and continues.

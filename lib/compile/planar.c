@@ -9,6 +9,8 @@
  * than PARALLEL = 32 eps (1.5e-9 arc seconds) is taken as oblique on purpose.
  */
 #include "compile/planar.h"
+
+#include "compile/compile.h"
 #include "joint/joint.h"
 
 #include <float.h>
@@ -241,19 +243,11 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     const kt_mat3 above = link_basis(m, body, up, &m->plane[plane]);
     const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + place - 1), &m->plane[plane]);
     const kt_vec3 at = kt_mat3_apply_transposed(above, link->at);
-    const kt_vec3 moment = kt_mat3_apply_transposed(own, link->moment);
-    const kt_vec3 turned = kt_sym3_apply(link->inertia, own.z);
     const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
     const bool slides = kt_link_lengths(link) > 0;
     m->planar[place] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
-        .moment = {moment.x, moment.y},
-        .inertia = slides ? kt_vec3_dot(own.z, turned)
-                          : (k == 0   ? link->inertia.xx
-                             : k == 1 ? link->inertia.yy
-                                      : link->inertia.zz),
-        .mass = link->mass,
         .size = link->size,
         .sign = entry(own.z, k) < 0.0 ? -1.0 : 1.0,
         .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
@@ -270,6 +264,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     kt_planar_rest *rest = &m->planar_rest[place];
     rest->plane = plane;
     kt_v4_from_mat3(kt_mat3_transpose(own), rest->axes);
+    kt_planar_link_weigh(m, place);
 }
 
 void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
@@ -278,9 +273,7 @@ void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
         const kt_link *link = &m->link[m->n.spatial + place - 1];
         const int32_t own = body[body[link->body].tree].plane;
         if (own != plane) {
-            const kt_vec3 g = kt_mat3_apply_transposed(m->plane[own].basis, kt_v4_vec3(m->gravity));
-            m->plane[own].gravity[0] = g.x;
-            m->plane[own].gravity[1] = g.y;
+            kt_plane_weigh(m, &m->plane[own]);
             m->plane[own].first = (int32_t)place;
         }
         plane = own;

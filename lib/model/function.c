@@ -297,6 +297,11 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
     case KT_FUNCTION_TABLE:
         evaluate_table(numbers + curve->first, curve->count, t, out);
         break;
+    default: { /* KT_CURVE_FOLLOWS */
+        const double s = t - curve->d;
+        set(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
+        break;
+    }
     }
 }
 

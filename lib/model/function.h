@@ -22,6 +22,10 @@ size_t kt_curve_number_count(const kt_function *function);
  * numbers[first] on. O(length of its list). */
 kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first);
 
+/* A parameter that has been set (kinetree/model.h): a + b s + c s^2 / 2 with s = t - d. */
+#define KT_CURVE_FOLLOWS ((kt_function_type)(KT_FUNCTION_TABLE + 1))
+static inline bool kt_curve_follows(const kt_curve *curve) { return curve->type == KT_CURVE_FOLLOWS; }
+
 /* Whether the function keeps one value, which is curve->a. */
 static inline bool kt_curve_rests(const kt_curve *curve) {
     return curve->type == KT_FUNCTION_NONE || curve->type == KT_FUNCTION_CONSTANT;

@@ -24,7 +24,8 @@ typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
     kt_input_flags now;  /* what the step that ended at the current time had */
     kt_input_flags next; /* what the next step will have */
-    bool waits;          /* `next` was set since the last step */
+    bool waits;          /* `next` or a parameter was set since the last step */
+    bool changed;        /* a parameter was */
     uint64_t factorizations;
     kt_iterations iterations;
     kt_corrections corrections;

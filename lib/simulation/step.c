@@ -182,6 +182,8 @@ void kt_simulation_inputs_use(kt_simulation *simulation) {
 static bool inputs_differ(const kt_simulation *simulation) {
     const kt_simulation_memory *memory = &simulation->memory;
     const kt_simulation_sizes *size = &simulation->size;
+    if (memory->changed)
+        return true;
     if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
         return true;
     return memcmp(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double)) != 0 ||
@@ -203,7 +205,24 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         simulation->memory.now = simulation->memory.next;
         kt_simulation_inputs_use(simulation);
     }
-    simulation->memory.waits = false;
+    simulation->memory.waits = simulation->memory.changed = false;
+    return KT_OK;
+}
+
+kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
+                                      const double *values, kt_error *error) {
+    if (simulation->transformation != NULL)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
+                            "another formulation is integrated, whose model was made of the description; take the "
+                            "formulation 'tree'");
+    if (copy != simulation->model)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
+                            "the simulation runs on another model than this copy");
+    const kt_status status = kt_parameter_set(copy, parameter, values, error);
+    if (status != KT_OK)
+        return status;
+    simulation->memory.waits = simulation->memory.changed = true;
+    simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;
 }
 

@@ -1,0 +1,347 @@
+/* Parameters (kinetree/model.h): finding them by name, and setting them in copies of a model.
+ *
+ * A copy is a model like any other, so a set number only has to go where the compiler would have put it. The recursions read
+ * bodies by way of their links, whose inertias are summed again; a planar link is projected again.
+ */
+#include "compile/compile.h"
+#include "compile/planar.h"
+#include "dynamics/dynamics.h"
+#include "effect/effect.h"
+#include "joint/joint.h"
+#include "kinetree/descriptor.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- numbers of effects ------------------------------------------------------------------------------------------ */
+
+/* Where a number of kt_effect is in its record. */
+static double *number_of(kt_effect_record *r, const kt_key *key) {
+#define PARAMETER_NUMBER(member)                                                                                       \
+    if (key->offset == offsetof(kt_effect, member))                                                                    \
+        return &r->member;
+    KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
+#undef PARAMETER_NUMBER
+    return key->offset == offsetof(kt_effect, stiffnesses) ? r->stiffnesses : r->dampings;
+}
+
+/* What kind of parameter a key is; false: none. */
+static bool classify(const kt_key *key, bool of_loop, kt_parameter *parameter) {
+    parameter->key = key;
+    parameter->count = 1;
+    parameter->kind = KT_PARAMETER_EFFECT;
+    switch (key->kind) {
+    case KT_KEY_NUMBER:
+    case KT_KEY_DISTANCE:
+        return !of_loop;
+    case KT_KEY_SIX:
+        parameter->count = 6;
+        return !of_loop;
+    case KT_KEY_FUNCTION:
+        parameter->count = 4;
+        parameter->kind = of_loop ? KT_PARAMETER_LOOP_CURVE : KT_PARAMETER_EFFECT_CURVE;
+        return true;
+    case KT_KEY_FUNCTIONS:
+        parameter->count = 3;
+        parameter->kind = KT_PARAMETER_EFFECT_VALUE;
+        return !of_loop;
+    default:
+        return false;
+    }
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* A name in parts: "effect " or "loop " or nothing, an item, a key; the texts are cut to fit. */
+typedef struct parts {
+    bool effect, loop;
+    char item[128], key[64];
+} parts;
+
+static kt_status split(const char *name, parts *p, kt_error *error) {
+    const char *rest = name;
+    *p = (parts){.effect = strncmp(name, "effect ", 7) == 0, .loop = strncmp(name, "loop ", 5) == 0};
+    rest += p->effect ? 7 : p->loop ? 5 : 0;
+    const char *point = strrchr(rest, '.');
+    if (!point || (size_t)(point - rest) >= sizeof p->item || strlen(point + 1) >= sizeof p->key)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                            "%s is none; write gravity, BODY.mass, effect NAME.stiffness or loop NAME.position",
+                            kt_name_quote(name).text);
+    memcpy(p->item, rest, (size_t)(point - rest));
+    memcpy(p->key, point + 1, strlen(point + 1));
+    return KT_OK;
+}
+
+static const char *effect_name(const kt_model *m, size_t i) {
+    return m->effect[i].name ? m->text + m->effect[i].name : NULL;
+}
+static const char *loop_name(const kt_model *m, size_t i) { return m->text + m->loop[i].name; }
+static const char *body_name(const kt_model *m, size_t i) { return i ? m->text + m->body[i].name : NULL; }
+
+/* The index of a name among `count` names, the first of which is `first`; or -1 after an error with the nearest one. */
+static int find_item(const kt_model *m, const char *what, const char *name,
+                     const char *(*name_of)(const kt_model *m, size_t i), size_t count, kt_error *error) {
+    for (size_t i = 0; i < count; i++)
+        if (name_of(m, i) && strcmp(name_of(m, i), name) == 0)
+            return (int)i;
+    kt_nearest search = kt_nearest_make(name, NULL);
+    for (size_t i = 0; i < count; i++)
+        if (!kt_nearest_try(&search, name_of(m, i)))
+            break;
+    if (search.best)
+        (void)kt_error_set(error, KT_ERROR_ARGUMENT, "parameter", "there is no %s %s; did you mean %s?", what,
+                           kt_name_quote(name).text, kt_name_quote(search.best).text);
+    else
+        (void)kt_error_set(error, KT_ERROR_ARGUMENT, "parameter", "there is no %s %s", what, kt_name_quote(name).text);
+    return -1;
+}
+
+static const char *const body_keys[] = {"mass", "com", "inertia", "armature", "hold"};
+
+static kt_status refuse_key(const char *what, const parts *p, const kt_nearest *search, kt_error *error) {
+    if (search->best)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter", "%s %s has no parameter %s; did you mean %s?", what,
+                            kt_name_quote(p->item).text, kt_name_quote(p->key).text, kt_name_quote(search->best).text);
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter", "%s %s has no parameter %s", what,
+                        kt_name_quote(p->item).text, kt_name_quote(p->key).text);
+}
+
+static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
+    const int body = kt_body_find(m, p->item);
+    if (body <= 0) {
+        (void)find_item(m, "body", p->item, body_name, m->n.body, error);
+        return KT_ERROR_ARGUMENT;
+    }
+    const int nv = kt_joint_sizes[m->body[body].type].nv, counts[] = {1, 3, 6, nv, 1};
+    kt_nearest search = kt_nearest_make(p->key, NULL);
+    for (int k = 0; k < 5; k++) {
+        if (strcmp(p->key, body_keys[k]) == 0 && counts[k] > 0) {
+            *parameter =
+                (kt_parameter){.kind = (kt_parameter_kind)(KT_PARAMETER_MASS + k), .item = body, .count = counts[k]};
+            return KT_OK;
+        }
+        (void)kt_nearest_try(&search, counts[k] > 0 ? body_keys[k] : NULL);
+    }
+    return refuse_key("body", p, &search, error);
+}
+
+static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
+    const char *what = p->loop ? "loop" : "effect";
+    const size_t count = p->loop ? m->n.loop : m->n.effect;
+    const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name, count, error);
+    if (item < 0)
+        return KT_ERROR_ARGUMENT;
+    const kt_descriptor *d = p->loop ? kt_loop_descriptor((kt_loop_type)m->loop[item].type)
+                                     : kt_effect_descriptor((kt_effect_type)m->effect[item].type);
+    kt_nearest search = kt_nearest_make(p->key, NULL);
+    for (int k = 0; d && k < d->key_count; k++) {
+        const kt_key *key = &d->keys[k];
+        kt_parameter found = {.item = item};
+        if (!classify(key, p->loop, &found))
+            continue;
+        if (strcmp(key->name, p->key) == 0 || (key->also && strcmp(key->also, p->key) == 0)) {
+            *parameter = found;
+            return KT_OK;
+        }
+        (void)kt_nearest_try(&search, key->name);
+    }
+    return refuse_key(what, p, &search, error);
+}
+
+kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter, kt_error *error) {
+    parts p;
+    if (strcmp(name, "gravity") == 0) {
+        *parameter = (kt_parameter){.kind = KT_PARAMETER_GRAVITY, .count = 3};
+        return KT_OK;
+    }
+    const kt_status status = split(name, &p, error);
+    if (status != KT_OK)
+        return status;
+    return p.effect || p.loop ? find_of_type(model, &p, parameter, error) : find_of_body(model, &p, parameter, error);
+}
+
+/* ---- present numbers --------------------------------------------------------------------------------------------- */
+
+static void get_curve(const kt_model *m, const kt_curve *curve, double *values) {
+    const bool set = kt_curve_follows(curve);
+    if (!set)
+        kt_curve_evaluate(curve, m->number, 0.0, values);
+    else
+        memcpy(values, (const double[]){curve->a, curve->b, curve->c}, 3 * sizeof *values);
+    values[3] = set ? curve->d : 0.0;
+}
+
+void kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values) {
+    const kt_body_record *body = &model->body[parameter->kind <= KT_PARAMETER_HOLD ? parameter->item : 0];
+    const kt_sym3 *j = &body->inertia;
+    switch (parameter->kind) {
+    case KT_PARAMETER_GRAVITY:
+        memcpy(values, (const double[]){model->gravity[0], model->gravity[1], model->gravity[2]}, 3 * sizeof *values);
+        break;
+    case KT_PARAMETER_MASS:
+        values[0] = body->mass;
+        break;
+    case KT_PARAMETER_COM:
+        memcpy(values, (const double[]){body->com.x, body->com.y, body->com.z}, 3 * sizeof *values);
+        break;
+    case KT_PARAMETER_INERTIA:
+        memcpy(values, (const double[]){j->xx, j->yy, j->zz, j->xy, j->xz, j->yz}, 6 * sizeof *values);
+        break;
+    case KT_PARAMETER_ARMATURE:
+        memcpy(values, model->armature + body->v, (size_t)parameter->count * sizeof *values);
+        break;
+    case KT_PARAMETER_HOLD:
+        values[0] = 0.0;
+        for (int k = 0; k < kt_joint_sizes[body->type].nv; k++)
+            if (model->held[body->v + k] || model->held_velocity[body->v + k])
+                values[0] = 1.0;
+        break;
+    case KT_PARAMETER_EFFECT:
+        memcpy(values, number_of(&model->effect[parameter->item], parameter->key),
+               (size_t)parameter->count * sizeof *values);
+        break;
+    case KT_PARAMETER_EFFECT_CURVE:
+        get_curve(model, &model->effect[parameter->item].curve[0], values);
+        break;
+    case KT_PARAMETER_EFFECT_VALUE:
+        for (int k = 0; k < 3; k++) {
+            double now[3];
+            kt_curve_evaluate(&model->effect[parameter->item].curve[k], model->number, 0.0, now);
+            values[k] = now[0];
+        }
+        break;
+    case KT_PARAMETER_LOOP_CURVE:
+        get_curve(model, &model->loop[parameter->item].curve, values);
+        break;
+    }
+}
+
+/* ---- new numbers ------------------------------------------------------------------------------------------------- */
+
+static void set_body(kt_model *m, const kt_parameter *parameter, const double *x) {
+    kt_body_record *body = &m->body[parameter->item];
+    if (parameter->kind == KT_PARAMETER_MASS)
+        body->mass = x[0];
+    else if (parameter->kind == KT_PARAMETER_COM)
+        body->com = kt_vec3_make(x[0], x[1], x[2]);
+    else
+        body->inertia = kt_sym3_make(x[0], x[1], x[2], x[3], x[4], x[5]);
+    kt_link_weigh(m, body->link);
+}
+
+static void set_gravity(kt_model *m, const double *x) {
+    const kt_vec3 gravity = kt_vec3_make(x[0], x[1], x[2]);
+    m->gravity = kt_v4_from(gravity);
+    for (size_t p = 0; p < m->n.plane; p++)
+        kt_plane_weigh(m, &m->plane[p]);
+}
+
+static kt_curve curve_of(const double *x) {
+    return (kt_curve){.type = KT_CURVE_FOLLOWS, .a = x[0], .b = x[1], .c = x[2], .d = x[3]};
+}
+
+static kt_curve constant(double x) { return (kt_curve){.type = KT_FUNCTION_CONSTANT, .a = x}; }
+
+/* The rules of a description, for the body or the joint as it would be. */
+static kt_status check_body(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
+    const kt_body_record *record = &m->body[parameter->item];
+    kt_body body = kt_body_default();
+    body.name = m->text + record->name;
+    body.joint.type = (kt_joint_type)record->type;
+    body.mass = parameter->kind == KT_PARAMETER_MASS ? x[0] : record->mass;
+    if (parameter->kind == KT_PARAMETER_COM)
+        body.com = kt_vec3_make(x[0], x[1], x[2]);
+    if (parameter->kind == KT_PARAMETER_INERTIA)
+        body.inertia = kt_sym3_make(x[0], x[1], x[2], x[3], x[4], x[5]);
+    if (parameter->kind == KT_PARAMETER_ARMATURE)
+        memcpy(body.joint.armature, x, (size_t)parameter->count * sizeof *x);
+    kt_description around = kt_description_default();
+    around.bodies = &body;
+    around.body_count = 1;
+    kt_checker checker = kt_checker_make(&around, NULL, NULL);
+    checker.item = KT_ITEM_BODY;
+    if (parameter->kind == KT_PARAMETER_ARMATURE)
+        kt_joint_check(&checker, &body.joint);
+    else
+        kt_checker_mass(&checker, &body);
+    if (checker.first.code != KT_OK && error)
+        *error = checker.first;
+    return checker.first.code;
+}
+
+/* Numbers of effects and functions of time: finite, and in the range of their key. An infinite default may be set again. */
+static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
+    const kt_key *key = parameter->key;
+    const kt_effect standard = kt_effect_default();
+    const char *name = key ? key->name : "gravity";
+    const bool six = key && key->kind == KT_KEY_SIX, number = parameter->kind == KT_PARAMETER_EFFECT && !six;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "parameter '%.40s'", name);
+    if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
+        (void)snprintf(where, sizeof where, "loop '%.100s'", loop_name(m, (size_t)parameter->item));
+    for (int k = 0; k < parameter->count; k++) {
+        const bool first = k == 0 || number || six || parameter->kind == KT_PARAMETER_EFFECT_VALUE;
+        if (number && isinf(*(const double *)(const void *)((const char *)&standard + key->offset)) &&
+            x[k] == *(const double *)(const void *)((const char *)&standard + key->offset))
+            continue;
+        if (!kt_number_is_fine(x[k]))
+            return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; magnitudes end at %g", name, x[k],
+                                KT_NUMBER_MOST);
+        if (key && first && key->range == KT_RANGE_POSITIVE && !(x[k] > 0.0))
+            return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; it must be greater than 0", name, x[k]);
+        if (key && first && (six || key->range == KT_RANGE_NOT_NEGATIVE) && x[k] < 0.0)
+            return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; it cannot be negative", name, x[k]);
+    }
+    return KT_OK;
+}
+
+kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
+                             kt_error *error) {
+    if (!model->placed)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "kt_parameter_set",
+            "a compiled model is immutable; make a copy in memory of your own (kt_model_copy) and set it there");
+    if (parameter->kind >= KT_PARAMETER_MASS && parameter->kind <= KT_PARAMETER_ARMATURE)
+        return check_body(model, parameter, values, error);
+    return check_numbers(model, parameter, values, error);
+}
+
+kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
+    const kt_status status = kt_parameter_check(copy, parameter, values, error);
+    if (status != KT_OK)
+        return status;
+    switch (parameter->kind) {
+    case KT_PARAMETER_GRAVITY:
+        set_gravity(copy, values);
+        break;
+    case KT_PARAMETER_MASS:
+    case KT_PARAMETER_COM:
+    case KT_PARAMETER_INERTIA:
+        set_body(copy, parameter, values);
+        break;
+    case KT_PARAMETER_ARMATURE:
+        memcpy(copy->armature + copy->body[parameter->item].v, values, (size_t)parameter->count * sizeof *values);
+        kt_armature_note(copy);
+        break;
+    case KT_PARAMETER_HOLD:
+        kt_joint_hold(copy, &copy->body[parameter->item], values[0] != 0.0);
+        break;
+    case KT_PARAMETER_EFFECT:
+        memcpy(number_of(&copy->effect[parameter->item], parameter->key), values,
+               (size_t)parameter->count * sizeof *values);
+        break;
+    case KT_PARAMETER_EFFECT_CURVE:
+        copy->effect[parameter->item].curve[0] = curve_of(values);
+        break;
+    case KT_PARAMETER_EFFECT_VALUE:
+        for (int k = 0; k < 3; k++)
+            copy->effect[parameter->item].curve[k] = constant(values[k]);
+        break;
+    case KT_PARAMETER_LOOP_CURVE:
+        copy->loop[parameter->item].curve = curve_of(values);
+        copy->driven = true;
+        break;
+    }
+    return KT_OK;
+}

@@ -1,0 +1,45 @@
+/* What links weigh: the inertias of their bodies, in space and in their planes; and gravity in planes. */
+#include "compile/compile.h"
+
+static double entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+
+void kt_link_load(kt_model *model, const kt_body_record *body) {
+    kt_link *link = &model->link[body->link];
+    const kt_vec3 com = kt_pose_apply(body->in_link, body->com);
+    const kt_sym3 about_com = kt_sym3_rotate(body->in_link.rotation, body->inertia);
+    const kt_sym3 j = kt_sym3_shift(about_com, body->mass, com);
+    link->inertia = kt_sym3_add(link->inertia, j);
+    link->moment = kt_vec3_add(link->moment, kt_vec3_scale(body->mass, com));
+    link->mass += body->mass;
+}
+
+void kt_planar_link_weigh(kt_model *model, size_t place) {
+    const kt_link *link = &model->link[model->n.spatial + place - 1];
+    const kt_mat3 own = kt_mat3_transpose(kt_v4_mat3(model->planar_rest[place].axes));
+    const kt_vec3 moment = kt_mat3_apply_transposed(own, link->moment);
+    const kt_sym3 *j = &link->inertia;
+    kt_planar_link *planar = &model->planar[place];
+    planar->moment[0] = moment.x;
+    planar->moment[1] = moment.y;
+    planar->inertia = kt_link_lengths(link) > 0 ? kt_vec3_dot(own.z, kt_sym3_apply(*j, own.z))
+                                                : entry(kt_vec3_make(j->xx, j->yy, j->zz), link->axis);
+    planar->mass = link->mass;
+}
+
+void kt_link_weigh(kt_model *model, int32_t index) {
+    kt_link *link = &model->link[index];
+    link->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    link->moment = kt_vec3_make(0.0, 0.0, 0.0);
+    link->mass = 0.0;
+    for (size_t b = 1; b < model->n.body; b++)
+        if (model->body[b].link == index)
+            kt_link_load(model, &model->body[b]);
+    if ((size_t)index >= model->n.spatial && index > 0)
+        kt_planar_link_weigh(model, (size_t)index - model->n.spatial + 1);
+}
+
+void kt_plane_weigh(const kt_model *model, kt_plane *plane) {
+    const kt_vec3 g = kt_mat3_apply_transposed(plane->basis, kt_v4_vec3(model->gravity));
+    plane->gravity[0] = g.x;
+    plane->gravity[1] = g.y;
+}

@@ -1,0 +1,294 @@
+/* Parameters: a copy in which one is set computes, to the bit, what a model computes that was compiled with it; the model it
+ * was copied from stays what it was; names are found or suggested; what cannot be is refused and changes nothing. */
+#include "check.h"
+
+#include "interpose.h"
+#include "kinetree/reduction.h"
+#include "kinetree/scene.h"
+#include "kinetree/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST = 32, TEXT = 4096 };
+
+/* A four-bar whose crank is driven, with a payload; an arm in space; forces of many types. A line that begins with the
+ * name of a parameter's place is replaced. */
+static const char scene_text[] =
+    "kinetree: 1\n"
+    "gravity: [%s]\n"
+    "bodies:\n"
+    "  - {name: crank, joint: {type: revolute, axis: z, position: 60 deg%s}, mass: 1, shape: {type: rod, to: [0.3, 0, "
+    "0]},\n"
+    "     markers: {pin: [0.3, 0, 0]}}\n"
+    "  - {name: rod, parent: crank, joint: {type: revolute, axis: z, at: [0.3, 0, 0], position: -75 deg}, mass: 2,\n"
+    "     com: [0.5, 0, 0], inertia: [0, 0.2, 0.2], markers: {end: [1, 0, 0]}}\n"
+    "  - {name: load, parent: rod, joint: {type: fixed, at: [0.4, 0.1, 0]}, mass: %s, com: [%s], inertia: [%s]}\n"
+    "  - {name: ram, joint: {type: prismatic, axis: x, position: 1.1}, mass: 5}\n"
+    "  - {name: arm, joint: {type: universal, axis: x, at: [0, 0, 2], position: [0.3, 0.4]%s}, mass: 1.5,\n"
+    "     com: [0.1, 0.2, 0.3], inertia: [1, 1.2, 1.4], markers: {tip: [0, 0, 1]}}\n"
+    "  - {name: hand, parent: arm, joint: {type: spherical, at: [0, 0, 1]%s}, mass: 0.5, com: [0, 0.1, 0.2],\n"
+    "     inertia: [0.1, 0.12, 0.15]}\n"
+    "  - {name: slide, parent: hand, joint: {type: prismatic, axis: y, position: 0.2}, mass: 0.3,\n"
+    "     inertia: [0.01, 0.012, 0.015]}\n"
+    "loops:\n"
+    "  - {name: eye, type: revolute, between: [rod.end, ram], axis: z}\n"
+    "  - {name: drive, type: motion, joint: crank, position: %s}\n"
+    "effects:\n"
+    "  - {name: coil, type: spring, between: [arm.tip, world], stiffness: %s, length: 0.5, damping: 0.1}\n"
+    "  - {name: brake, type: joint_friction, joint: slide, coulomb: %s, viscous: 0.1}\n"
+    "  - {name: hold, type: servo, joint: slide, target: %s, stiffness: 30, damping: 2}\n"
+    "  - {name: seat, type: joint_spring, joint: slide, stiffness: 3, rest: 0.1}\n"
+    "  - {name: mount, type: bushing, between: [hand, world], stiffness: [%s], damping: [0, 0, 0, 0, 0, 0]}\n"
+    "  - {name: push, type: force, at: hand, value: [%s]}\n";
+
+enum { PLACES = 13 };
+static const char *const standard[PLACES] = {"0, -9.81, 0",
+                                             "",
+                                             "0.7",
+                                             "0.1, 0.2, 0",
+                                             "0.02, 0.03, 0.04, 0.001, 0, 0",
+                                             "",
+                                             "",
+                                             "{polynomial: [1.0471975511965976, 2, 0.5]}",
+                                             "100",
+                                             "0.3",
+                                             "0.1",
+                                             "1, 2, 3, 4, 5, 6",
+                                             "1, 2, 3"};
+
+/* A parameter, its numbers, and the same in the text. */
+typedef struct trial {
+    const char *name;
+    int place;
+    const char *text;
+    int count;
+    double values[6];
+} trial;
+
+static const trial trials[] = {
+    {"gravity", 0, "1, 2, -3", 3, {1, 2, -3}},
+    {"crank.armature", 1, ", armature: 0.25", 1, {0.25}},
+    {"load.mass", 2, "2.5", 1, {2.5}},
+    {"load.com", 3, "0.3, -0.1, 0.2", 3, {0.3, -0.1, 0.2}},
+    {"load.inertia", 4, "0.1, 0.2, 0.15, 0.01, -0.02, 0.03", 6, {0.1, 0.2, 0.15, 0.01, -0.02, 0.03}},
+    {"arm.armature", 5, ", armature: [0.5, 0.75]", 2, {0.5, 0.75}},
+    {"hand.armature", 6, ", armature: [0.5, 0.75, 0.25]", 3, {0.5, 0.75, 0.25}},
+    {"loop drive.position", 7, "{polynomial: [1.0471975511965976, -1, 0.25]}", 4, {1.0471975511965976, -1, 0.5, 0}},
+    {"effect coil.stiffness", 8, "250", 1, {250}},
+    {"effect brake.coulomb", 9, "0.9", 1, {0.9}},
+    {"effect hold.target", 10, "{polynomial: [0.3, 0.5]}", 4, {0.3, 0.5, 0, 0}},
+    {"effect mount.stiffness", 11, "6, 5, 4, 3, 2, 1", 6, {6, 5, 4, 3, 2, 1}},
+    {"effect push.value", 12, "-4, 5, 0.5", 3, {-4, 5, 0.5}},
+};
+enum { TRIALS = sizeof trials / sizeof *trials };
+
+static bool fine(const char *what, kt_status status, const kt_error *error) {
+    if (status != KT_OK)
+        kt_note("%s: %s", error->where, error->message);
+    return kt_check_equal_int(what, status, KT_OK);
+}
+
+static kt_model *compile(const trial *with, kt_plan plan) {
+    char text[TEXT];
+    const char *p[PLACES];
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_error e;
+    memcpy(p, standard, sizeof p);
+    if (with)
+        p[with->place] = with->text;
+    (void)snprintf(text, sizeof text, scene_text, p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10],
+                   p[11], p[12]);
+    kt_model_options options = kt_model_options_default();
+    options.plan = plan;
+    if (!fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &e), &e))
+        return NULL;
+    fine("compile", kt_model_compile(&scene.description, &options, &model, &e), &e);
+    kt_scene_free(&scene);
+    return model;
+}
+
+static kt_model *copy_of(const kt_model *model) {
+    const size_t size = (kt_model_size(model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
+    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    kt_model *copy = NULL;
+    kt_error e;
+    fine("copy", kt_model_copy(model, memory, size, &copy, &e), &e);
+    return copy;
+}
+
+static bool set(kt_model *copy, const trial *t) {
+    kt_parameter parameter;
+    kt_error e;
+    return fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e) &&
+           kt_check_equal_int("numbers", parameter.count, t->count) &&
+           fine("set", kt_parameter_set(copy, &parameter, t->values, &e), &e);
+}
+
+/* What is compared: accelerations, mass matrix, energies, reactions. */
+typedef struct answer {
+    double a[MOST], mass[MOST * MOST], tau[MOST], energy[3];
+    kt_wrench joint[MOST];
+} answer;
+
+static answer ask(const kt_model *model) {
+    static answer x;
+    double q[MOST], v[MOST];
+    kt_data *data = NULL;
+    kt_error e;
+    memset(&x, 0, sizeof x);
+    kt_model_initial(model, q, v);
+    if (!fine("data", kt_data_create(model, &data, &e), &e))
+        return x;
+    for (int i = 0; i < kt_model_nv(model); i++)
+        v[i] += 0.1 * (i + 1);
+    fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
+    fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x.a, &e), &e);
+    fine("reactions", kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, x.joint, NULL, &e), &e);
+    fine("mass", kt_dynamics_mass(model, data, q, x.mass, &e), &e);
+    fine("tau", kt_dynamics_inverse(model, data, q, v, x.a, NULL, x.tau, &e), &e);
+    fine("kinematics", kt_kinematics_update(model, data, q, v, x.a, &e), &e);
+    x.energy[0] = kt_kinetic_energy(model, data);
+    x.energy[1] = kt_potential_energy(model, data);
+    x.energy[2] = kt_effect_energy(model, data, 0.0, q, v);
+    kt_data_free(data);
+    return x;
+}
+
+KT_TEST(a_set_parameter_gives_the_bits_of_a_model_that_was_compiled_with_it) {
+    for (int plan = 0; plan < KT_PLAN_COUNT; plan++) {
+        kt_model *model = compile(NULL, (kt_plan)plan), *copy = copy_of(model);
+        const answer before = ask(model);
+        for (int k = 0; k < TRIALS; k++) {
+            const trial *t = &trials[k];
+            kt_model *other = compile(t, (kt_plan)plan);
+            kt_parameter parameter;
+            kt_error e;
+            double old[KT_PARAMETER_MAX], now[KT_PARAMETER_MAX];
+            if (!other || !fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e))
+                return;
+            kt_parameter_get(copy, &parameter, old);
+            if (!set(copy, t))
+                return;
+            kt_parameter_get(copy, &parameter, now);
+            kt_check_true("it is read back", memcmp(now, t->values, (size_t)t->count * sizeof *now) == 0);
+            const answer theirs = ask(other), ours = ask(copy);
+            double most = 0.0, size = 0.0;
+            for (int i = 0; i < kt_model_nv(model); i++) {
+                most = fmax(most, fabs(ours.a[i] - theirs.a[i]));
+                size = fmax(size, fabs(theirs.a[i]));
+            }
+            /* x + v s + a s^2 / 2 and a polynomial round differently; all others have equal bits */
+            if (parameter.kind == KT_PARAMETER_LOOP_CURVE || parameter.kind == KT_PARAMETER_EFFECT_CURVE)
+                kt_check_near(t->name, most, 0.0, 1e-12 * size);
+            else
+                kt_check_true(t->name, memcmp(&ours, &theirs, sizeof ours) == 0);
+            kt_check_true("it matters", memcmp(&theirs, &before, sizeof before) != 0);
+            if (parameter.kind != KT_PARAMETER_LOOP_CURVE && parameter.kind != KT_PARAMETER_EFFECT_CURVE) {
+                const answer again = fine("back", kt_parameter_set(copy, &parameter, old, &e), &e) ? ask(copy) : ours;
+                kt_check_true("and back", memcmp(&again, &before, sizeof before) == 0);
+            } else {
+                free(copy);
+                copy = copy_of(model);
+            }
+            kt_model_free(other);
+        }
+        const answer after = ask(model);
+        kt_check_true("the model it was copied from stays", memcmp(&after, &before, sizeof before) == 0);
+        free(copy);
+        kt_model_free(model);
+    }
+}
+
+KT_TEST(names_that_do_not_exist_are_answered_with_the_nearest) {
+    static const struct {
+        const char *name, *words;
+    } wrong[] = {
+        {"laod.mass", "did you mean 'load'?"},     {"load.mas", "did you mean 'mass'?"},
+        {"effect coil.stifness", "'stiffness'?"},  {"effect cool.stiffness", "did you mean 'coil'?"},
+        {"loop drive.psition", "'position'?"},     {"loop eye.position", "has no parameter 'position'"},
+        {"mass", "write gravity, BODY.mass"},      {"load.armature", "has no parameter 'armature'"},
+        {"effect hold.joint", "has no parameter"}, {"world.mass", "there is no body 'world'"},
+    };
+    kt_model *model = compile(NULL, KT_PLAN_AUTO);
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        kt_parameter parameter = {.item = -7};
+        kt_error e = {0};
+        kt_check_equal_int(wrong[k].name, kt_parameter_find(model, wrong[k].name, &parameter, &e), KT_ERROR_ARGUMENT);
+        kt_check_contains("words", e.message, wrong[k].words);
+        kt_check_equal_int("untouched", parameter.item, -7);
+    }
+    kt_model_free(model);
+}
+
+KT_TEST(numbers_that_cannot_be_are_refused_and_nothing_changes) {
+    static const struct {
+        const char *name;
+        double values[6];
+    } wrong[] = {
+        {"load.mass", {-1}},
+        {"load.com", {0, (double)NAN, 0}},
+        {"load.inertia", {1, 0.1, 0.1, 0, 0, 0}},
+        {"crank.armature", {-0.1}},
+        {"gravity", {0, (double)INFINITY, 0}},
+        {"effect coil.stiffness", {-5}},
+        {"effect mount.stiffness", {1, 1, 1, 1, 1, -1}},
+        {"loop drive.position", {0, (double)NAN, 0, 0}},
+    };
+    kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model);
+    const answer before = ask(copy);
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        kt_parameter parameter;
+        kt_error e = {0};
+        if (!fine(wrong[k].name, kt_parameter_find(model, wrong[k].name, &parameter, &e), &e))
+            return;
+        kt_check_equal_int(wrong[k].name, kt_parameter_set(copy, &parameter, wrong[k].values, &e), KT_ERROR_MODEL);
+        kt_check_true(e.message, e.message[0] != '\0' && e.where[0] != '\0');
+        kt_check_equal_int("no copy", kt_parameter_set(model, &parameter, wrong[k].values, &e), KT_ERROR_ARGUMENT);
+    }
+    const answer after = ask(copy);
+    kt_check_true("nothing has changed", memcmp(&after, &before, sizeof before) == 0);
+    free(copy);
+    kt_model_free(model);
+}
+
+/* A run in which a payload and a target change goes on as one that starts there with a model compiled so. */
+KT_TEST(a_simulation_goes_on_with_what_is_set) {
+    const trial *t = &trials[2];
+    kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model), *other = compile(t, KT_PLAN_AUTO);
+    kt_run run = kt_run_default();
+    kt_simulation *one = NULL, *two = NULL;
+    kt_parameter parameter;
+    kt_error e;
+    run.integrator = "dopri5";
+    run.step = 1e-3;
+    if (!fine("one", kt_simulation_create(copy, &run, NULL, &one, &e), &e) ||
+        !fine("two", kt_simulation_create(other, &run, NULL, &two, &e), &e) ||
+        !fine("advance", kt_simulation_advance(one, 0.1, &e), &e) ||
+        !fine("find", kt_parameter_find(copy, t->name, &parameter, &e), &e))
+        return;
+    fine("state",
+         kt_simulation_set_state(two, kt_simulation_time(one), kt_simulation_positions(one),
+                                 kt_simulation_velocities(one), &e),
+         &e);
+    kt_interpose_start();
+    fine("set", kt_simulation_set_parameter(one, copy, &parameter, t->values, &e), &e);
+    kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+    kt_check_equal_int("another model", kt_simulation_set_parameter(two, copy, &parameter, t->values, &e),
+                       KT_ERROR_ARGUMENT);
+    fine("advance", kt_simulation_advance(one, 0.2, &e), &e);
+    fine("advance", kt_simulation_advance(two, 0.2, &e), &e);
+    kt_worst error = kt_worst_make("positions");
+    for (int i = 0; i < kt_model_nq(model); i++)
+        kt_worst_near(&error, kt_simulation_positions(one)[i], kt_simulation_positions(two)[i], 1e-12, "%d", i);
+    kt_check_worst(&error);
+    kt_simulation_free(one);
+    kt_simulation_free(two);
+    kt_model_free(other);
+    free(copy);
+    kt_model_free(model);
+}
