@@ -240,7 +240,7 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
  */
 
 /* The most numbers that a parameter has. */
-enum { KT_PARAMETER_MAX = 6 };
+enum { KT_PARAMETER_MAX = 6 /* numbers */ };
 
 /* What a parameter belongs to. */
 typedef enum kt_parameter_kind {
@@ -258,10 +258,10 @@ typedef enum kt_parameter_kind {
 
 /* A parameter, as kt_parameter_find returns it; the same for a model and all its copies. */
 typedef struct kt_parameter {
-    kt_parameter_kind kind;
-    int item;          /* body, effect or loop */
-    int count;         /* of its numbers */
-    const kt_key *key; /* of an effect or loop; of others NULL */
+    kt_parameter_kind kind; /* what it belongs to */
+    int item;               /* body, effect or loop */
+    int count;              /* of its numbers */
+    const kt_key *key;      /* of an effect or loop; of others NULL */
 } kt_parameter;
 
 /* Finds a parameter by its name. Errors: KT_ERROR_ARGUMENT for a name that does not exist, with the nearest one.
